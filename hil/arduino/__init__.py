@@ -6,5 +6,5 @@ the programs that the IDE starts; ``install.py`` tells it of them.
 Sources: "Pluggable discovery specification", "Pluggable monitor specification" and "Platform specification"
 of the arduino-cli documentation, protocol version 1.
 
-May import: hil.config, hil.host, hil.net, the standard library, yaml.
+May import: hil.config, hil.host, hil.net, hil.vocab, the standard library, yaml.
 """

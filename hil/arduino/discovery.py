@@ -11,6 +11,7 @@ from hil.arduino.stdio import InputLines, send
 from hil.host.trust import refuse_address
 from hil.net.benches_here import find_in
 from hil.net.control_client import ControlError, ask, listener
+from hil.vocab.port_programs import port_use
 
 POLL_S = 1.0
 _ANSWER_S = 1.0
@@ -45,8 +46,14 @@ def _ports(listed: dict[str, Any], owner: int) -> list[Message]:
     return [
         board_port(row["address"], bench, row["device"], profile=row["profile"], hardware=row["hardware"])
         for row in listed["devices"]
-        if row["address"] and not refuse_address(row["address"], owner)
+        if row["address"] and _is_usable(row) and not refuse_address(row["address"], owner)
     ]
+
+
+def _is_usable(row: dict[str, Any]) -> bool:
+    """True if hil's monitor for the IDE can open the port. One that hil holds itself is nobody else's."""
+    use = port_use(row["port"], row["address"])
+    return use is None or (not use.is_held and use.uses["IDE 2"].verdict != "no")
 
 
 def discover(bases: Sequence[Path], commands_fd: int, out: TextIO, is_named: bool = False) -> None:

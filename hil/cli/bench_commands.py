@@ -13,7 +13,14 @@ from hil.cli.serve_command import StateDir
 from hil.cli.told import AsJson, CommandAnswer
 
 
-def list_benches(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: AsJson = False) -> None:
+def list_benches(
+    bench: Bench = None,
+    programs: Annotated[
+        bool, typer.Option("--programs", help="Which programs can use each port, and what helps the others.")
+    ] = False,
+    runtime_dir: RuntimeDir = None,
+    as_json: AsJson = False,
+) -> None:
     """List running benches with their ports; with --bench that one alone.
 
     Example: hil list
@@ -21,6 +28,7 @@ def list_benches(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: A
     import os
 
     from hil.cli.hints import all_pasteable
+    from hil.cli.port_views import as_json as programs_as_json
     from hil.net.control_client import ControlError, ask
 
     here = found(runtime_dir)
@@ -32,16 +40,23 @@ def list_benches(bench: Bench = None, runtime_dir: RuntimeDir = None, as_json: A
         except ControlError:
             continue  # the bench ended just now, or the socket is nobody's
     if as_json:
-        typer.echo(json.dumps(benches))
+        more = [{"programs": programs_as_json(listed)} if programs else {} for listed in benches]
+        typer.echo(json.dumps([listed | each for listed, each in zip(benches, more, strict=True)]))
         return
     if not benches:
         typer.echo("No bench is running here.")
         return
+    from hil.cli.port_views import HINT, program_lines
     from hil.cli.views import device_table, long_lines
 
     console = long_lines()
     for listed, words in zip(benches, options, strict=True):
-        console.print(device_table(all_pasteable(listed, words)))
+        if programs:
+            console.print("\n".join(program_lines(listed)))
+        else:
+            console.print(device_table(all_pasteable(listed, words)))
+    if not programs:
+        console.print(HINT)
 
 
 def status(

@@ -10,6 +10,7 @@ from hil.cli.axis_command import number_or_text
 from hil.cli.shown_numbers import fixed, shown_number
 from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant
+from hil.vocab.port_programs import is_held
 
 SHARED = "socket://", "rfc2217://"
 """Beginnings of addresses of ports that give each client all that the device says."""
@@ -31,6 +32,9 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     if rows[device]["address"] is None:
         reach = f"; its axis is reached by `hil axis {device}`" if rows[device]["axes"] else ", nor an axis"
         raise fail(f"hil: {device}, a {rows[device]['profile']}, has no serial port{reach}")
+    if is_held(rows[device].get("kind", rows[device].get("port"))):
+        address = rows[device]["address"]
+        raise fail(f"hil: {device} is at the other end of {address}: hil itself has this end open")
     address = port_of(rows[device]["address"], bench, runtime_dir)
     keys = first_keys(rows[device].get("greeting", ""))
     hints = [f"{device} does not repeat what it said at power-up: {keys} to see it answer."] if keys else []

@@ -9,6 +9,7 @@ from hil.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, o
 from hil.cli.commands import HELP, commands
 from hil.cli.decoded_item import KEYS
 from hil.cli.exit_codes import EXIT_CODES
+from hil.cli.port_views import programs_section
 from hil.cli.ready_keys import READY
 from hil.cli.surroundings import ENVIRONMENT, FILES
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
@@ -35,6 +36,7 @@ def reference(app: typer.Typer) -> str:
     parts = [
         "# Reference\n\nWritten by `hil reference` from the tables in the code; do not edit.\n",
         re.sub("^#", "##", config_reference(find_catalogue()), flags=re.M),
+        programs_section(),
         _commands(app),
         _surroundings(),
         _verbs(),

@@ -4,11 +4,14 @@ import os
 import shlex
 import shutil
 import sys
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
 from hil import __version__
 from hil.cli.first_keys import first_keys
+from hil.cli.port_views import HINT, verdict_lines
+from hil.config.port_kinds import port_kinds
 from hil.daemon import Serving
 from hil.host.journal import is_journal
 from hil.host.log_writer import LogWriter
@@ -16,6 +19,7 @@ from hil.host.paths import runtime_base
 from hil.net.benches_here import find
 from hil.vocab.address import address_of
 from hil.vocab.firmware import NETWORK
+from hil.vocab.port_programs import is_held, port_use
 
 MOST_NODES = 8
 """Maximum number of nodes that are named of a CAN bus."""
@@ -41,34 +45,31 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         return lines
     options = _options(runtime, config.bench)
     axis = shlex.join(["hil", *options, "axis"])
+    kinds = port_kinds(config)
     for name, session in serving.live.places.uarts.items():
         address, twin = session.port.address, session.end.device.name
         device = config.devices[twin]
         profile = catalogue.profiles[device.profile]
+        place = f"the other end of {address}" if is_held(kinds[name]) else address
         if name != twin:
             uart = address_of(name).part
             speed = device.uart_bauds(profile)[uart]
             speaks = f", {speed} baud" if speed else ""
             speaks += ", packets" if uart == NETWORK else ""
-            lines.append(f"  {name} at {address}{speaks}")
+            lines.append(f"  {name} at {place}{speaks}")
             continue
-        baud = device.baud or 115200
-        head = f"\n{name}: {device.profile} at {address}, answers {profile.ready_after_s:g} s after power-up"
+        head = f"\n{name}: {device.profile} at {place}, answers {profile.ready_after_s:g} s after power-up"
         keys = first_keys(profile.greeting)
         lines.append(f"{head}, then is silent until you {keys}" if keys else head)
-        lines.append(f"  {shlex.join([_hil(), *options, 'monitor', name])}")
-        if "://" not in address:
-            lines.append(f"  picocom -b {baud} {address}")
-        client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
-        greeting = profile.greeting.encode()
-        lines.append(
-            f'  {sys.executable} -c "import serial; s = {client}; s.write({greeting!r}); print(s.read(99))"'
-        )
+        if not is_held(kinds[name]):
+            monitor = shlex.join([_hil(), *options, "monitor", name])
+            lines += _clients(monitor, address, device.baud or 115200, profile.greeting)
     for name, each in serving.live.sim.devices.items():
         if not each.uarts:
             lines.append(f"\n{name}: {each.profile}, without a serial port; {axis} {name}")
     for name, tap in serving.live.places.taps.items():
-        lines.append(f"\n{name}: tap at {tap.port.address}, {tap.end.tap.speed}")
+        place = f"the other end of {tap.port.address}" if is_held(kinds[name]) else tap.port.address
+        lines.append(f"\n{name}: tap at {place}, {tap.end.tap.speed}")
     for name, bus in serving.live.sim.buses.items():
         cards = [card for card in serving.live.sim.can_nodes.values() if card.of is bus]
         nodes = ", ".join(f"{card.name} is node {card.node_id}" for card in cards[:MOST_NODES])
@@ -89,8 +90,23 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
             lines.append(
                 f"  insecure: {status.get('risk', 'every program that can reach it may do everything')}"
             )
-    lines.append("\nCtrl-C ends the bench.")
+    uses = (port_use(kinds[name], address) for name, address in serving.live.places.addresses())
+    verdicts = verdict_lines(uses)
+    lines += ["", *([*verdicts, HINT, ""] if verdicts else []), "Ctrl-C ends the bench."]
     return lines
+
+
+def _clients(monitor: str, address: str, baud: int, greeting: str) -> Iterator[str]:
+    """Commands that reach a port."""
+    scheme, is_url, place = address.rpartition("://")
+    yield f"  {monitor}"
+    if scheme == "rfc2217":
+        host, _, number = place.rpartition(":")
+        yield f"  telnet {host.strip('[]')} {number}"
+    if not is_url:
+        yield f"  picocom -b {baud} {address}"
+    client, typed = f"serial.serial_for_url('{address}', {baud}, timeout=1)", greeting.encode()
+    yield f'  {sys.executable} -c "import serial; s = {client}; s.write({typed!r}); print(s.read(99))"'
 
 
 def _options(runtime: Path | None, bench: str) -> list[str]:

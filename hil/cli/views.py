@@ -58,9 +58,9 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
         clients = str(row["clients"]) if row["address"] else ""
         table.add_row(row["device"], profile, row["port"] or "none", Text(row["address"] or ""), clients)
         for name, port in row["ports"].items():
-            table.add_row(name, "", "", Text(port["address"]), str(port["clients"]))
+            table.add_row(name, "", port["kind"], Text(port["address"]), str(port["clients"]))
     for row in listed["taps"]:
-        table.add_row(row["tap"], "tap", "", Text(row["port"]), str(row["clients"]))
+        table.add_row(row["tap"], "tap", row["kind"], Text(row["port"]), str(row["clients"]))
     for row in listed["nodes"]:
         table.add_row(row["node"], f"node {row['id']} on {row['bus']}", "", "", "")
     stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]

@@ -20,7 +20,7 @@ _ROW: dict[str, Any] = {
     "address": _MAYBE_TEXT,
     "clients": int,
     "network": _MAYBE_TEXT,
-    "ports": {str: {"address": str, "clients": int}},
+    "ports": {str: {"kind": str, "address": str, "clients": int}},
     "axes": [str],
     "failed": _MAYBE_TEXT,
 }
@@ -28,7 +28,7 @@ _LIST: dict[str, Any] = {
     "bench": str,
     "pid": int,
     "devices": [({**_ROW, "network": None}, _ROW | {"network": str, "network_clients": int})],
-    "taps": [{"tap": str, "port": str, "clients": int}],
+    "taps": [{"tap": str, "kind": str, "port": str, "clients": int}],
     "nodes": [{"node": str, "id": int, "bus": str}],
 }
 _SHOT: Any = (

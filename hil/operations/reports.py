@@ -7,6 +7,7 @@ from typing import Any
 
 from hil import __version__
 from hil.config import DeviceConfig
+from hil.config.port_kinds import port_kinds
 from hil.core.core import octaves
 from hil.host.real_time import Grant
 from hil.live.board_end import BoardEnd
@@ -54,14 +55,16 @@ class Reports:
     def listed(self) -> dict[str, Any]:
         """List the bench's devices, taps and CANopen nodes, and the addresses of their ports."""
         head = {"bench": self.configured.config.bench, "pid": os.getpid(), "version": __version__}
-        devices = [self._row(name, config) for name, config in self.configured.config.devices.items()]
+        kinds = port_kinds(self.configured.config)
+        devices = [self._row(name, config, kinds) for name, config in self.configured.config.devices.items()]
         taps = [
-            {"tap": name, "port": tap.port.address, "clients": tap.port.stats().clients}
+            {"tap": name, "kind": kinds[name]}
+            | {"port": tap.port.address, "clients": tap.port.stats().clients}
             for name, tap in self.places.taps.items()
         ]
         return head | {"devices": devices, "taps": taps, "nodes": listed_nodes(self.sim)}
 
-    def _row(self, name: str, config: DeviceConfig) -> dict[str, Any]:
+    def _row(self, name: str, config: DeviceConfig, kinds: Mapping[str, str]) -> dict[str, Any]:
         place = self.places.uarts.get(name) or self.places.boards.get(name)
         row: dict[str, Any] = {
             "device": name,
@@ -80,7 +83,8 @@ class Reports:
             return row | {"hardware": "real", "at": config.at}
         device = self.sim.devices[name]
         ports = {
-            joint.label: {"address": joint.port.address, "clients": joint.port.stats().clients}
+            joint.label: {"kind": kinds[joint.label], "address": joint.port.address}
+            | {"clients": joint.port.stats().clients}
             for joint in self.places.of_device(name)
             if address_of(joint.label).part
         }

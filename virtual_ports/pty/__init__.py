@@ -5,6 +5,6 @@ ends, with ``terminal_settings.py``; ``clients.py`` counts who has it open, told
 ``stable_name.py`` is the symlink.
 
 A pty has no modem lines and no break: a client that asks for DTR or RTS after opening gets ENOTTY. It has no
-parity and no 7 bits: the kernel drops them silently. It is in no tool's list of serial ports: the path has to
-be typed. It cannot tell which client has stopped the output (tcflow): the stop ends when any of them closes.
+parity and no 7 bits: the kernel drops them silently. Few tools list it (``hil.vocab.port_programs``). It
+cannot tell which client has stopped the output (tcflow): the stop ends when any of them closes.
 """
