@@ -96,6 +96,7 @@ complete -c hil -n '__hil_in \'serve\'' -l json -d 'Print only this object, when
 complete -c hil -n '__hil_in \'serve\'' -s h -l help -d 'Show a summary and exit.'
 complete -c hil -n '__hil_at \'serve\' -eq 0' -r -F
 complete -c hil -n '__hil_in \'list\'' -l bench -s b -x -a '(__hil_names benches)' -d 'The bench, by its name, its folder or service:NAME; needed when several are running.'
+complete -c hil -n '__hil_in \'list\'' -l programs -d 'Which programs can use each port, and what helps the others.'
 complete -c hil -n '__hil_in \'list\'' -l runtime-dir -x -a '(__fish_complete_directories)' -d 'Folder of running benches\' ports and sockets. [default: $XDG_RUNTIME_DIR/hil; commands that ask look in /run/hil too]'
 complete -c hil -n '__hil_in \'list\'' -l json -d 'JSON for programs.'
 complete -c hil -n '__hil_in \'list\'' -s h -l help -d 'Show a summary and exit.'

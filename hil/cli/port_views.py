@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
-from hil.vocab.port_programs import PORT_USES, PROGRAMS, VERDICTS, PortUse, port_use, shortfalls
+from hil.vocab.port_programs import PORT_USES, PROGRAMS, VERDICTS, PortUse, port_use
 
 HELPS = "Helps"
 HINT = "Which programs can use which port, and what helps the others: hil list --programs"
@@ -66,7 +66,7 @@ def program_lines(listed: dict[str, Any]) -> list[str]:
 def _reasons(use: PortUse) -> Iterator[str]:
     if use.is_held:
         yield "  At the other end: hil itself has this end open."
-    for name, each in shortfalls(use):
+    for name, each in use.shortfalls():
         yield f"  {name}: {each.why}. {HELPS}: {each.help}"
 
 

@@ -50,6 +50,10 @@ class PortUse(NamedTuple):
     uses: Mapping[str, Use]
     is_held: bool = False
 
+    def shortfalls(self) -> Iterator[tuple[str, Use]]:
+        """Programs for which something is missing, each with what, and what helps."""
+        return ((name, each) for name, each in self.uses.items() if each.verdict != "yes")
+
 
 _YES = Use("yes")
 _USB = "`kind: usb`"
@@ -141,8 +145,3 @@ def is_held(kind: str | None) -> bool:
     """True if hil itself has such a port's address open."""
     use = port_use(kind, None)
     return use is not None and use.is_held
-
-
-def shortfalls(use: PortUse) -> Iterator[tuple[str, Use]]:
-    """Programs for which something is missing at a port, each with what and what helps."""
-    return ((name, each) for name, each in use.uses.items() if each.verdict != "yes")

@@ -17,7 +17,7 @@ from hil.cli.port_views import (
     verdict_table,
 )
 from hil.compose import find_catalogue
-from hil.vocab.port_programs import PORT_USES, PROGRAMS, VERDICTS, is_held, port_use, shortfalls
+from hil.vocab.port_programs import PORT_USES, PROGRAMS, VERDICTS, is_held, port_use
 
 HOW_TO = Path(__file__).parents[3] / "docs/how-to"
 LISTED: dict[str, Any] = {
@@ -43,7 +43,7 @@ def test_each_kind_of_port_has_a_row_with_each_kind_of_program() -> None:
 
 def test_what_is_missing_has_a_reason_and_a_remedy() -> None:
     for use in PORT_USES.values():
-        lacking = dict(shortfalls(use))
+        lacking = dict(use.shortfalls())
         for name, each in use.uses.items():
             assert each.verdict in VERDICTS
             assert bool(each.why) == bool(each.help) == (name in lacking)
