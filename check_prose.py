@@ -177,6 +177,8 @@ def findings(prose: Prose, rules: Rules) -> list[Finding]:
         registry.register_many(checks.__register__)
     for result in LintFile("", prose.text or "\n").lint(rules.proselint):
         check = result.check_result
+        if prose.text[check.span[1] - 2 : check.span[1]].isalpha():
+            continue  # its phrase ends within a word: "for ever" is none in "for every"
         found.append(prose.finding(check.span[0] - 1, check.check_path, check.message))
     return found
 

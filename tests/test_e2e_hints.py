@@ -54,7 +54,7 @@ def test_what_errors_and_tables_name(benches: tuple[Place, Server, Server]) -> N
     assert found
     assert pasted(place, found[1]).returncode == 0
     assert f"`hil --runtime-dir {place.runtime} -b u axis s1`" in place.cli(
-        "step", "s1", "9", "-b", "u", code=2
+        "step", "s1", "9", "-b", "u", code=1
     )
 
 

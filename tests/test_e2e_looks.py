@@ -47,7 +47,7 @@ def test_a_bench_that_is_looked_at_replays_identically(place: Place) -> None:
             looks += 1
     (row,) = server.ask("segments")
     server.stop()
-    assert capture.wait(PATIENCE_S) == 0
+    assert capture.wait(PATIENCE_S) == 1  # the bench ended before it
     assert row["collisions"] > 0
     assert row["packets"] > 0
     said = place.cli("replay", str(log))

@@ -158,7 +158,7 @@ def test_boards_without_serial_interfaces_at_every_door(place: Place) -> None:
         (("fault", "inject", "byte_drop", "d1", "rate=1"), "byte_drop is on a port of a twin"),
     ):
         where = ("--runtime-dir", str(place.runtime)) * (command[0] in ("capture", "fault"))
-        code = 2 if command[-2] == "type" else 1
+        code = 2 if command[-2] == "type" or command[0] in ("capture", "fault") else 1
         assert said in place.cli(*command, *where, code=code)
     plain = Plain(port)
     try:

@@ -143,4 +143,4 @@ def test_faults_of_twins_are_listed_and_a_capture_may_outlive_the_bench(place: P
     assert hil("fault", "list").startswith("1 byte_drop s1 rate=0.1 towards=client")
     assert "s1: fault 1: byte_drop" in place.cli("status")
     server.stop()  # says it if there is a traceback
-    assert capture.wait(PATIENCE_S) == 0
+    assert capture.wait(PATIENCE_S) == 1  # the bench ended before it

@@ -1,6 +1,7 @@
 """Client of a port by its address, as any other client."""
 
 import os
+import re
 import socket
 import termios
 import threading
@@ -12,6 +13,10 @@ _PIECE = 4096
 _LAST_S = 1.0
 _ESCAPE = b"\xff"
 """Telnet's character that begins a command, and stands twice where it is data (RFC 854)."""
+_COMMAND = re.compile(
+    rb"\xff(?:(\xff)|[\xfb-\xfe].|\xfa(?:[^\xff]|\xff[^\xf0])*\xff\xf0|[^\xff\xfa-\xfe])", re.DOTALL
+)
+"""A whole command: data, an option, a subnegotiation, or one of two bytes."""
 
 
 class PortUnreachable(Exception):
@@ -44,11 +49,31 @@ def opened_port(address: str) -> Iterator[int]:
         yield port
 
 
+class TelnetData:
+    """Data in a stream of Telnet, without its commands. ``held``: the beginning of one."""
+
+    def __init__(self) -> None:
+        self.held = b""
+
+    def unescaped(self, data: bytes) -> bytes:
+        """Return the data of the stream's next piece."""
+        data, self.held = self.held + data, b""
+        found, at = bytearray(), 0
+        while (escape := data.find(_ESCAPE, at)) >= 0:
+            found += data[at:escape]
+            if not (command := _COMMAND.match(data, escape)):
+                self.held = data[escape:]
+                return bytes(found)
+            found += command[1] or b""
+            at = command.end()
+        return bytes(found) + data[at:]
+
+
 @contextmanager
 def _unescaped(port: socket.socket) -> Iterator[socket.socket]:
     """Socket with the bytes of a connection to a port of RFC 2217: threads double and undouble its escapes.
 
-    Nothing is negotiated. So the port has no baud of this client, and sends no command by itself.
+    Offers of the port are left unanswered, so it has no baud of this client.
     """
     ours, theirs = socket.socketpair()
 
@@ -56,15 +81,7 @@ def _unescaped(port: socket.socket) -> Iterator[socket.socket]:
         _carry(theirs, port, lambda data: data.replace(_ESCAPE, 2 * _ESCAPE))
 
     def receive() -> None:
-        held = b""
-
-        def undoubled(data: bytes) -> bytes:
-            nonlocal held
-            data = held + data
-            held = _ESCAPE if (len(data) - len(data.rstrip(_ESCAPE))) % 2 else b""
-            return data[: len(data) - len(held)].replace(2 * _ESCAPE, _ESCAPE)
-
-        _carry(port, theirs, undoubled)
+        _carry(port, theirs, TelnetData().unescaped)
 
     threads = [threading.Thread(target=each, daemon=True) for each in (send, receive)]
     with ours, theirs:

@@ -250,7 +250,7 @@ def test_any_log_is_replayed_or_refused_with_its_place() -> None:
         (('"input":"pin"', '"input":"needle"'), "there is no input 'needle'; there are bytes, play"),
         (('"verb":"move_abs"', '"verb":"fly"'), "m1: a mechaduino has no verb 'fly'; it has "),
         (('["position_deg",5.0]', '["position_deg","far"]'), "m1: move_abs: position_deg: write a number"),
-        (('"kind":"byte_flip"', '"kind":"byte_eat"'), "fault: kinds are "),
+        (('"kind":"byte_flip"', '"kind":"byte_eat"'), 'fault: did you mean "byte_delay"? kinds are '),
         (('["rate",0.01]', '["rate",7]'), "rate: write 0 to 1"),
         (('"client_baud":9600', '"client_baud":0'), "m1: client_baud: write null, or 1 to 4294967295"),
         (('"version":1', '"version":99'), "the log has version 99, of hil test; this program reads 1"),

@@ -4,8 +4,10 @@ import os
 import socket
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from hil.net.port_client import opened_port
+from hil.net.port_client import TelnetData, opened_port
 
 HELD = bytes(range(256)) + b"\xff\xff\xffend"
 
@@ -45,3 +47,28 @@ def test_what_was_written_last_goes_out_before_the_end() -> None:
         with board:
             assert received(board, 4) == b"last"
             assert board.recv(1) == b""
+
+
+COMMANDS = [
+    b"\xff\xfb\x01",
+    b"\xff\xfd\x00",
+    b"\xff\xf1",
+    b"\xff\xfa\x2c\x01\xff\xff\x00\xff\xf0",
+    b"\xff\xfc\xff",
+]
+
+
+@given(
+    st.lists(st.one_of(st.binary(max_size=4), st.sampled_from(COMMANDS).map(tuple)), max_size=12),
+    st.lists(st.integers(1, 5)),
+)
+def test_commands_of_telnet_are_no_data(parts: list[bytes | tuple[int, ...]], pieces: list[int]) -> None:
+    wire = b"".join(
+        bytes(part) if isinstance(part, tuple) else part.replace(b"\xff", b"\xff\xff") for part in parts
+    )
+    data = b"".join(part for part in parts if isinstance(part, bytes))
+    telnet, heard = TelnetData(), b""
+    for piece in [*pieces, len(wire)]:
+        heard += telnet.unescaped(wire[:piece])
+        wire = wire[piece:]
+    assert (heard, telnet.held) == (data, b"")

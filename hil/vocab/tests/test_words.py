@@ -8,7 +8,6 @@ import pytest
 MODULES = sorted(Path(__file__).parents[1].glob("*.py"))
 FORMS = {
     "time": {"ms"},  # a number in the unit that its name says
-<<<<<<< HEAD
     "address": {"address_of", "owner_of", "pin_of", "no_part", "no_input"},  # how a name is spelled
     "problem": {"not_text"},  # what is wrong with a file, in one form
     "parameters": {"filled", "plain"},  # what a Parameter means, for several
@@ -19,12 +18,7 @@ FORMS = {
         "meant",
         "_plain",
     },  # what a word that was mistyped means
-=======
-    "address": {"address_of", "owner_of", "pin_of", "no_part"},  # how a name is spelled
-    "parameters": {"filled"},  # what a Parameter means, for several
-    "near_words": {"nearest", "meant", "_plain"},  # what a word that was mistyped means
     "port_programs": {"port_use", "is_held"},  # which row of the table is a port's
->>>>>>> 52136c5e (vocab, docs: uses of ports are words of the glossary)
     "verbs": {"checked", "described", "table_of"},
 }
 """Functions that are part of a word's meaning."""
