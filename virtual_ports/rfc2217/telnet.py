@@ -17,7 +17,7 @@ _AGREED = (BINARY, ECHO, SUPPRESS_GO_AHEAD, COM_PORT)
 _OFFERED = ((WILL, ECHO), (WILL, SUPPRESS_GO_AHEAD), (WILL, BINARY), (DO, BINARY))
 """What each client is offered; without BINARY the Enter key of most sends a 0, too (RFC 854, page 11)."""
 _MOST_AGREED = 8
-"""Maximum number of times that one option is agreed to, so that no client's answers go round for ever."""
+"""Maximum number of times that one option is agreed to, so that no client's answers go round forever."""
 (SIGNATURE, SET_BAUD, SET_DATA_SIZE, SET_PARITY, SET_STOP_SIZE, SET_CONTROL) = range(6)
 NOTIFY_MODEM_STATE, SET_LINE_MASK, SET_MODEM_MASK, PURGE = 7, 10, 11, 12
 FROM_SERVER = 100
