@@ -4,9 +4,7 @@ import json
 import os
 import tty
 
-from e2e_support import Place, config
-
-SAC = {"profile": "sac", "port": "pty", "flash": {}}
+from e2e_support import Place, config, until
 
 
 def test_commands_name_the_end_that_a_client_can_open(place: Place) -> None:
@@ -20,6 +18,7 @@ def test_commands_name_the_end_that_a_client_can_open(place: Place) -> None:
         "m3": {"port": {"kind": "serial", "url": cable}},
     }
     server = place.serve(config(devices=devices)).started()
+    until(lambda: "Ctrl-C ends the bench." in server.output, "all that is said at the start")
     rows = {row["device"]: row for row in server.ask("list")["devices"]}
     parts = {part.partition(":")[0]: part for part in server.output.split("\n\n")}
     path, url = rows["m1"]["address"], rows["m2"]["address"]
