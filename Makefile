@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-NATIVE := $(shell find hil/core/native device_profiles/sac/native virtual_ports/can/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx hil/wire/modbus_rtu/_crc16.pyx hil/wire/can/_wire_bits.pyx virtual_ports/can/_bit_wire.pyx
+NATIVE := $(shell find hil/core/native hil/host/native device_profiles/sac/native virtual_ports/can/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx hil/wire/modbus_rtu/_crc16.pyx hil/wire/can/_wire_bits.pyx virtual_ports/can/_bit_wire.pyx
 
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ hil device_profiles virtual_ports bridges
@@ -136,7 +136,7 @@ bench: $(VENV)/.dev
 	@for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || exit 1; done
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/wire/modbus_rtu/_crc16.c hil/wire/can/_wire_bits.c virtual_ports/can/_bit_wire.c hil/core/*.so hil/wire/*.so hil/wire/*/*.so virtual_ports/can/*.so device_profiles/*/*.so
+	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/wire/modbus_rtu/_crc16.c hil/wire/can/_wire_bits.c virtual_ports/can/_bit_wire.c hil/core/*.so hil/host/*.so hil/wire/*.so hil/wire/*/*.so virtual_ports/can/*.so device_profiles/*/*.so
 
 # What a compiler would say of it is pages long.
 $(VENV)/bin/python:

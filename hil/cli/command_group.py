@@ -60,7 +60,10 @@ def _made(row: CommandRow) -> Any:
         made.name = row.name
     else:
         alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-        settings = {"ignore_unknown_options": True} if row.takes_negative else None
+        settings = {
+            "ignore_unknown_options": row.takes_negative,
+            "allow_interspersed_args": not row.takes_command,
+        }
         alone.command(row.name, cls=OneCommand, hidden=row.is_hidden, context_settings=settings)(
             telling(found)
         )

@@ -18,6 +18,8 @@ class CommandRow(NamedTuple):
     takes_negative: bool = False
     """True if a value that begins with - is no option."""
     is_hidden: bool = False
+    takes_command: bool = False
+    """True if all that stands behind the first argument is another program's."""
 
 
 _ROWS = (
@@ -30,6 +32,7 @@ _ROWS = (
     CommandRow("benches", BENCH, "run_command:benches"),
     CommandRow("replay", BENCH, "bench_commands:replay"),
     CommandRow("monitor", BOARD, "board_access:monitor"),
+    CommandRow("with-lines", BOARD, "with_lines:with_lines", takes_command=True),
     CommandRow("state", BOARD, "board_access:state"),
     CommandRow("reset", BOARD, "board_access:reset"),
     CommandRow("pin", BOARD, "board_access:pin"),

@@ -35,6 +35,7 @@ TAKES = {
     "verb": "verbs",
     "monitor device": "ports",
     "port": FILE,
+    "program": FILE,
     "zenoh keys bench": "",
     "zenoh keys port": "",
     "sac oneshot number": "",

@@ -20,12 +20,13 @@ def main() -> None:
         from hil.host.journal import give_streams
 
         give_streams()
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")  # hil has none: a look for them takes 4 %
-    is_serving = _verb(sys.argv[1:]) == "serve"
+    is_serving, is_for_another = (_verb(sys.argv[1:]) == name for name in ("serve", "with-lines"))
+    if not is_for_another:  # hil has no plugins: a look for them takes 4 %
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")
     if is_serving:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # until the daemon knows what it means
         gc.disable()  # until it serves: an eighth of the start's time, for garbage that does not come
-    else:
+    elif not is_for_another:  # the program there handles signals in its own way, too
         gc.set_threshold(100_000)  # a short life: what imports make is no garbage
         # `serve` handles signals in its own way
         from hil.cli.interrupts import end_by_signals

@@ -59,6 +59,8 @@ def telling(command: Any) -> Any:
 def wants_json() -> bool:
     """True if the command line asks for JSON, whether or not it could be understood."""
     words = sys.argv[1:]
+    if words[:1] == ["with-lines"]:
+        return False  # it would be another program's option
     return _OPTION in words[: words.index("--") if "--" in words else None]
 
 
