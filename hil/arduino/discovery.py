@@ -1,4 +1,7 @@
-"""``hil arduino-discovery``: tells the IDE which ports the running benches have."""
+"""``hil arduino-discovery``: tells the IDE which ports the running benches have.
+
+The IDE 1.8 opens a port by its address with the serial monitor that it has: it is told of terminals alone.
+"""
 
 import select
 from collections.abc import Sequence
@@ -6,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TextIO
 
-from hil.arduino.protocol import Discovery, Message, board_port
+from hil.arduino.protocol import Discovery, Message, board_port, board_port_1_8
 from hil.arduino.stdio import InputLines, send
 from hil.host.trust import refuse_address
 from hil.net.benches_here import find_in
@@ -20,10 +23,10 @@ _ANSWER_S = 1.0
 
 class Benches:
     """Ports of the benches below ``bases``: the user's own, and those of services. ``is_named``: the user
-    said where they are."""
+    said where they are. ``for_1_8``: as the IDE 1.8 wants them."""
 
-    def __init__(self, bases: Sequence[Path], is_named: bool = False) -> None:
-        self._bases, self._is_named = bases, is_named
+    def __init__(self, bases: Sequence[Path], is_named: bool = False, for_1_8: bool = False) -> None:
+        self._bases, self._is_named, self._for_1_8 = bases, is_named, for_1_8
         self._last: dict[Path, list[Message]] = {}
 
     def ports(self) -> list[Message]:
@@ -38,7 +41,10 @@ class Benches:
                     if path in self._last and listener(path):
                         now[path] = self._last[path]
         self._last = now
-        return [port for ports in now.values() for port in ports]
+        found = [port for ports in now.values() for port in ports]
+        if self._for_1_8:
+            return [board_port_1_8(port) for port in found if port["address"].startswith("/")]
+        return found
 
 
 def _ports(listed: dict[str, Any], owner: int) -> list[Message]:
@@ -56,10 +62,12 @@ def _is_usable(row: dict[str, Any]) -> bool:
     return use is None or (not use.is_held and use.uses["IDE 2"].verdict != "no")
 
 
-def discover(bases: Sequence[Path], commands_fd: int, out: TextIO, is_named: bool = False) -> None:
-    """Serve one client, until QUIT or the end of its commands."""
-    benches = Benches(bases, is_named)
-    discovery, commands = Discovery(benches.ports), InputLines(commands_fd)
+def discover(
+    bases: Sequence[Path], commands_fd: int, out: TextIO, *, is_named: bool = False, for_1_8: bool = False
+) -> None:
+    """Serve one client, until QUIT or the end of its commands; the IDE 1.8 says no HELLO before them."""
+    benches = Benches(bases, is_named, for_1_8)
+    discovery, commands = Discovery(benches.ports, greets=not for_1_8), InputLines(commands_fd)
     with suppress(BrokenPipeError):  # the client has gone without QUIT
         while not (discovery.dead or commands.ended):
             readable, _, _ = select.select([commands.fd], [], [], POLL_S if discovery.syncing else None)

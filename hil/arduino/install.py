@@ -10,17 +10,12 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-import yaml
-
 from hil import __version__
-from hil.arduino.protocol import PROTOCOL
+from hil.arduino.protocol import ARCHITECTURE, PROTOCOL, VENDOR
 from hil.config import ProfileInfo
 from hil.host.new_file import write_file
 
-VENDOR, ARCHITECTURE = "hil", "virtual"
 _MARK = "# Written by `hil arduino install`; `hil arduino uninstall` removes it. sha256 of the rest: "
-_CONFIG_FILES = (".arduinoIDE/arduino-cli.yaml", ".arduino15/arduino-cli.yaml")
-"""Configurations of the IDE 2 and of arduino-cli, in the user's home."""
 
 
 class InstallError(Exception):
@@ -28,19 +23,9 @@ class InstallError(Exception):
     remedy."""
 
 
-def find_sketchbook(option: Path | None, env: Mapping[str, str], home: Path) -> Path:
-    """Find the sketchbook: the option, ``$ARDUINO_DIRECTORIES_USER``, ``directories.user`` of the IDE's or
-    arduino-cli's own configuration, or ``~/Arduino``, which is their default."""
-    if option or env.get("ARDUINO_DIRECTORIES_USER"):
-        return (option or Path(env["ARDUINO_DIRECTORIES_USER"])).absolute()
-    for name in _CONFIG_FILES:
-        with suppress(OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError):
-            return Path(str(yaml.safe_load((home / name).read_text())["directories"]["user"])).absolute()
-    return home / "Arduino"
-
-
 def platform_txt(command: Path, arguments: Iterable[str]) -> str:
-    """Make ``platform.txt``. ``command`` is the program ``hil``; ``arguments`` go to both of its commands.
+    """Make ``platform.txt``: the discovery of the IDE 2 and that of the IDE 1.8, and the monitor. ``command`` is
+    the program ``hil``; ``arguments`` go to the discoveries.
 
     Raises:
         InstallError: a path has what the file's format cannot quote.
@@ -56,6 +41,7 @@ def platform_txt(command: Path, arguments: Iterable[str]) -> str:
             "name=Virtual boards (hil)",
             f"version={version.group() if version else '0.0.0'}",
             f"pluggable_discovery.{PROTOCOL}.pattern={program} arduino-discovery{options}",
+            f"discovery.{PROTOCOL}.pattern={program} arduino-discovery --ide-1.8{options}",
             f"pluggable_monitor.pattern.{PROTOCOL}={program} arduino-monitor",
             "",
         )
@@ -63,7 +49,8 @@ def platform_txt(command: Path, arguments: Iterable[str]) -> str:
 
 
 def boards_txt(profiles: Iterable[ProfileInfo]) -> str:
-    """Make ``boards.txt``: a board for each profile, recognised by the property ``profile`` of its port.
+    """Make ``boards.txt``: a board for each profile, recognised by the property ``profile`` of its port, by the
+    IDE 1.8 by its name.
     Nothing is built or uploaded for it, so that it has no core and no tool."""
     lines = []
     for profile in profiles:
@@ -94,9 +81,9 @@ def install(sketchbook: Path, files: Mapping[str, str]) -> list[Path]:
     return stale
 
 
-def uninstall(sketchbook: Path, names: Iterable[str]) -> list[Path]:
-    """Remove the files that ``install`` wrote, and folders above them up to ``hardware`` that are empty
-    then; answers all that were removed.
+def uninstall(sketchbook: Path, names: Iterable[str], with_folder: bool = False) -> list[Path]:
+    """Remove the files that ``install`` wrote, and folders above them up to ``hardware`` (``with_folder``: up to
+    the sketchbook itself) that are empty then; answers all that were removed.
 
     Raises:
         InstallError: a file was changed since, or cannot be removed; nothing was removed then.
@@ -110,8 +97,10 @@ def uninstall(sketchbook: Path, names: Iterable[str]) -> list[Path]:
     except OSError as error:
         raise InstallError(f"{folder}: {error.strerror}") from error
     removed = list(found)
-    with suppress(OSError):  # not empty, or not there
-        for empty in (folder, folder.parent, folder.parent.parent):
+    if not found:
+        return removed
+    with suppress(OSError):  # not empty
+        for empty in (folder, *folder.parents[: 3 if with_folder else 2]):
             empty.rmdir()
             removed.append(empty)
     return removed

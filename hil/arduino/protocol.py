@@ -15,6 +15,8 @@ PROTOCOL_VERSION = 1
 PROTOCOL = "hil"
 """Protocol of the ports. Not ``serial``: for that one the IDE takes its own monitor, which refuses a pty."""
 PROTOCOL_LABEL = "Virtual board (hil)"
+VENDOR, ARCHITECTURE = "hil", "virtual"
+"""Folders of the boards in ``hardware``; both stand before a board's name."""
 BAUDS = (
     *(300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800),
     *(500000, 921600, 1000000, 2000000),
@@ -38,6 +40,12 @@ def board_port(address: str, bench: str, device: str, **more: str) -> Message:
     }
 
 
+def board_port_1_8(port: Message) -> Message:
+    """Describe the same port as the IDE 1.8 wants it, which knows a board by its whole name."""
+    name = f"{VENDOR}:{ARCHITECTURE}:{port['properties']['profile']}"
+    return port | {"identificationPrefs": {".": name}}
+
+
 def _done(event: str, message: str = "OK", **more: Any) -> list[Message]:
     return [{"eventType": event, "message": message} | more]
 
@@ -51,12 +59,12 @@ def _malformed(reason: str) -> list[Message]:
 
 
 class _Dialogue:
-    """Commands of both protocols: HELLO comes first, and QUIT always works."""
+    """Commands of both protocols: HELLO comes first where the client ``greets``, and QUIT always works."""
 
-    def __init__(self) -> None:
+    def __init__(self, greets: bool = True) -> None:
         self.dead = False
         """True once QUIT has come: nothing more is answered."""
-        self._greeted = False
+        self._greeted = not greets
         self._commands: dict[str, Callable[[str], list[Message]]] = {"HELLO": self._hello, "QUIT": self._quit}
 
     def command(self, line: str) -> list[Message]:
@@ -92,10 +100,11 @@ class _Mode(Enum):
 
 
 class Discovery(_Dialogue):
-    """Discovery protocol. ``find`` answers the present ports; its OSError is reported to the client."""
+    """Discovery protocol. ``find`` answers the present ports; its OSError is reported to the client. The IDE
+    1.8 does not greet: it has START_SYNC, STOP and the events alone."""
 
-    def __init__(self, find: Callable[[], Sequence[Message]]) -> None:
-        super().__init__()
+    def __init__(self, find: Callable[[], Sequence[Message]], greets: bool = True) -> None:
+        super().__init__(greets)
         self._find = find
         self._mode = _Mode.IDLE
         self._known: dict[str, Message] = {}

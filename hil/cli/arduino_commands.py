@@ -3,6 +3,7 @@
 import os
 import shutil
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
@@ -13,11 +14,11 @@ from hil.cli.ask import fail
 from hil.cli.command_classes import Below
 
 ABOUT = """\
-The Arduino IDE 2 and arduino-cli ask helper programs where boards are, and how to talk to them.
+The Arduino IDE, 2 and 1.8 (from 1.8.9), and arduino-cli ask helper programs where boards are.
 
-  hil arduino install      writes hardware/hil/virtual into your sketchbook, which names hil's helpers.
-                           Restart the IDE: the devices of running benches are among its ports, and the
-                           serial monitor and plotter work.
+  hil arduino install      writes hardware/hil/virtual into the sketchbook of each IDE here, which names
+                           hil's helpers. Restart the IDE: the devices of running benches are among its
+                           ports, and the serial monitor and plotter work.
   hil arduino uninstall    removes it.
 
 With arduino-cli:
@@ -25,15 +26,16 @@ With arduino-cli:
   arduino-cli board list
   arduino-cli monitor -p ADDRESS -l hil -b hil:virtual:mechaduino
 
-An IDE that knows real terminals only (1.8, or 2 without this) does not list virtual ports, and its serial
-monitor refuses a pseudo-terminal, for it has no modem lines. Use `hil monitor DEVICE` beside it.
+The IDE 1.8 lists pseudo-terminals, and no sockets. When it opens one, it says in its console "Error while
+setting serial port parameters": the port has no modem lines, and works. `hil with-lines arduino` starts an
+IDE 1.8 that does not say so.
 
 A sketch cannot be uploaded: the board runs its own firmware. Closing a port at 1200 baud, as an upload
 begins, resets a board with native USB, and it boots as usual."""
 
 Sketchbook = Annotated[
     Path | None,
-    typer.Option("--sketchbook", help="The Arduino sketchbook. [default: that of the IDE's settings]"),
+    typer.Option("--sketchbook", help="The Arduino sketchbook. [default: those of the IDEs' settings]"),
 ]
 RuntimeDir = Annotated[
     Path | None,
@@ -42,21 +44,23 @@ RuntimeDir = Annotated[
     ),
 ]
 
-app = typer.Typer(
-    cls=Below, rich_markup_mode=None, help="Show the devices to the Arduino IDE 2 and arduino-cli."
-)
+Ide18 = Annotated[
+    bool, typer.Option("--ide-1.8", help="Speak as the IDE 1.8 does, which says no HELLO.")
+]
+
+app = typer.Typer(cls=Below, rich_markup_mode=None, help="Show the devices to the Arduino IDE and arduino-cli.")
 
 
 @app.callback(invoke_without_command=True)
 def about(context: typer.Context) -> None:
-    """Show devices in the Arduino IDE 2 and arduino-cli; alone, it explains how."""
+    """Show devices in the Arduino IDE and arduino-cli; alone, it explains how."""
     if context.invoked_subcommand is None:
         typer.echo(ABOUT)
 
 
 @app.command()
 def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> None:
-    """Add hil to the IDE, by a folder in the sketchbook.
+    """Add hil to each IDE here, by a folder in its sketchbook.
 
     With --runtime-dir the IDE looks for benches there.
 
@@ -64,6 +68,7 @@ def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> No
     """
     from hil.arduino.install import InstallError, boards_txt, platform_txt
     from hil.arduino.install import install as write
+    from hil.arduino.sketchbooks import find_sketchbooks
     from hil.compose import find_catalogue
 
     arguments = ["--runtime-dir", str(runtime_dir.absolute())] if runtime_dir else []
@@ -72,13 +77,11 @@ def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> No
             "platform.txt": platform_txt(_program(), arguments),
             "boards.txt": boards_txt(find_catalogue().profiles.values()),
         }
-        book = _sketchbook(sketchbook)
-        written = write(book, files)
     except InstallError as error:
         raise fail(f"hil: {error}") from None
-    for path in written:
-        typer.echo(f"wrote {path}")
-    typer.echo("Restart the IDE." if written else f"Nothing to do: {book} has it all.")
+    books = find_sketchbooks(sketchbook, os.environ, Path.home())
+    written = _in_each(books, "wrote", lambda book: write(book, files))
+    typer.echo("Restart the IDE." if written else f"Nothing to do: {_listed(books)} has it all.")
 
 
 @app.command()
@@ -87,27 +90,53 @@ def uninstall(sketchbook: Sketchbook = None) -> None:
 
     Example: hil arduino uninstall
     """
-    from hil.arduino.install import InstallError
     from hil.arduino.install import uninstall as remove
+    from hil.arduino.sketchbooks import default_sketchbook, named_sketchbooks
 
-    book = _sketchbook(sketchbook)
-    try:
-        removed = remove(book, ("platform.txt", "boards.txt"))
-    except InstallError as error:
-        raise fail(f"hil: {error}") from None
-    for path in removed:
-        typer.echo(f"removed {path}")
-    if not removed:
-        typer.echo(f"Nothing to do: {book} has nothing of hil.")
+    default = default_sketchbook(Path.home())
+    named = [sketchbook.absolute()] if sketchbook else named_sketchbooks(os.environ, Path.home())
+    books = list(dict.fromkeys([*named, *([] if sketchbook else [default])]))
+
+    def clean(book: Path) -> list[Path]:
+        # Of an empty folder that no settings name only `install` can know.
+        return remove(book, ("platform.txt", "boards.txt"), with_folder=book not in named)
+
+    if not _in_each(books, "removed", clean):
+        typer.echo(f"Nothing to do: {_listed(books)} has nothing of hil.")
 
 
-def discovery(runtime_dir: RuntimeDir = None) -> None:
+def _in_each(books: list[Path], done: str, do: Callable[[Path], list[Path]]) -> bool:
+    """Change each sketchbook, and say what was changed; True if anything was. One that cannot be changed does
+    not stop the others, and fails the command in the end."""
+    from hil.arduino.install import InstallError
+
+    changed, failure = False, None
+    for book in books:
+        try:
+            paths = do(book)
+        except InstallError as error:
+            failure = fail(f"hil: {error}")
+            continue
+        changed = changed or bool(paths)
+        for path in paths:
+            typer.echo(f"{done} {path}")
+    if failure:
+        raise failure
+    return changed
+
+
+def _listed(books: list[Path]) -> str:
+    return " and ".join(map(str, books))
+
+
+def discovery(runtime_dir: RuntimeDir = None, ide_1_8: Ide18 = False) -> None:
     """The IDE's discovery: commands on standard input, JSON on standard output."""
     from hil.arduino.discovery import discover
     from hil.host.paths import runtime_bases
 
     with suppress(KeyboardInterrupt):
-        discover(runtime_bases(runtime_dir, os.environ), 0, sys.stdout, runtime_dir is not None)
+        bases = runtime_bases(runtime_dir, os.environ)
+        discover(bases, 0, sys.stdout, is_named=runtime_dir is not None, for_1_8=ide_1_8)
 
 
 def monitor() -> None:
@@ -116,12 +145,6 @@ def monitor() -> None:
 
     with suppress(KeyboardInterrupt):
         serve(0, sys.stdout)
-
-
-def _sketchbook(option: Path | None) -> Path:
-    from hil.arduino.install import find_sketchbook
-
-    return find_sketchbook(option, os.environ, Path.home())
 
 
 def _program() -> Path:
