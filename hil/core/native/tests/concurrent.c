@@ -14,6 +14,7 @@
 check_counts check_state;
 
 void shared_tests(void);
+void pty_lines_threads_tests(void);
 
 static const hil_rt_options EVERY_MS = {.period_ns = 1000000, .speed = 1, .priority = 50, .cpu = -1};
 
@@ -302,6 +303,7 @@ static void signals_are_the_others(void)
 int main(int argc, char **argv)
 {
     shared_tests();
+    pty_lines_threads_tests();
     RUN(owners_take_turns);
     RUN(starts_and_stops);
     RUN(refused_permissions_are_known_at_start);
