@@ -61,6 +61,10 @@ class Tool:
         assert self._pending + self._process.stdout.read() == b""
         return code
 
+    def terminate(self) -> None:
+        """End it as the IDE 1.8 does."""
+        self._process.terminate()
+
     def hang_up(self) -> None:
         assert self._process.stdin
         self._process.stdin.close()
@@ -85,6 +89,11 @@ class Tools:
 
     def discovery(self) -> Tool:
         return self._greeted("pluggable_discovery.hil.pattern")
+
+    def discovery_of_ide_1_8(self) -> Tool:
+        """That of the IDE 1.8, which begins without HELLO."""
+        self.started.append(Tool(self._platform["discovery.hil.pattern"]))
+        return self.started[-1]
 
     def monitor(self) -> Tool:
         return self._greeted("pluggable_monitor.pattern.hil")
@@ -186,6 +195,33 @@ def test_benches_come_and_go_and_one_is_stopped(place: Place, tools: Tools) -> N
     first.kill()  # and leaves its socket behind
     assert {discovery.hear()["eventType"] for _ in range(2)} == {"remove"}
     discovery.hang_up()
+    assert discovery.ended() == 0
+
+
+def test_the_ide_1_8_has_the_terminals_of_benches_that_come_and_go(place: Place, tools: Tools) -> None:
+    discovery = tools.discovery_of_ide_1_8()
+    assert discovery.say("START_SYNC") == {"eventType": "start_sync", "message": "OK"}
+    first = place.serve(config(devices={"m1": {}, "m2": TCP, "s1": {"profile": "sac"}}))
+    added = [discovery.hear() for _ in range(2)]  # its serial monitor opens no socket
+    assert [(each["eventType"], each["port"]["label"]) for each in added] == [("add", "t/m1"), ("add", "t/s1")]
+    boards = [each["port"]["identificationPrefs"]["."] for each in added]
+    assert boards == ["hil:virtual:mechaduino", "hil:virtual:sac"]
+    address = added[0]["port"]["address"]
+    assert added[0]["port"]["protocolLabel"] == "Virtual board (hil)"
+    second = place.serve(config(bench="u"), bench="u")
+    assert discovery.hear()["port"]["label"] == "u/m1"
+    first.stop()
+    gone = [discovery.hear() for _ in range(2)]
+    assert gone == [
+        {"eventType": "remove", "port": {"address": each["port"]["address"], "protocol": "hil"}} for each in added
+    ]
+    place.serve(config(devices={"m1": {}}))
+    again = discovery.hear()
+    assert (again["eventType"], again["port"]["address"]) == ("add", address)
+    second.stop()
+    assert discovery.hear()["eventType"] == "remove"
+    assert discovery.say("STOP")["eventType"] == "stop"
+    discovery.terminate()
     assert discovery.ended() == 0
 
 

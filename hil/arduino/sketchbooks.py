@@ -17,6 +17,8 @@ _CLI_FILES = (".arduinoIDE/arduino-cli.yaml", ".arduino15/arduino-cli.yaml")
 _PREFERENCES = "preferences.txt"
 _PLACE = "sketchbook.path"
 _DEBIANS_IDE = Path("/usr/share/arduino")
+_PLACES = (Path("/opt"),)
+"""Where IDEs are unpacked, beside the user's home."""
 
 
 def default_sketchbook(home: Path) -> Path:
@@ -43,7 +45,14 @@ def find_sketchbooks(option: Path | None, env: Mapping[str, str], home: Path) ->
 
 
 def _present(folders: Iterator[Path]) -> dict[Path, None]:
-    return {folder.absolute(): None for folder in folders if folder.is_dir()}
+    return {folder.absolute(): None for folder in folders if _is_folder(folder)}
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # in a folder of another user's
+        return False
 
 
 def _of_cli(home: Path) -> Iterator[Path]:
@@ -63,6 +72,7 @@ def _of_ide_1_8(settings: Path) -> Iterator[Path]:
 
 def _of_portable_ides(env: Mapping[str, str], home: Path) -> Iterator[Path]:
     started = shutil.which("arduino", path=env.get("PATH", os.defpath))
-    ides = [Path(started).resolve().parent] if started else []
-    for folder in (*ides, _DEBIANS_IDE, *home.glob("arduino-1.*"), *Path("/opt").glob("arduino-1.*")):
+    on_path = [Path(started).resolve().parent] if started else []
+    unpacked = [folder for place in (home, *_PLACES) for folder in sorted(place.glob("arduino-1.*"))]
+    for folder in (*on_path, _DEBIANS_IDE, *unpacked):
         yield from _of_ide_1_8(folder / "portable")

@@ -81,7 +81,7 @@ def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> No
         raise fail(f"hil: {error}") from None
     books = find_sketchbooks(sketchbook, os.environ, Path.home())
     written = _in_each(books, "wrote", lambda book: write(book, files))
-    typer.echo("Restart the IDE." if written else f"Nothing to do: {_listed(books)} has it all.")
+    typer.echo("Restart the IDE." if written else f"Nothing to do in {_listed(books)}.")
 
 
 @app.command()
@@ -102,7 +102,7 @@ def uninstall(sketchbook: Sketchbook = None) -> None:
         return remove(book, ("platform.txt", "boards.txt"), with_folder=book not in named)
 
     if not _in_each(books, "removed", clean):
-        typer.echo(f"Nothing to do: {_listed(books)} has nothing of hil.")
+        typer.echo(f"Nothing to do: nothing of hil is in {_listed(books)}.")
 
 
 def _in_each(books: list[Path], done: str, do: Callable[[Path], list[Path]]) -> bool:

@@ -9,7 +9,6 @@ from typer.testing import CliRunner
 from hil.arduino.install import (
     InstallError,
     boards_txt,
-    find_sketchbook,
     install,
     platform_txt,
     uninstall,
@@ -59,12 +58,15 @@ def test_what_the_ide_reads(tmp_path: Path) -> None:
         "name",
         "version",
         f"pluggable_discovery.{PROTOCOL}.pattern",
+        f"discovery.{PROTOCOL}.pattern",
         f"pluggable_monitor.pattern.{PROTOCOL}",
     }
     assert platform["version"].replace(".", "").isdigit()
     program, *words = shlex.split(platform[f"pluggable_discovery.{PROTOCOL}.pattern"])
     assert words == ["arduino-discovery", "--runtime-dir", "/tmp/a b"]
     assert Path(program).is_absolute()
+    of_1_8 = shlex.split(platform[f"discovery.{PROTOCOL}.pattern"])
+    assert of_1_8 == [program, "arduino-discovery", "--ide-1.8", "--runtime-dir", "/tmp/a b"]
     assert shlex.split(platform[f"pluggable_monitor.pattern.{PROTOCOL}"]) == [program, "arduino-monitor"]
     boards = properties(tmp_path / "hardware/hil/virtual/boards.txt")
     assert boards["mechaduino.upload_port.0.profile"] == "mechaduino"
@@ -119,26 +121,6 @@ def test_every_profile_is_a_board() -> None:
     profiles = find_catalogue().profiles
     text = boards_txt(profiles.values())
     assert {line.split(".")[0] for line in text.splitlines()} == set(profiles)
-
-
-def test_where_the_sketchbook_is(tmp_path: Path) -> None:
-    def where(option: Path | None = None, **env: str) -> Path:
-        return find_sketchbook(option, env, tmp_path)
-
-    def configure(folder: str, text: str) -> None:
-        (tmp_path / folder).mkdir(exist_ok=True)
-        (tmp_path / folder / "arduino-cli.yaml").write_text(text)
-
-    assert where() == tmp_path / "Arduino"
-    configure(".arduino15", "directories:\n  user: /cli\n")
-    assert where() == Path("/cli")
-    for useless in ("", "directories:", "directories: [user]", "a: b: c", "board_manager: {}"):
-        configure(".arduinoIDE", useless)
-        assert where() == Path("/cli")
-    configure(".arduinoIDE", "directories:\n  user: /ide\n")
-    assert where() == Path("/ide")
-    assert where(ARDUINO_DIRECTORIES_USER="/env") == Path("/env")
-    assert where(Path("/typed"), ARDUINO_DIRECTORIES_USER="/env") == Path("/typed")
 
 
 def test_uninstall_of_nothing(tmp_path: Path) -> None:

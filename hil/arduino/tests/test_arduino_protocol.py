@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from hil.arduino.protocol import BAUDS, Discovery, Message, Monitor, board_port
+from hil.arduino.protocol import BAUDS, Discovery, Message, Monitor, board_port, board_port_1_8
 
 HELLO = 'HELLO 1 "arduino-cli 1.2.3"'
 HELLO_ANSWER = [{"eventType": "hello", "protocolVersion": 1, "message": "OK"}]
@@ -157,6 +157,19 @@ def test_start_sync_tells_what_there_is_and_what_changes() -> None:
     # A description that changes replaces the one before, without a remove.
     renamed = board_port(M2["address"], "lab", "other")
     assert tool.found([renamed]) == [{"eventType": "add", "port": renamed}]
+
+
+def test_the_ide_1_8_says_no_hello() -> None:
+    ports = Ports([board_port_1_8(M1)])
+    tool = Discovery(ports.find, greets=False)
+    named = M1_MESSAGE | {"identificationPrefs": {".": "hil:virtual:mechaduino"}}
+    assert tool.command("START_SYNC")[1:] == [{"eventType": "add", "port": named}]
+    assert tool.syncing
+    ports.clear()
+    gone = {"address": M1["address"], "protocol": "hil"}
+    assert tool.found(ports) == [{"eventType": "remove", "port": gone}]
+    assert tool.command("STOP") == [{"eventType": "stop", "message": "OK"}]
+    assert not tool.syncing
 
 
 def test_a_stop_forgets_what_the_client_knew() -> None:
