@@ -1,6 +1,6 @@
 """Parts of the build that pyproject.toml cannot say yet: the native core, the planner, the packet codec, the
-byte faults, Modbus RTU's CRC, bits of CAN, the library of `hil with-lines`, that they are compiled on all CPUs,
-and that packages are made of what git tracks."""
+byte faults, Modbus RTU's CRC, bits of CAN, the library of `hil with-lines`, that they are compiled on all
+CPUs, and that packages are made of what git tracks."""
 
 import os
 import subprocess

@@ -1,6 +1,6 @@
 # bash completion of hil
 declare -gA _hil_commands=(
-    ['hil']='init check serve list status reload benches replay monitor state reset pin set zero profile axis run runs step drive plot capture decode play can fault doctor docs schema completion arduino sac modbus zenoh'
+    ['hil']='init check serve list status reload benches replay monitor with-lines state reset pin set zero profile axis run runs step drive plot capture decode play can fault doctor docs schema completion arduino sac modbus zenoh'
     ['hil profile']='list new check'
     ['hil runs']='show cancel'
     ['hil can']='eds'
@@ -21,6 +21,7 @@ declare -gA _hil_options=(
     ['hil benches']='--json --bench -b --runtime-dir -h --help'
     ['hil replay']='--json -h --help'
     ['hil monitor']='--bench -b --runtime-dir -h --help'
+    ['hil with-lines']='-h --help'
     ['hil state']='--json --bench -b --runtime-dir -h --help'
     ['hil reset']='--json --bench -b --runtime-dir -h --help'
     ['hil pin']='--json --bench -b --runtime-dir -h --help'
@@ -237,6 +238,7 @@ declare -gA _hil_arguments=(
     ['hil serve']='file'
     ['hil replay']='file'
     ['hil monitor']='ports'
+    ['hil with-lines']='file+'
     ['hil state']='axes'
     ['hil reset']='devices'
     ['hil pin']='axes - -'

@@ -203,21 +203,24 @@ def test_the_ide_1_8_has_the_terminals_of_benches_that_come_and_go(place: Place,
     assert discovery.say("START_SYNC") == {"eventType": "start_sync", "message": "OK"}
     first = place.serve(config(devices={"m1": {}, "m2": TCP, "s1": {"profile": "sac"}}))
     added = [discovery.hear() for _ in range(2)]  # its serial monitor opens no socket
-    assert [(each["eventType"], each["port"]["label"]) for each in added] == [("add", "t/m1"), ("add", "t/s1")]
-    boards = [each["port"]["identificationPrefs"]["."] for each in added]
+    assert [(each["eventType"], each["port"]["label"]) for each in added] == [
+        ("add", "t/m1"),
+        ("add", "t/s1"),
+    ]
+    ports = [each["port"] for each in added]
+    boards = [port["identificationPrefs"]["."] for port in ports]
     assert boards == ["hil:virtual:mechaduino", "hil:virtual:sac"]
-    address = added[0]["port"]["address"]
-    assert added[0]["port"]["protocolLabel"] == "Virtual board (hil)"
+    addresses = [port["address"] for port in ports]
+    assert ports[0]["protocolLabel"] == "Virtual board (hil)"
     second = place.serve(config(bench="u"), bench="u")
     assert discovery.hear()["port"]["label"] == "u/m1"
     first.stop()
-    gone = [discovery.hear() for _ in range(2)]
-    assert gone == [
-        {"eventType": "remove", "port": {"address": each["port"]["address"], "protocol": "hil"}} for each in added
-    ]
+    removed = {"eventType": "remove", "port": {"address": addresses[0], "protocol": "hil"}}
+    assert discovery.hear() == removed
+    assert discovery.hear()["port"]["address"] == addresses[1]
     place.serve(config(devices={"m1": {}}))
     again = discovery.hear()
-    assert (again["eventType"], again["port"]["address"]) == ("add", address)
+    assert (again["eventType"], again["port"]["address"]) == ("add", addresses[0])
     second.stop()
     assert discovery.hear()["eventType"] == "remove"
     assert discovery.say("STOP")["eventType"] == "stop"

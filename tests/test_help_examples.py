@@ -36,6 +36,7 @@ LAST = ("sac command", "replay")
 """Examples that come last: they take the board's address, and the log of a bench that has ended."""
 ELSEWHERE = {
     "serve": "this bench",
+    "with-lines": "hil/cli/tests/test_with_lines.py: this program has a window",
     "sac calibrate": "test_sac_companion.py: a minute by the computer's clock",
 }
 """Examples that are not carried out here, and where they are."""

@@ -24,8 +24,8 @@ class InstallError(Exception):
 
 
 def platform_txt(command: Path, arguments: Iterable[str]) -> str:
-    """Make ``platform.txt``: the discovery of the IDE 2 and that of the IDE 1.8, and the monitor. ``command`` is
-    the program ``hil``; ``arguments`` go to the discoveries.
+    """Make ``platform.txt``: the discovery of the IDE 2 and that of the IDE 1.8, and the monitor. ``command``
+    is the program ``hil``; ``arguments`` go to the discoveries.
 
     Raises:
         InstallError: a path has what the file's format cannot quote.
@@ -49,9 +49,8 @@ def platform_txt(command: Path, arguments: Iterable[str]) -> str:
 
 
 def boards_txt(profiles: Iterable[ProfileInfo]) -> str:
-    """Make ``boards.txt``: a board for each profile, recognised by the property ``profile`` of its port, by the
-    IDE 1.8 by its name.
-    Nothing is built or uploaded for it, so that it has no core and no tool."""
+    """Make ``boards.txt``: a board for each profile, recognised by the property ``profile`` of its port, and
+    by its name in the IDE 1.8. Nothing is built or uploaded for it, so that it has no core and no tool."""
     lines = []
     for profile in profiles:
         lines += [
@@ -82,8 +81,8 @@ def install(sketchbook: Path, files: Mapping[str, str]) -> list[Path]:
 
 
 def uninstall(sketchbook: Path, names: Iterable[str], with_folder: bool = False) -> list[Path]:
-    """Remove the files that ``install`` wrote, and folders above them up to ``hardware`` (``with_folder``: up to
-    the sketchbook itself) that are empty then; answers all that were removed.
+    """Remove the files that ``install`` wrote, and folders above them up to ``hardware`` that are empty then,
+    with ``with_folder`` the sketchbook itself, too; answers all that were removed.
 
     Raises:
         InstallError: a file was changed since, or cannot be removed; nothing was removed then.

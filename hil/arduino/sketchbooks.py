@@ -1,7 +1,7 @@
 """Sketchbooks of the Arduino IDEs of a user: the folders in which they look for boards of others.
 
-The IDE 2 and arduino-cli keep the place in ``arduino-cli.yaml``, the IDE 1.8 in ``preferences.txt``. An IDE 1.8
-with a folder ``portable`` beside its program has both in there.
+The IDE 2 and arduino-cli keep the place in ``arduino-cli.yaml``, the IDE 1.8 in ``preferences.txt``. An IDE
+1.8 with a folder ``portable`` beside its program has both in there.
 """
 
 import os

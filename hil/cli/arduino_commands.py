@@ -44,11 +44,9 @@ RuntimeDir = Annotated[
     ),
 ]
 
-Ide18 = Annotated[
-    bool, typer.Option("--ide-1.8", help="Speak as the IDE 1.8 does, which says no HELLO.")
-]
+Ide18 = Annotated[bool, typer.Option("--ide-1.8", help="Speak as the IDE 1.8 does, which says no HELLO.")]
 
-app = typer.Typer(cls=Below, rich_markup_mode=None, help="Show the devices to the Arduino IDE and arduino-cli.")
+app = typer.Typer(cls=Below, rich_markup_mode=None, help="Show the devices to the Arduino IDE, 2 and 1.8.")
 
 
 @app.callback(invoke_without_command=True)

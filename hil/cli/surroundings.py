@@ -17,7 +17,10 @@ ENVIRONMENT = {
     "JOURNAL_STREAM": "of a service: whether its messages go to the journal, with priorities.",
     "NO_COLOR": "if it is set, no colours on terminals (https://no-color.org).",
     "TERM": "`dumb`: no colours either.",
-    "ARDUINO_DIRECTORIES_USER": "the sketchbook for `hil arduino`, unless --sketchbook names another.",
+    "ARDUINO_DIRECTORIES_USER": "the sketchbook of the IDE 2 and of arduino-cli for `hil arduino`, unless"
+    " --sketchbook names another.",
+    "PATH": "where `hil with-lines` finds the program, and `hil arduino` a portable IDE.",
+    "LD_PRELOAD": "`hil with-lines` adds its library to it, for the program that it starts.",
 }
 FILES = {
     "$XDG_RUNTIME_DIR/hil/BENCH/DEVICE": "a device's pseudo-terminal; the name stays from start to start",

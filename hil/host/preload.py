@@ -1,5 +1,5 @@
-"""Library with modem lines for ptys, which ``hil with-lines`` has loaded into another program; and programs into
-which the loader does not load it.
+"""Library with modem lines for ptys, which ``hil with-lines`` lets another program load; and programs that
+load none.
 
 Sources: ld.so(8), ``LD_PRELOAD`` and secure-execution mode; elf(5).
 """
@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 LIBRARY = Path(__file__).with_name("libhil_lines.so")
-VARIABLE = "LD_PRELOAD"
 _SEPARATORS = " :\n\t"
 """Ends of a path in the variable: it has no way to quote them."""
 _SCRIPTS = 4
@@ -58,10 +57,10 @@ def with_library(env: Mapping[str, str]) -> dict[str, str]:
         raise PreloadRefused(f"{LIBRARY} is not there: install hil again")
     if any(each in str(LIBRARY) for each in _SEPARATORS):
         raise PreloadRefused(
-            f"{VARIABLE} cannot name {LIBRARY}, for its blanks or colons: install hil elsewhere"
+            f"LD_PRELOAD cannot name {LIBRARY}, for its blanks or colons: install hil elsewhere"
         )
-    loaded = [each for each in [env.get(VARIABLE, "")] if each]
-    return {**env, VARIABLE: ":".join([*loaded, str(LIBRARY)])}
+    loaded = env.get("LD_PRELOAD")
+    return {**env, "LD_PRELOAD": f"{loaded}:{LIBRARY}" if loaded else str(LIBRARY)}
 
 
 def _refuse(program: Path) -> str:

@@ -74,7 +74,9 @@ def test_the_ide_2_and_arduino_cli(home: Home) -> None:
 
 def test_the_ide_1_8(home: Home) -> None:
     book = home.folder("sketches and more")
-    preferences = home.write(".arduino15/preferences.txt", f"board=uno\n#x\nsketchbook.path = {book} \nlast=1\n")
+    preferences = home.write(
+        ".arduino15/preferences.txt", f"board=uno\n#x\nsketchbook.path = {book} \nlast=1\n"
+    )
     assert home.found() == [book]
     home.write(".arduinoIDE/arduino-cli.yaml", f"directories:\n  user: {home.folder('ide')}\n")
     assert home.found() == [home.path / "ide", book]
@@ -88,7 +90,9 @@ def test_the_ide_1_8(home: Home) -> None:
     assert home.found() == [book]
 
 
-@pytest.mark.parametrize("place", ["opt/arduino-1.8.19", "arduino-1.8.13", "usr/share/arduino", "on the path"])
+@pytest.mark.parametrize(
+    "place", ["opt/arduino-1.8.19", "arduino-1.8.13", "usr/share/arduino", "on the path"]
+)
 def test_a_portable_ide(home: Home, place: str) -> None:
     ide = home.folder(place)
     if place == "on the path":
@@ -106,7 +110,9 @@ def test_install_into_each_and_uninstall(home: Home) -> None:
     home.write(".arduino15/preferences.txt", f"sketchbook.path={books[1]}\n")
     before = home.tree()
     said = home.run("install")
-    assert all(f"wrote {book / HARDWARE / name}" in said for book in books for name in ("platform.txt", "boards.txt"))
+    assert all(
+        f"wrote {book / HARDWARE / name}" in said for book in books for name in ("platform.txt", "boards.txt")
+    )
     assert f"Nothing to do in {books[0]} and {books[1]}." in home.run("install")
     changed = books[0] / HARDWARE / "boards.txt"
     text = changed.read_text()
@@ -123,7 +129,9 @@ def test_install_into_each_and_uninstall(home: Home) -> None:
 def test_of_a_home_without_an_ide_nothing_is_left(home: Home) -> None:
     home.run("install")
     assert (home.path / "Arduino" / HARDWARE / "platform.txt").exists()
-    home.write(".arduinoIDE/arduino-cli.yaml", f"directories:\n  user: {home.folder('new')}\n")  # an IDE comes
+    home.write(
+        ".arduinoIDE/arduino-cli.yaml", f"directories:\n  user: {home.folder('new')}\n"
+    )  # an IDE comes
     before = home.tree()
     assert "removed" in home.run("uninstall")
     assert home.tree() == {name for name in before if not name.startswith("Arduino")}

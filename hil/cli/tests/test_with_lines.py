@@ -17,7 +17,12 @@ HIL = [sys.executable, "-c", "from hil.cli.entry import main; main()", "with-lin
 
 def start(*words: str, **more: Any) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [*HIL, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.PIPE, text=True, **more
+        [*HIL, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        stdin=subprocess.PIPE,
+        text=True,
+        **more,
     )
 
 
