@@ -1,5 +1,5 @@
 """The main job against an installed hil, outside the tree: calibrate, x, y, r 90, p, j over pyserial; pages
-of the documentation and the dissector, which have to be where it looks for them.
+of the documentation, the dissector and the library of modem lines, which have to be where it looks for them.
 
 Usage: main_job.py HIL. Prints what it did; exits with an error where the board did otherwise.
 """
@@ -61,6 +61,14 @@ def find_dissector(hil: str, home: Path, *dirs: str) -> None:
     print(done.stdout.strip())
 
 
+def read_lines(hil: str, path: Path) -> None:
+    """Let a program read modem lines, for which it loads a library of hil's."""
+    program = "import serial, sys; port = serial.Serial(sys.argv[1]); port.dtr = False; print(port.cts)"
+    command = [hil, "with-lines", sys.executable, "-c", program, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout) == (0, "True\n"), done
+
+
 def main(hil: str) -> None:
     show_pages(hil)
     with tempfile.TemporaryDirectory() as folder:
@@ -75,6 +83,7 @@ def main(hil: str) -> None:
         path = home / "run" / "wheel" / "m1"
         with serial.Serial(str(path), 115200, timeout=0.1) as port:
             work(port)
+        read_lines(hil, path)
         status = subprocess.run([hil, "status", "--json", *dirs[:2]], capture_output=True, check=True)
         print(status.stdout[:60])
         find_dissector(hil, home, *dirs[:2])

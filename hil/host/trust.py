@@ -12,6 +12,7 @@ from pathlib import Path
 _LINKS = 40
 _PTY_MAJORS = range(136, 144)
 """Device numbers of pty slaves: the kernel's Documentation/admin-guide/devices.txt."""
+_SYSFS = Path("/sys/dev/char")
 
 
 def distrust(folder: Path, owners: Collection[int] = ()) -> str:
@@ -82,8 +83,8 @@ def user_name(uid: int) -> str:
 
 
 def refuse_address(address: str, owner: int) -> str:
-    """Reason why a bench's text is no port's address, empty if it is one: a pseudo-terminal of its owner's or
-    what the network reaches."""
+    """Reason why a bench's text is no port's address, empty if it is one: a pseudo-terminal of its owner's, a
+    device at a virtual USB controller, which has no owner, or what the network reaches."""
     if address.startswith(("socket://", "rfc2217://")):
         return ""
     if not address.startswith("/") or "\0" in address:
@@ -92,8 +93,16 @@ def refuse_address(address: str, owner: int) -> str:
         found = os.stat(address)
     except OSError as error:
         return error.strerror or str(error)
+    if stat.S_ISCHR(found.st_mode) and _is_virtual_usb(found.st_rdev):
+        return ""
     if not stat.S_ISCHR(found.st_mode) or os.major(found.st_rdev) not in _PTY_MAJORS:
-        return "it is no pseudo-terminal"
+        return "it is neither a pseudo-terminal nor a virtual USB device"
     if found.st_uid != owner:
         return f"it is a terminal of another user, {user_name(found.st_uid)}"
     return ""
+
+
+def _is_virtual_usb(number: int) -> bool:
+    """True for a character device behind the kernel's virtual USB controller, so that it is no real board."""
+    link = _SYSFS / f"{os.major(number)}:{os.minor(number)}"
+    return any(part.startswith("vhci_hcd") for part in Path(os.path.realpath(link)).parts)

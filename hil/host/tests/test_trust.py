@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from hil.host import trust
 from hil.host.trust import distrust, refuse_address
 from hil.net.benches_here import Found, Here
 
@@ -67,6 +68,20 @@ def test_an_address_is_a_terminal_of_its_owner_or_of_the_network(tmp_path: Path)
         assert refuse_address(wrong, me)
     os.close(master)
     os.close(slave)
+
+
+def test_a_device_at_the_virtual_usb_controller_is_an_address(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trust, "_SYSFS", tmp_path)
+    number = os.stat("/dev/null").st_rdev  # in place of a ttyACM's
+    link = tmp_path / f"{os.major(number)}:{os.minor(number)}"
+    for controller, is_refused in (("platform/vhci_hcd.0/usb5/5-1", False), ("pci0000:00/usb1/1-1", True)):
+        tty = tmp_path / "devices" / controller / "tty/ttyACM0"
+        tty.mkdir(parents=True)
+        link.unlink(missing_ok=True)
+        link.symlink_to(tty)
+        assert bool(refuse_address("/dev/null", os.getuid() + 1)) == is_refused
 
 
 def test_benches_of_one_name_have_names_of_their_own(tmp_path: Path) -> None:
