@@ -75,4 +75,5 @@ def _of_portable_ides(env: Mapping[str, str], home: Path) -> Iterator[Path]:
     on_path = [Path(started).resolve().parent] if started else []
     unpacked = [folder for place in (home, *_PLACES) for folder in sorted(place.glob("arduino-1.*"))]
     for folder in (*on_path, _DEBIANS_IDE, *unpacked):
-        yield from _of_ide_1_8(folder / "portable")
+        portable = folder / "portable"
+        yield from list(_of_ide_1_8(portable)) or [portable / "sketchbook"]  # before it has saved its settings

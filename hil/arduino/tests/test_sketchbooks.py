@@ -98,10 +98,14 @@ def test_a_portable_ide(home: Home, place: str) -> None:
     if place == "on the path":
         home.write(f"{place}/arduino", "#!/bin/sh\n").chmod(0o755)
         (home.folder("bin") / "arduino").symlink_to(ide / "arduino")
-    home.write(f"{place}/portable/preferences.txt", "sketchbook.path=sketchbook\n")
+    home.folder(f"{place}/portable")
     assert home.found() == [home.path / "Arduino"]
     inside = home.folder(f"{place}/portable/sketchbook")
     assert home.found() == [inside]
+    preferences = home.write(f"{place}/portable/preferences.txt", "sketchbook.path=sketchbook\n")
+    assert home.found() == [inside]
+    preferences.write_text(f"sketchbook.path={home.folder('elsewhere')}\n")
+    assert home.found() == [home.path / "elsewhere"]
 
 
 def test_install_into_each_and_uninstall(home: Home) -> None:
