@@ -76,4 +76,5 @@ def _of_portable_ides(env: Mapping[str, str], home: Path) -> Iterator[Path]:
     unpacked = [folder for place in (home, *_PLACES) for folder in sorted(place.glob("arduino-1.*"))]
     for folder in (*on_path, _DEBIANS_IDE, *unpacked):
         portable = folder / "portable"
-        yield from list(_of_ide_1_8(portable)) or [portable / "sketchbook"]  # before it has saved its settings
+        # Without settings, which it saves at its end, it is there.
+        yield from list(_of_ide_1_8(portable)) or [portable / "sketchbook"]
