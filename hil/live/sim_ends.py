@@ -11,6 +11,7 @@ from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.uart import USB_HELD_BYTES
+from hil.vocab.ports import PoweredPort
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ns, resample
@@ -35,6 +36,8 @@ class UartEnd:
     device: Device
     name: str = ""
     native_usb: bool = field(default=False, kw_only=True)
+    _powered: PoweredPort | None = field(default=None, init=False)
+    """Port that is a part of the board."""
     _typed: bytearray = field(default_factory=bytearray, init=False)
     _is_typing: bool = field(default=False, init=False)
     _is_held: bool = field(default=False, init=False)
@@ -44,6 +47,10 @@ class UartEnd:
     def __post_init__(self) -> None:
         self._uart = self.device.uarts[self.name]
         self._uart.listeners.append(self.send)
+        if self.native_usb and self._uart.baud is None and isinstance(self.joint.port, PoweredPort):
+            self._powered = self.joint.port
+            self._powered.power(self.device.power.is_there)
+            self.device.power.listeners.append(self._tell_power)
 
     # ---- End ----
 
@@ -70,8 +77,16 @@ class UartEnd:
         if self.native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
             self.bench.give(self.device, Reset())
 
+    def _tell_power(self, is_on: bool) -> None:
+        """Tell a port that is a part of the board of its power. With each power-up it was off before."""
+        if self._powered:
+            self._powered.power(False)
+            self._powered.power(is_on)
+
     def leave(self) -> None:
         self._uart.listeners.remove(self.send)
+        if self._powered:
+            self.device.power.listeners.remove(self._tell_power)
         self.lines.forget(self)
         self._typed.clear()
 

@@ -1,1 +1,11 @@
+<<<<<<< HEAD
 """A USB CDC-ACM board at the kernel's virtual controller (vhci-hcd): the server's side of USB/IP."""
+=======
+"""A USB CDC-ACM board at the kernel's virtual controller (vhci-hcd): the server's side of USB/IP.
+
+``usb_port.py`` is the port, ``port.py`` what a configuration needs of it; ``vhci.py`` plugs it in.
+``session.py`` is the time for which it is plugged in. ``cdc_acm.py`` is the device as its host sees it, with
+``usb_device.py`` (standard requests), ``endpoints.py`` (transfers that wait), ``descriptors.py`` and
+``urb.py`` (the bytes of USB/IP); these are pure.
+"""
+>>>>>>> w-usb
