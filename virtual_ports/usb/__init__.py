@@ -1,6 +1,3 @@
-<<<<<<< HEAD
-"""A USB CDC-ACM board at the kernel's virtual controller (vhci-hcd): the server's side of USB/IP."""
-=======
 """A USB CDC-ACM board at the kernel's virtual controller (vhci-hcd): the server's side of USB/IP.
 
 ``usb_port.py`` is the port, ``port.py`` what a configuration needs of it; ``vhci.py`` plugs it in.
@@ -8,4 +5,3 @@
 ``usb_device.py`` (standard requests), ``endpoints.py`` (transfers that wait), ``descriptors.py`` and
 ``urb.py`` (the bytes of USB/IP); these are pure.
 """
->>>>>>> w-usb
