@@ -76,10 +76,13 @@ def attach(
         raise VhciError(f"the kernel's module vhci-hcd is not loaded; as root `modprobe vhci-hcd`; {_DOCTOR}")
     try:
         ports = [port for port in hub_ports(found) if port.is_super == (speed == SUPER_SPEED)]
-        with (found / "attach").open("wb", buffering=0) as file:
+        file = os.open(found / "attach", os.O_WRONLY)
+        try:
             for port in ports:
-                if port.state == FREE and _taken(file.fileno(), port, sock, bus_id, speed):
+                if port.state == FREE and _taken(file, port, sock, bus_id, speed):
                     return Attachment(sock, found, port.number, bus_id, sysfs)
+        finally:
+            os.close(file)
     except OSError as error:
         raise VhciError(_why(error, found)) from error
     raise VhciError(

@@ -124,7 +124,7 @@ def test_what_the_kernel_refuses_otherwise_is_told(tmp_path: Path, kernel_end: s
     sysfs = Sysfs(tmp_path, status=LINUX_6_1)
     (sysfs.folder / "attach").unlink()
     (sysfs.folder / "attach").symlink_to("/dev/full")
-    with pytest.raises(VhciError, match="refuses the device .No space left"):
+    with pytest.raises(VhciError, match=r"refuses the device .No space left"):
         attach(kernel_end, 7, sysfs=tmp_path)
 
 
