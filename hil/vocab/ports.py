@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+from hil.vocab.line_format import LineFormat
+
 Tap = Callable[[str, bytes], None]
 """Called with what passes at a port: the direction, "board" or "client", and the bytes."""
 
@@ -126,6 +128,17 @@ class PoweredPort(Protocol):
 
     def power(self, is_on: bool) -> None:
         """Note the board's power; safe to call twice. A reset is off and on."""
+
+
+@runtime_checkable
+class FormattedPort(Protocol):
+    """Port whose clients choose the format of their characters. Beside ``Port``."""
+
+    def client_format(self) -> LineFormat:
+        """Format that a client has set."""
+
+    def tell_errors(self, *, framing: bool, parity: bool) -> None:
+        """Tell clients that the last bytes came with these errors."""
 
 
 class PortError(Exception):

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
+from hil.vocab.line_format import LineFormat, format_named
 from virtual_ports.usb.descriptors import BULK_IN, BULK_OUT, COMMUNICATION, NOTIFY, Descriptors
 from virtual_ports.usb.endpoints import Endpoint, InEndpoint, MessageEndpoint, OutEndpoint
 from virtual_ports.usb.urb import CommandReader, Unlink
@@ -21,7 +22,8 @@ _HERE = CARRIER | DSR
 _SERIAL_STATE = struct.Struct("<BBHHHH")
 _NOTIFICATION, _SERIAL_STATE_CODE = 0xA1, 0x20
 _TOUCH_BAUD = 1200
-_KNOWN_BITS = (5, 6, 7, 8)
+_PARITIES = "NOEMS"
+_MOST_STOP = 2
 
 
 class _Request(IntEnum):
@@ -42,9 +44,11 @@ class LineCoding:
     data_bits: int = 8
 
     @property
-    def is_known(self) -> bool:
-        """True if there is such a format."""
-        return self.baud > 0 and self.stop <= 2 and self.parity <= 4 and self.data_bits in _KNOWN_BITS
+    def line_format(self) -> LineFormat | None:
+        """Format of the characters; None: there is no such one. 1.5 stop bits count as 2."""
+        if self.stop > _MOST_STOP or self.parity >= len(_PARITIES):
+            return None
+        return format_named(f"{self.data_bits}{_PARITIES[self.parity]}{2 if self.stop else 1}")
 
 
 class CdcAcm:
@@ -154,7 +158,7 @@ class CdcAcm:
         if len(data) != _CODING.size:
             return None
         coding = LineCoding(*_CODING.unpack(data))
-        if not coding.is_known:
+        if not coding.baud or coding.line_format is None:
             return None
         self.coding = coding
         return b""

@@ -81,6 +81,11 @@ class Session(asyncio.Protocol):
         self.device.to_host.send(fits)
         self._flush()
 
+    def tell(self, events: int) -> None:
+        """Tell the host of events on the line."""
+        self.device.tell(events)
+        self._flush()
+
     def resume(self) -> None:
         """Let the board take more, soon: this may be called in the middle of what it takes."""
         if not self._is_moving and self.device.from_host.is_waiting:

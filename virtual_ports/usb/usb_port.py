@@ -11,7 +11,9 @@ from typing import Protocol
 
 from hil.net import stable_name
 from hil.net.traffic import Traffic
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
+from virtual_ports.usb.cdc_acm import FRAMING, PARITY
 from virtual_ports.usb.descriptors import Descriptors
 from virtual_ports.usb.session import Session
 from virtual_ports.usb.usb_options import Options
@@ -92,6 +94,16 @@ class UsbPort:
 
     def client_baud(self) -> int | None:
         return self._session.device.coding.baud if self._session else None
+
+    def client_format(self) -> LineFormat:
+        """Format of a client's characters."""
+        client_format = self._session.device.coding.line_format if self._session else None
+        return client_format or EIGHT_N_1
+
+    def tell_errors(self, *, framing: bool, parity: bool) -> None:
+        """Tell the host that the last bytes came with these errors."""
+        if self._session:
+            self._session.tell(FRAMING * framing | PARITY * parity)
 
     def stats(self) -> PortStats:
         is_open = self._session is not None and self._session.device.is_open

@@ -2,7 +2,6 @@
 
 import asyncio
 import socket
-from collections.abc import Callable
 
 from linux_host import LinuxHost
 
@@ -10,14 +9,15 @@ from virtual_ports.usb.vhci import VhciError
 
 
 class FakeKernel:
-    """Kernel with a virtual controller. ``hosts``: one for each device that was ever plugged in."""
+    """Kernel with a virtual controller, served by the event loop that it is made on. ``hosts``: one for each
+    device that was ever plugged in."""
 
     def __init__(self, makes_tty: bool = True) -> None:
         self.hosts: list[LinuxHost] = []
         self.plugged: list[FakeAttachment] = []
         self.refuses: str | None = None
         self.makes_tty = makes_tty
-        self.on_loop: Callable[[Callable[[], None]], object] | None = None
+        self.loop = asyncio.get_running_loop()
 
     @property
     def host(self) -> LinuxHost:
@@ -30,11 +30,8 @@ class FakeKernel:
         attachment = FakeAttachment(self, sock, host)
         self.hosts.append(host)
         self.plugged.append(attachment)
-        assert self.loop
         self.loop.call_soon_threadsafe(attachment.start)
         return attachment
-
-    loop: asyncio.AbstractEventLoop | None = None
 
 
 class FakeAttachment:
@@ -51,7 +48,6 @@ class FakeAttachment:
     def start(self) -> None:
         if not self.is_detached:
             self._sock.setblocking(False)
-            assert self._kernel.loop
             self._kernel.loop.add_reader(self._sock, self._readable)
             self.host.enumerate()
             self.step()
@@ -73,7 +69,6 @@ class FakeAttachment:
         """Send what the host has for the device."""
         self._unsent += self.host.take()
         if self._unsent and not self.is_detached:
-            assert self._kernel.loop
             try:
                 self._unsent = self._unsent[self._sock.send(self._unsent) :]
             except BlockingIOError:
@@ -89,7 +84,6 @@ class FakeAttachment:
         """Pull the device out, as the kernel does."""
         if not self.is_detached:
             self.is_detached = True
-            assert self._kernel.loop
             if not self._kernel.loop.is_closed():
                 self._kernel.loop.remove_reader(self._sock)
                 self._kernel.loop.remove_writer(self._sock)

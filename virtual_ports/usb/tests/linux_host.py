@@ -27,7 +27,7 @@ class Urb:
 
 
 class LinuxHost:
-    """Host. ``received`` is what its program has read; ``written`` what it still has to write."""
+    """Host, and the program that has the tty open."""
 
     def __init__(self, bus_id: int = 7) -> None:
         self.bus_id = bus_id
@@ -43,6 +43,9 @@ class LinuxHost:
         self.dtr = self.rts = False
         self.coding = (9600, 0, 0, 8)
         self.received = bytearray()
+        """Bytes that wait for the program to read."""
+        self.most_unread = 1 << 40
+        """Number of them from which on the tty asks for no more."""
         self.states: list[int] = []
         """Serial states that it was told."""
         self._unwritten: deque[bytes] = deque()
@@ -232,14 +235,19 @@ class LinuxHost:
     def _has_read(self, status: int, data: bytes) -> None:
         if status == 0:
             self.received += data
+        if len(self.received) > self.most_unread:
+            self.is_throttled = True
         if self.is_open and not self.is_throttled:
             self._read()
 
-    def throttle(self) -> None:
-        """Read no more: the program does not take what has come."""
-        self.is_throttled = True
+    def read(self) -> bytes:
+        """Read as a program what has come."""
+        read = bytes(self.received)
+        self.received.clear()
+        return read
 
     def unthrottle(self) -> None:
+        """Ask for more, after the program has read."""
         self.is_throttled = False
         waiting = sum(urb.done == self._has_read for urb in self.urbs.values())
         for _ in range(READ_URBS - waiting):

@@ -19,7 +19,6 @@ Scenario = Callable[[UsbPort, RecordingHost, FakeKernel], Awaitable[None]]
 def run(folder: Path, scenario: Scenario, usb: UsbIdentity = ADAPTER, options: Options | None = None) -> None:
     async def main() -> None:
         kernel = FakeKernel()
-        kernel.loop = asyncio.get_running_loop()
         port = UsbPort(options or Options(), PortContext("b", "m1", folder, usb=usb), kernel.attach)
         host = RecordingHost(port)
         await port.open(host)
