@@ -157,8 +157,8 @@ class Session(asyncio.Protocol):
     # ---- the host's programs ----
 
     def _left(self) -> None:
-        if not self.device.is_touched:
-            self._loop.call_soon(self._tell_left, self.device.coding.baud)
+        # The baud that a native board is left at is told by its touch alone.
+        self._loop.call_soon(self._tell_left, None if self.device.is_native else self.device.coding.baud)
 
     def _tell_left(self, baud: int | None) -> None:
         if not self._has_ended:
