@@ -144,7 +144,7 @@ class UsbPort:
             raise PortError(f"{self._title}: {error}") from error
         self._plugged = plugged
         session = Session(self._descriptors, self._host, self._traffic, self._lost)
-        self._session, self._away = session, None
+        self._session = session
         try:
             await loop.create_unix_connection(lambda: session, sock=our_end)
             tty = await self._find_tty(session, plugged)
@@ -152,7 +152,7 @@ class UsbPort:
         except BaseException as error:
             self._pull_out(str(error), AGAIN_S)
             raise
-        self._tty = tty
+        self._tty, self._away = tty, None
 
     async def _find_tty(self, session: Session, plugged: Plugged) -> str:
         loop = asyncio.get_running_loop()
