@@ -14,7 +14,7 @@ from hil.compose.replay import replay
 from hil.config import parse
 from hil.daemon import Daemon, Serving
 from hil.vocab.ports import Port, PortContext
-from virtual_ports.usb import session, usb_port
+from virtual_ports.usb import usb_port, usb_session
 from virtual_ports.usb.usb_options import Options
 
 CONFIG = """\
@@ -85,7 +85,7 @@ class Board:
 def test_boards_on_the_usb_answer_and_a_log_repeats_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(session, "TOUCH_S", 0.01)
+    monkeypatch.setattr(usb_session, "TOUCH_S", 0.01)
     monkeypatch.setattr(usb_port, "RESET_S", 0.05)
     log = tmp_path / "log.jsonl"
 

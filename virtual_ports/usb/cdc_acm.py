@@ -127,7 +127,7 @@ class CdcAcm:
             state = _SERIAL_STATE.pack(_NOTIFICATION, _SERIAL_STATE_CODE, 0, COMMUNICATION, 2, _HERE | events)
             self._notify.send(state)
 
-    # ---- Function ----
+    # ---- UsbFunction ----
 
     def configured(self, *, is_configured: bool) -> None:
         self.coding = LineCoding()

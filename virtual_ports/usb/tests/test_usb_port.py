@@ -10,7 +10,7 @@ from fake_vhci import FakeKernel
 from hil.testing.ports import RecordingHost, accounted, until
 from hil.vocab.line_format import EIGHT_N_1
 from hil.vocab.ports import ADAPTER, PortContext, PortError, UsbIdentity
-from virtual_ports.usb import session, usb_port
+from virtual_ports.usb import usb_port, usb_session
 from virtual_ports.usb.usb_options import Options
 from virtual_ports.usb.usb_port import UsbPort
 
@@ -169,7 +169,7 @@ def test_no_tty_says_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 def test_the_touch_tells_1200_baud_after_a_quarter_of_a_second(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(session, "TOUCH_S", 0.01)
+    monkeypatch.setattr(usb_session, "TOUCH_S", 0.01)
 
     async def scenario(port: UsbPort, board: RecordingHost, kernel: FakeKernel) -> None:
         host, step = kernel.host, kernel.plugged[0].step
@@ -194,7 +194,7 @@ def test_the_touch_tells_1200_baud_after_a_quarter_of_a_second(
 def test_the_touch_is_off_if_the_port_is_opened_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(session, "TOUCH_S", 3600.0)
+    monkeypatch.setattr(usb_session, "TOUCH_S", 3600.0)
 
     async def scenario(port: UsbPort, board: RecordingHost, kernel: FakeKernel) -> None:
         host, step = kernel.host, kernel.plugged[0].step
@@ -203,7 +203,7 @@ def test_the_touch_is_off_if_the_port_is_opened_again(
         host.close()
         step()
         await until(lambda: port.stats().connects == 1 and not port.stats().clients)
-        monkeypatch.setattr(session, "TOUCH_S", 0.0)
+        monkeypatch.setattr(usb_session, "TOUCH_S", 0.0)
         host.open()
         step()
         await until(lambda: port.stats().connects == 2)

@@ -15,7 +15,7 @@ _PIECES = 64
 """Maximum number of pieces that the board takes in one turn of the event loop."""
 
 
-class Session(asyncio.Protocol):
+class UsbSession(asyncio.Protocol):
     """Device that is plugged in, from the connection with its host controller to ``end``. It adds to
     ``traffic``. ``lost`` is called once, with the reason, when the connection has ended by itself."""
 
