@@ -73,7 +73,7 @@ class UsbFunction(Protocol):
         know the request."""
 
     def configured(self, *, is_configured: bool) -> None:
-        """Begin anew, or rest until the host configures the device again."""
+        """Begin again, or rest until the host configures the device."""
 
 
 class UsbDevice:

@@ -64,7 +64,7 @@ class UsbPort:
         self._away: str | None = "not opened yet"
         """Reason why it is not plugged in."""
         self._for_s = 0.0
-        """Time for which it stays away."""
+        """Time until it is plugged in again."""
         self._has_power = True
         self._is_closing = False
 
