@@ -11,7 +11,7 @@ from fake_vhci import FakeAttachment, FakeKernel
 import virtual_ports.usb.port
 from hil.compose.find import find_catalogue
 from hil.compose.replay import replay
-from hil.config import parse
+from hil.config import ConfigError, parse
 from hil.daemon import Daemon, Serving
 from hil.vocab.ports import Port, PortContext
 from virtual_ports.usb import usb_port, usb_session
@@ -33,6 +33,15 @@ async def until(condition: Callable[[], object], what: str) -> None:
             return
         await asyncio.sleep(0.01)
     raise AssertionError(f"waited for {what}")
+
+
+def test_no_two_devices_have_one_serial_number() -> None:
+    port = "port: {kind: usb, serial_number: A}"
+    text = (
+        f"bench: t\ndevices: {{m1: {{profile: mechaduino, {port}}}, m2: {{profile: mechaduino, {port}}}}}\n"
+    )
+    with pytest.raises(ConfigError, match='device m1 has its port in the same place, "serial number A"'):
+        parse(text, "t.yaml", find_catalogue())
 
 
 class Board:
