@@ -138,9 +138,11 @@ class UsbPort:
         kernels_end, our_end = socket.socketpair()
         try:
             plugged = await loop.run_in_executor(None, self._attach, kernels_end, secrets.randbits(31) or 1)
-        except VhciError as error:
+        except BaseException as error:
+            our_end.close()  # what was plugged in meanwhile is pulled out by it
+            if not isinstance(error, VhciError):
+                raise
             kernels_end.close()
-            our_end.close()
             raise PortError(f"{self._title}: {error}") from error
         self._plugged = plugged
         session = UsbSession(self._descriptors, self._host, self._traffic, self._lost)
@@ -151,6 +153,7 @@ class UsbPort:
             stable_name.publish(self._title, self._name, Path(tty))
         except BaseException as error:
             self._pull_out(str(error), AGAIN_S)
+            our_end.close()
             raise
         self._tty, self._away = tty, None
 
