@@ -7,7 +7,7 @@ Out: the end -> ``Joint.send`` -> port.
 from typing import Generic, Protocol, TypeVar
 
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
-from hil.vocab.ports import FormattedPort, Port, Tap
+from hil.vocab.ports import FormatPort, Port, Tap
 
 BACKLOG_HOLD_BYTES = 64 * 1024
 """Maximum that waits for a client to read before a twin takes no more commands: a board is held up in print()
@@ -51,7 +51,7 @@ class Joint(Generic[EndKind]):
         """Reason why the port cannot go on."""
         self.listeners: list[Tap] = []
         """Called with all that passes at the port: the direction, and the bytes."""
-        self._formatted = port if isinstance(port, FormattedPort) else None
+        self._formatted = port if isinstance(port, FormatPort) else None
         self._end: EndKind | None = None
         self._is_held = False
 

@@ -12,7 +12,7 @@ from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.line_format import EIGHT_N_1
-from hil.vocab.ports import PoweredPort
+from hil.vocab.ports import PowerPort
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import Sampled, character_ns, resample
@@ -37,7 +37,7 @@ class UartEnd:
     device: Device
     name: str = ""
     native_usb: bool = field(default=False, kw_only=True)
-    _powered: PoweredPort | None = field(default=None, init=False)
+    _powered: PowerPort | None = field(default=None, init=False)
     """Port that is a part of the board."""
     _typed: bytearray = field(default_factory=bytearray, init=False)
     _is_typing: bool = field(default=False, init=False)
@@ -50,7 +50,7 @@ class UartEnd:
     def __post_init__(self) -> None:
         self._uart = self.device.uarts[self.name]
         self._uart.listeners.append(self.send)
-        if self.native_usb and self._uart.baud is None and isinstance(self.joint.port, PoweredPort):
+        if self.native_usb and self._uart.baud is None and isinstance(self.joint.port, PowerPort):
             self._powered = self.joint.port
             self._powered.power(self.device.power.is_there)
             self.device.power.listeners.append(self._tell_power)

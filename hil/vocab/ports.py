@@ -123,7 +123,7 @@ class Port(Protocol):
 
 
 @runtime_checkable
-class PoweredPort(Protocol):
+class PowerPort(Protocol):
     """Port that is a part of the board, and gone while the board has no power. Beside ``Port``."""
 
     def power(self, is_on: bool) -> None:
@@ -131,7 +131,7 @@ class PoweredPort(Protocol):
 
 
 @runtime_checkable
-class FormattedPort(Protocol):
+class FormatPort(Protocol):
     """Port whose clients choose the format of their characters. Beside ``Port``."""
 
     def client_format(self) -> LineFormat:

@@ -68,7 +68,7 @@ class CdcAcm:
         """Number of times that it was opened."""
         self.dropped_bytes = 0
         """Number of bytes of the board that waited for a program that has left."""
-        self._is_native = descriptors.identity.is_native
+        self.is_native = descriptors.identity.is_native
         self._left = left
         self._answers = bytearray()
         self._reader = CommandReader()
@@ -113,13 +113,13 @@ class CdcAcm:
     @property
     def is_heard(self) -> bool:
         """True if somebody gets what the board sends."""
-        return self.is_open and (not self._is_native or self.dtr or self.rts)
+        return self.is_open and (not self.is_native or self.dtr or self.rts)
 
     @property
     def is_touched(self) -> bool:
         """True while the host asks for a reset: it has chosen 1200 baud, and DTR is off. Source: CDC.cpp,
         Arduino SAMD core."""
-        return self._is_native and self.coding.baud == _TOUCH_BAUD and not self.dtr
+        return self.is_native and self.coding.baud == _TOUCH_BAUD and not self.dtr
 
     def tell(self, events: int) -> None:
         """Tell the host of events on the line: bits of the serial state."""
@@ -127,7 +127,7 @@ class CdcAcm:
             state = _SERIAL_STATE.pack(_NOTIFICATION, _SERIAL_STATE_CODE, 0, COMMUNICATION, 2, _HERE | events)
             self._notify.send(state)
 
-    # ---- Function ----
+    # ---- UsbFunction ----
 
     def configured(self, *, is_configured: bool) -> None:
         self.coding = LineCoding()
@@ -149,7 +149,7 @@ class CdcAcm:
                     self.close()
                 return b""
             case (_Request.SEND_BREAK, False):
-                if setup.value and not self._is_native:
+                if setup.value and not self.is_native:
                     self.from_host.insert(b"\x00")
                 return b""
         return None

@@ -65,15 +65,15 @@ class Setup(NamedTuple):
         return bool(self.request_type & TO_HOST)
 
 
-class Function(Protocol):
-    """Function of the device, beside what all devices do."""
+class UsbFunction(Protocol):
+    """UsbFunction of the device, beside what all devices do."""
 
     def request(self, setup: Setup, data: bytes) -> bytes | None:
         """Carry out a request of its class to its interface; answers what the host gets. None: it does not
         know the request."""
 
     def configured(self, *, is_configured: bool) -> None:
-        """Begin anew, or rest until the host configures the device again."""
+        """Begin again, or rest until the host configures the device."""
 
 
 class UsbDevice:
@@ -82,7 +82,7 @@ class UsbDevice:
     def __init__(
         self,
         descriptors: Descriptors,
-        function: Function,
+        function: UsbFunction,
         endpoints: Mapping[int, Endpoint],
         answer: Answer,
     ) -> None:

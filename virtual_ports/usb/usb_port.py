@@ -15,8 +15,8 @@ from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
 from virtual_ports.usb.cdc_acm import FRAMING, PARITY
 from virtual_ports.usb.descriptors import Descriptors
-from virtual_ports.usb.session import Session
 from virtual_ports.usb.usb_options import Options
+from virtual_ports.usb.usb_session import UsbSession
 from virtual_ports.usb.vhci import VhciError, attach
 
 RESET_S = 0.5
@@ -57,14 +57,14 @@ class UsbPort:
         self._name = context.runtime_dir / (options.path or context.device)
         self._attach = attach
         self._traffic = Traffic()
-        self._session: Session | None = None
+        self._session: UsbSession | None = None
         self._plugged: Plugged | None = None
         self._tty: str | None = None
         self._keeper: asyncio.Task[None] | None = None
         self._away: str | None = "not opened yet"
         """Reason why it is not plugged in."""
         self._for_s = 0.0
-        """Time for which it stays away."""
+        """Time until it is plugged in again."""
         self._has_power = True
         self._is_closing = False
 
@@ -138,23 +138,26 @@ class UsbPort:
         kernels_end, our_end = socket.socketpair()
         try:
             plugged = await loop.run_in_executor(None, self._attach, kernels_end, secrets.randbits(31) or 1)
-        except VhciError as error:
+        except BaseException as error:
+            our_end.close()  # what was plugged in meanwhile is pulled out by it
+            if not isinstance(error, VhciError):
+                raise
             kernels_end.close()
-            our_end.close()
             raise PortError(f"{self._title}: {error}") from error
         self._plugged = plugged
-        session = Session(self._descriptors, self._host, self._traffic, self._lost)
-        self._session, self._away = session, None
+        session = UsbSession(self._descriptors, self._host, self._traffic, self._lost)
+        self._session = session
         try:
             await loop.create_unix_connection(lambda: session, sock=our_end)
             tty = await self._find_tty(session, plugged)
             stable_name.publish(self._title, self._name, Path(tty))
         except BaseException as error:
             self._pull_out(str(error), AGAIN_S)
+            our_end.close()
             raise
-        self._tty = tty
+        self._tty, self._away = tty, None
 
-    async def _find_tty(self, session: Session, plugged: Plugged) -> str:
+    async def _find_tty(self, session: UsbSession, plugged: Plugged) -> str:
         loop = asyncio.get_running_loop()
         end_s = loop.time() + TTY_S
         while self._session is session and not self._is_closing:

@@ -80,6 +80,11 @@ class FakeAttachment:
             if self._unsent:
                 self._kernel.loop.add_writer(self._sock, self.step)
 
+    def send(self, data: bytes) -> None:
+        """Send bytes of another kind."""
+        self._unsent += data
+        self.step()
+
     def pull_out(self) -> None:
         """Pull the device out, as the kernel does."""
         if not self.is_detached:

@@ -11,6 +11,9 @@ RET_SUBMIT, RET_UNLINK = 3, 4
 READ_URBS = WRITE_URBS = 16
 READ_BYTES, WRITE_BYTES = 128, 1280
 CONTROL, NOTIFY, BULK_OUT, BULK_IN = 0, 1, 2, 3
+_STALL = -32
+_GIVEN_UP = (-104, -2, -108)
+"""Statuses after which the driver does not ask again."""
 
 Steps = Generator[tuple[bytes, bytes], tuple[int, bytes], None]
 """Control transfers one after the other: setup and data out; status and data in."""
@@ -52,6 +55,7 @@ class LinuxHost:
         self._jobs: deque[Steps] = deque()
         self._is_busy = False
         self.stalls = 0
+        self._is_stalled = False
         self._writes = 0
 
     # ---- wire ----
@@ -170,20 +174,28 @@ class LinuxHost:
 
     def open(self) -> None:
         """Open the tty as the first program."""
-        self.is_open = True
+        self.run(self._open())
+
+    def _open(self) -> Steps:
+        self.is_open, self.is_throttled = True, False
         self.received.clear()
         self._poll()
-        self.run(self._set_coding())
+        yield from self._set_coding()
         for _ in range(READ_URBS):
             self._read()
-        self.set_lines(dtr=True, rts=True)
+        self.dtr = self.rts = True
+        yield from self._set_lines()
 
     def close(self, hangs_up: bool = True) -> None:
         """Close the tty as the last program; what is not written yet is lost."""
+        self.run(self._close(hangs_up))
+
+    def _close(self, hangs_up: bool) -> Steps:
+        if hangs_up:
+            self.dtr = self.rts = False
+            yield from self._set_lines()
         self.is_open = False
         self._unwritten.clear()
-        if hangs_up:
-            self.set_lines(dtr=False, rts=False)
         for seqnum in list(self.urbs):
             if self.urbs[seqnum].done != self._controlled:
                 self.unlink(seqnum)
@@ -226,7 +238,7 @@ class LinuxHost:
             kind, code, value, interface, length, state = struct.unpack("<BBHHHH", data)
             assert (kind, code, value, interface, length) == (0xA1, 0x20, 0, 0, 2)
             self.states.append(state)
-        if self.is_open:
+        if self.is_open and status not in _GIVEN_UP:
             self._poll()
 
     def _read(self) -> None:
@@ -237,8 +249,17 @@ class LinuxHost:
             self.received += data
         if len(self.received) > self.most_unread:
             self.is_throttled = True
-        if self.is_open and not self.is_throttled:
+        if status == _STALL:
+            self._is_stalled = True
+            self.run(self._clear_halt())
+        elif self.is_open and not self.is_throttled and status not in _GIVEN_UP:
             self._read()
+
+    def _clear_halt(self) -> Steps:
+        if self._is_stalled:
+            self._is_stalled = False
+            yield request(0x02, 1, 0, BULK_IN | 0x80), b""
+            self.unthrottle()
 
     def read(self) -> bytes:
         """Read as a program what has come."""
@@ -249,6 +270,8 @@ class LinuxHost:
     def unthrottle(self) -> None:
         """Ask for more, after the program has read."""
         self.is_throttled = False
+        if not self.is_open:
+            return
         waiting = sum(urb.done == self._has_read for urb in self.urbs.values())
         for _ in range(READ_URBS - waiting):
             self._read()

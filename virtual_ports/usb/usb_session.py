@@ -15,7 +15,7 @@ _PIECES = 64
 """Maximum number of pieces that the board takes in one turn of the event loop."""
 
 
-class Session(asyncio.Protocol):
+class UsbSession(asyncio.Protocol):
     """Device that is plugged in, from the connection with its host controller to ``end``. It adds to
     ``traffic``. ``lost`` is called once, with the reason, when the connection has ended by itself."""
 
@@ -157,8 +157,8 @@ class Session(asyncio.Protocol):
     # ---- the host's programs ----
 
     def _left(self) -> None:
-        if not self.device.is_touched:
-            self._loop.call_soon(self._tell_left, self.device.coding.baud)
+        # The baud that a native board is left at is told by its touch alone.
+        self._loop.call_soon(self._tell_left, None if self.device.is_native else self.device.coding.baud)
 
     def _tell_left(self, baud: int | None) -> None:
         if not self._has_ended:
