@@ -6,6 +6,7 @@ from pathlib import Path
 FREE, USED = 4, 6
 """States of a hub port: nothing is plugged in; a device is there and has its address. Between the two are 5,
 until the kernel has given the address, and 7, after an error. Source: enum usbip_device_status of Linux."""
+_HUBS = _HIGH, _SUPER = "hs", "ss"
 GROUP = "hil-usb"
 """Group that gets the right to plug in, where ``make install-service`` or the Debian package were told so."""
 
@@ -22,6 +23,13 @@ class HubPort:
     """Number that the server gave with ``attach``; 0 while the port is free."""
     bus_name: str
     """Folder of the device in /sys/bus/usb/devices, as in ``1-1``, once the port is ``USED``."""
+    is_left: bool
+    """True if the kernel has noted that the last device was pulled out, which it does after the port is
+    ``FREE``. A device of the same descriptors that is plugged in before would be taken for the last one."""
+
+    @property
+    def can_be_taken(self) -> bool:
+        return self.state == FREE and self.is_left
 
 
 def controller(sysfs: Path = Path("/sys")) -> Path | None:
@@ -36,17 +44,21 @@ def hub_ports(folder: Path) -> list[HubPort]:
     Raises:
         OSError: a file cannot be read.
     """
-    texts = (path.read_text(errors="replace") for path in folder.glob("status*"))
-    return sorted(
-        (port for text in texts for line in text.splitlines() if (port := _hub_port(line.split()))),
-        key=lambda port: port.number,
-    )
+    ports: list[HubPort] = []
+    for file in folder.glob("status*"):
+        # Linux before 4.9 has one controller, without a number.
+        own = folder.with_name(f"{folder.stem}{file.suffix}") if file.suffix else folder
+        there = {each.name.partition("-")[2] for each in own.glob("usb*/*-*")}
+        places: dict[str, int] = {}
+        for words in map(str.split, file.read_text(errors="replace").splitlines()):
+            # Linux before 4.13 has no first column, and one hub.
+            hub = words.pop(0) if words and words[0] in _HUBS else _HIGH
+            if len(words) >= 6 and words[0].isdigit():
+                places[hub] = places.get(hub, 0) + 1
+                ports.append(_hub_port(hub, words, str(places[hub]) not in there))
+    return sorted(ports, key=lambda port: port.number)
 
 
-def _hub_port(words: list[str]) -> HubPort | None:
-    """Hub port of a line; None: the headline. Linux before 4.13 has no first column, and one hub."""
-    hub = words.pop(0) if words and words[0] in ("hs", "ss") else "hs"
-    if len(words) < 6 or not words[0].isdigit():
-        return None
+def _hub_port(hub: str, words: list[str], is_left: bool) -> HubPort:
     number, state, _speed, device_id, _socket, bus_name = words[:6]
-    return HubPort(int(number), hub == "ss", int(state), int(device_id, 16), bus_name)
+    return HubPort(int(number), hub == _SUPER, int(state), int(device_id, 16), bus_name, is_left)

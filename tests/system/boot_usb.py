@@ -117,9 +117,10 @@ def image() -> Iterator[tuple[Path, Path]]:
         pytest.skip(str(error))
 
 
-def booted(image: tuple[Path, Path], kernel: str) -> Iterator[UsbGuest]:
+@pytest.fixture(scope="module")
+def machine(request: pytest.FixtureRequest, image: tuple[Path, Path]) -> Iterator[UsbGuest]:
     try:
-        with Guest(*image, kernel, memory_MB=3072 if LONG else 1024) as guest:
+        with Guest(*image, request.param, memory_MB=3072 if LONG else 1024) as guest:
             made = UsbGuest(guest)
             made.wait_for(f"systemctl is-active -q {UNIT}")
             made.wait_for(f"test -e {M1} -a -e {S1}")
@@ -128,15 +129,17 @@ def booted(image: tuple[Path, Path], kernel: str) -> Iterator[UsbGuest]:
         pytest.skip(str(error))
 
 
-@pytest.fixture(scope="module")
-def stock(image: tuple[Path, Path]) -> Iterator[UsbGuest]:
-    yield from booted(image, STOCK)
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Boot the stock kernel for all tests but the last: one guest at a time."""
+    if "machine" in metafunc.fixturenames:
+        kernel = REAL_TIME if "real_time" in metafunc.function.__name__ else STOCK
+        metafunc.parametrize("machine", [kernel], indirect=True, scope="module")
 
 
 @pytest.fixture
-def usb(stock: UsbGuest) -> UsbGuest:
-    stock.wait_for(f"test -e {M1} -a -e {S1}")
-    return stock
+def usb(machine: UsbGuest) -> UsbGuest:
+    machine.wait_for(f"test -e {M1} -a -e {S1}")
+    return machine
 
 
 def test_the_hardened_service_has_its_boards_after_the_boot(usb: UsbGuest) -> None:
@@ -332,13 +335,7 @@ def test_cutecom(desktop: Desktop) -> None:
     assert desktop.heard_bytes() == before + 2
 
 
-@pytest.fixture(scope="module")
-def real_time(image: tuple[Path, Path]) -> Iterator[UsbGuest]:
-    """The other kernel. Its tests come last: one guest at a time."""
-    yield from booted(image, REAL_TIME)
-
-
-def test_the_real_time_kernel_has_it_too(real_time: UsbGuest) -> None:
-    assert "PREEMPT_RT" in real_time.run("uname -v")
-    real_time.inside("lines", M1, user="tester")
-    print(real_time.inside("figures", "pty,usb", EXCHANGED_BYTES // 10, ROUND_TRIPS, python=HIL_PYTHON))
+def test_the_real_time_kernel_has_it_too(usb: UsbGuest) -> None:
+    assert "PREEMPT_RT" in usb.run("uname -v")
+    usb.inside("lines", M1, user="tester")
+    print(usb.inside("figures", "pty,usb", EXCHANGED_BYTES // 10, ROUND_TRIPS, python=HIL_PYTHON))

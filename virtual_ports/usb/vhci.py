@@ -6,6 +6,7 @@ enum usb_device_speed of Linux; what ``attach`` takes: drivers/usb/usbip/vhci_sy
 
 import os
 import socket
+import time
 from contextlib import suppress
 from errno import EACCES, EAGAIN, EBUSY, ENOENT, EPERM, EROFS
 from pathlib import Path
@@ -15,6 +16,9 @@ from hil.net.usb_hub import FREE, GROUP, USED, HubPort, controller, hub_ports
 FULL_SPEED, HIGH_SPEED, SUPER_SPEED = 2, 3, 5
 _TRY_NEXT = (EBUSY, EAGAIN)
 """Answers of a hub port that another program has just taken, or whose controller is not ready."""
+_LEAVE_S = 5.0
+"""Maximum time for the kernel to note that a device has left; most often it takes 0.1 s."""
+_LOOK_S = 0.05
 _DOCTOR = "`hil usb doctor` says more"
 
 
@@ -61,7 +65,7 @@ def attach(
     sock: socket.socket, bus_id: int, speed: int = FULL_SPEED, sysfs: Path = Path("/sys")
 ) -> Attachment:
     """Plug a device in, at the first free hub port of its speed. The kernel asks for its descriptors at once,
-    at the other end of ``sock``.
+    at the other end of ``sock``. It waits, for seconds at most, where the last device has only just left.
 
     Arguments:
         sock: the kernel's end of a connected stream socket; it is the attachment's from then on.
@@ -75,12 +79,17 @@ def attach(
     if found is None:
         raise VhciError(f"the kernel's module vhci-hcd is not loaded; as root `modprobe vhci-hcd`; {_DOCTOR}")
     try:
-        ports = [port for port in hub_ports(found) if port.is_super == (speed == SUPER_SPEED)]
         file = os.open(found / "attach", os.O_WRONLY)
         try:
-            for port in ports:
-                if port.state == FREE and _taken(file, port, sock, bus_id, speed):
-                    return Attachment(sock, found, port.number, bus_id, sysfs)
+            end_s = time.monotonic() + _LEAVE_S
+            while True:
+                ports = [port for port in hub_ports(found) if port.is_super == (speed == SUPER_SPEED)]
+                for port in ports:
+                    if port.can_be_taken and _taken(file, port, sock, bus_id, speed):
+                        return Attachment(sock, found, port.number, bus_id, sysfs)
+                if time.monotonic() > end_s or not any(port.state == FREE for port in ports):
+                    break
+                time.sleep(_LOOK_S)
         finally:
             os.close(file)
     except OSError as error:

@@ -4,6 +4,7 @@ import os
 import socket
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 
 import pytest
@@ -89,6 +90,23 @@ def test_the_second_controller_is_used_when_the_first_is_full(
 ) -> None:
     Sysfs(tmp_path, status_1=LINUX_6_1_SECOND, status=LINUX_6_1.replace(" 004 ", " 005 "))
     assert attach(kernel_end, 7, sysfs=tmp_path).port == 4
+
+
+def test_a_hub_port_is_not_taken_before_the_kernel_has_noted_that_the_last_device_left(
+    tmp_path: Path, kernel_end: socket.socket
+) -> None:
+    sysfs = Sysfs(tmp_path, status=LINUX_6_1, status_1=LINUX_6_1_SECOND)
+    second = sysfs.folder.with_name("vhci_hcd.1") / "usb3"
+    for left in (sysfs.folder / "usb1/1-1", sysfs.folder / "usb1/1-2", second / "3-0:1.0", second / "3-1"):
+        left.mkdir(parents=True)
+    assert attach(kernel_end, 7, sysfs=tmp_path).port == 5
+    leaving = second / "3-2"
+    leaving.mkdir()
+    with socket.socket() as other, ThreadPoolExecutor() as pool:
+        waiting = pool.submit(attach, other, 8, sysfs=tmp_path)
+        assert not wait([waiting], timeout=0.2).done
+        leaving.rmdir()
+        assert waiting.result(timeout=60).port == 5
 
 
 def test_without_the_module_the_remedy_is_told(tmp_path: Path, kernel_end: socket.socket) -> None:
