@@ -30,6 +30,8 @@ class UsbSession(asyncio.Protocol):
         self._transport: asyncio.WriteTransport | None = None
         self._sent_bytes = 0
         """Number of bytes of the device that are in ``traffic``."""
+        self._has_backlog = False
+        """True if bytes of the board waited after the last time that something was handed on."""
         self._is_moving = False
         """True while the board gets bytes, or soon will."""
         self._touch: asyncio.TimerHandle | None = None
@@ -39,7 +41,6 @@ class UsbSession(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.WriteTransport)
-        transport.set_write_buffer_limits(QUEUE_BYTES)
         self._transport = transport
 
     def data_received(self, data: bytes) -> None:
@@ -136,19 +137,20 @@ class UsbSession(asyncio.Protocol):
         """Hand on what is for the host controller."""
         if self._transport and (answers := self.device.take_answers()):
             self._transport.write(answers)
-        if self._count() and not self.backlog_bytes:
+        self._count()
+        had_backlog, self._has_backlog = self._has_backlog, self.backlog_bytes > 0
+        if had_backlog and not self._has_backlog:
             # Later, because the host may answer with a write, and this may be in the middle of one.
             self._loop.call_soon(self._drained)
 
-    def _count(self) -> int:
-        """Count what has gone since the last time; answers how much."""
+    def _count(self) -> None:
+        """Count what has gone since the last time."""
         device = self.device
         sent = device.to_host.sent_bytes - self._sent_bytes
         dropped, device.dropped_bytes = device.dropped_bytes, 0
         self._sent_bytes += sent
         self._traffic.tx_bytes += sent
         self._traffic.dropped_bytes += dropped
-        return sent + dropped
 
     def _drained(self) -> None:
         if not (self._has_ended or self.backlog_bytes):
