@@ -133,7 +133,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Boot the stock kernel for all tests but the last: one guest at a time."""
     if "machine" in metafunc.fixturenames:
         kernel = REAL_TIME if "real_time" in metafunc.function.__name__ else STOCK
-        metafunc.parametrize("machine", [kernel], indirect=True, scope="module")
+        metafunc.parametrize("machine", [kernel], ids=["kernel"], indirect=True, scope="module")
 
 
 @pytest.fixture
@@ -199,7 +199,7 @@ def test_pyserial_lists_it(usb: UsbGuest) -> None:
         "picocom -q -b 115200 PORT",
         "tio -b 115200 PORT",
         "minicom -b 115200 -D PORT",
-        "screen -D -m -L -Logfile /tmp/screen PORT 115200",
+        "screen -S hil PORT 115200",
         "plink -serial PORT -sercfg 115200,8,n,1,N",
     ],
 )

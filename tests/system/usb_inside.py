@@ -10,6 +10,7 @@ import pty
 import random
 import select
 import signal
+import subprocess
 import sys
 import termios
 import time
@@ -58,6 +59,8 @@ def terminal(*command: str) -> None:
     try:
         until(is_shown, f"the menu in {command}")
     finally:
+        if command[0] == "screen":  # what holds the port goes on in the background
+            subprocess.run(["screen", "-S", "hil", "-X", "quit"], check=True)
         os.kill(pid, signal.SIGKILL)
         os.waitpid(pid, 0)
         os.close(screen)
