@@ -85,7 +85,7 @@ def hears(port: serial.Serial) -> bool:
 
 def lines(path: str) -> None:
     """Toggle the modem lines, and send a break."""
-    with serial.Serial(path, 115200, timeout=3) as port:
+    with serial.Serial(path, 115200, timeout=3, exclusive=True) as port:
         until(lambda: hears(port), "the menu")
         assert (port.dtr, port.rts, port.cts, port.dsr, port.cd, port.ri) == (*[True] * 5, False)
         for line, is_on in product(("dtr", "rts"), (False, True, False)):
@@ -246,6 +246,7 @@ def plugging(count: str) -> None:
 def fuzz(vendor: str, seconds: str, seed: str) -> None:
     """Send a board requests of all kinds by usbfs, and take transfers back in the middle."""
     import usb.core
+    import usb.util
 
     chance = random.Random(int(seed))
     device = usb.core.find(idVendor=int(vendor, 16))
@@ -281,10 +282,8 @@ def fuzz(vendor: str, seconds: str, seed: str) -> None:
         except usb.core.USBError:
             pass
     device.reset()
-    for number in (0, 1):
-        if not device.is_kernel_driver_active(number):
-            device.attach_kernel_driver(number)
-            break
+    usb.util.dispose_resources(device)  # else the interfaces stay this program's
+    device.attach_kernel_driver(0)
     print(f"{sent} requests, {answered} without an error")
 
 
