@@ -243,8 +243,9 @@ def test_a_touch_at_1200_baud_resets_the_board(usb: UsbGuest) -> None:
 
 def test_killed_it_takes_its_boards_along_and_brings_them_back(usb: UsbGuest) -> None:
     pid = usb.run(f"systemctl show --value -p MainPID {UNIT}")
-    usb.run(f"(setsid cat {M1} > /tmp/heard 2> /tmp/cat; echo ended > /tmp/ended) > /tmp/out 2>&1 &")
-    usb.wait_for(f"fuser -s {M1}")
+    hear = f"(stty raw -echo min 1; cat) < {M1} > /tmp/heard"  # pyserial leaves `min 0`, an end of file
+    usb.run(f"({hear}; echo ended > /tmp/ended) > /tmp/out 2>&1 &")
+    usb.wait_for(f"fuser -s {usb.tty()}")
     usb.run(f"systemctl kill -s KILL {UNIT}")
     usb.wait_for("test -e /tmp/ended")
     usb.wait_for(f"test $(systemctl show --value -p MainPID {UNIT}) -gt {int(pid)}")
