@@ -1,10 +1,11 @@
 # bash completion of hil
 declare -gA _hil_commands=(
-    ['hil']='init check serve list status reload benches replay monitor with-lines state reset pin set zero profile axis run runs step drive plot capture decode play can fault doctor docs schema completion arduino sac modbus zenoh'
+    ['hil']='init check serve list status reload benches replay monitor with-lines state reset pin set zero profile axis run runs step drive plot capture decode play can fault doctor usb docs schema completion arduino sac modbus zenoh'
     ['hil profile']='list new check'
     ['hil runs']='show cancel'
     ['hil can']='eds'
     ['hil fault']='kinds inject clear list'
+    ['hil usb']='doctor'
     ['hil arduino']='install uninstall'
     ['hil sac']='load save oneshot command calibrate'
     ['hil modbus']='cycle map'
@@ -50,6 +51,8 @@ declare -gA _hil_options=(
     ['hil fault clear']='--json --bench -b --runtime-dir -h --help'
     ['hil fault list']='--json --bench -b --runtime-dir -h --help'
     ['hil doctor']='--devices --runtime-dir --state-dir --json -h --help'
+    ['hil usb']='-h --help'
+    ['hil usb doctor']='--json -h --help'
     ['hil docs']='--json -h --help'
     ['hil schema']='-h --help'
     ['hil completion']='-h --help'

@@ -1,6 +1,6 @@
 # fish completion of hil
 set -g __hil_valued ' --bench' ' -b' ' --runtime-dir' 'check --diff' 'serve --runtime-dir' 'serve --state-dir' 'serve --port-group' 'serve --log' 'serve --ready-file' 'list --bench' 'list -b' 'list --runtime-dir' 'status --bench' 'status -b' 'status --runtime-dir' 'reload --bench' 'reload -b' 'reload --runtime-dir' 'benches --bench' 'benches -b' 'benches --runtime-dir' 'monitor --bench' 'monitor -b' 'monitor --runtime-dir' 'state --bench' 'state -b' 'state --runtime-dir' 'reset --bench' 'reset -b' 'reset --runtime-dir' 'pin --bench' 'pin -b' 'pin --runtime-dir' 'set --bench' 'set -b' 'set --runtime-dir' 'zero --bench' 'zero -b' 'zero --runtime-dir' 'profile list --folder' 'profile new --folder' 'axis --bench' 'axis -b' 'axis --runtime-dir' 'run --name' 'run --bench' 'run -b' 'run --runtime-dir' 'runs --bench' 'runs -b' 'runs --runtime-dir' 'runs show --bench' 'runs show -b' 'runs show --runtime-dir' 'runs cancel --bench' 'runs cancel -b' 'runs cancel --runtime-dir' 'step --seconds' 'step --interval' 'step --output' 'step -o' 'step --bench' 'step -b' 'step --runtime-dir' 'drive --steps' 'drive --rate' 'drive --acceleration' 'drive --file' 'drive --output' 'drive -o' 'drive --bench' 'drive -b' 'drive --runtime-dir' 'plot --signals' 'plot --seconds' 'plot --interval' 'plot --output' 'plot -o' 'plot --bench' 'plot -b' 'plot --runtime-dir' 'capture --write' 'capture -w' 'capture --count' 'capture -c' 'capture --rotate' 'capture --files' 'capture --bench' 'capture -b' 'capture --runtime-dir' 'decode --eds' 'play --source' 'play --bench' 'play -b' 'play --runtime-dir' 'can eds --bench' 'can eds -b' 'can eds --runtime-dir' 'fault inject --bench' 'fault inject -b' 'fault inject --runtime-dir' 'fault clear --bench' 'fault clear -b' 'fault clear --runtime-dir' 'fault list --bench' 'fault list -b' 'fault list --runtime-dir' 'doctor --devices' 'doctor --runtime-dir' 'doctor --state-dir' 'arduino install --sketchbook' 'arduino install --runtime-dir' 'arduino uninstall --sketchbook' 'sac load --device' 'sac load --port' 'sac load --baud' 'sac load --bench' 'sac load -b' 'sac load --runtime-dir' 'sac save --device' 'sac save --port' 'sac save --baud' 'sac save --bench' 'sac save -b' 'sac save --runtime-dir' 'sac oneshot --device' 'sac oneshot --port' 'sac oneshot --baud' 'sac oneshot --bench' 'sac oneshot -b' 'sac oneshot --runtime-dir' 'sac command --device' 'sac command --port' 'sac command --baud' 'sac command --bench' 'sac command -b' 'sac command --runtime-dir' 'sac calibrate --device' 'sac calibrate --port' 'sac calibrate --baud' 'sac calibrate --bench' 'sac calibrate -b' 'sac calibrate --runtime-dir' 'modbus cycle --baud' 'modbus cycle --format' 'modbus cycle --response-ms' 'modbus cycle --turnaround-ms' 'modbus cycle --pause-ms' 'modbus map --format' 'modbus map --bench' 'modbus map -b' 'modbus map --runtime-dir' 'zenoh router --listen' 'zenoh router --ca' 'zenoh router --certificate' 'zenoh router --key' 'zenoh keys --bench' 'zenoh keys --host' 'zenoh keys --user' 'zenoh keys --days' 'zenoh keys --port'
-set -g __hil_groups 'profile' 'runs' 'can' 'fault' 'arduino' 'sac' 'modbus' 'zenoh'
+set -g __hil_groups 'profile' 'runs' 'can' 'fault' 'usb' 'arduino' 'sac' 'modbus' 'zenoh'
 
 function __hil_state --description 'The command so far, and how many words follow it'
     set -l words (commandline -opc)
@@ -68,6 +68,7 @@ complete -c hil -n '__hil_at \'\' -eq 0' -a play -d 'Send what a capture has, at
 complete -c hil -n '__hil_at \'\' -eq 0' -a can -d 'CANopen nodes.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a fault -d 'Inject, list and clear faults.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a doctor -d 'Check whether this system is fit for real time.'
+complete -c hil -n '__hil_at \'\' -eq 0' -a usb -d 'Ports of kind usb.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a docs -d 'Print a page of the documentation, or list the pages.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a schema -d 'Print the configuration\'s JSON Schema, for editors.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a completion -d 'Print a completion script for a shell.'
@@ -277,6 +278,10 @@ complete -c hil -n '__hil_in \'doctor\'' -l runtime-dir -x -a '(__fish_complete_
 complete -c hil -n '__hil_in \'doctor\'' -l state-dir -x -a '(__fish_complete_directories)' -d 'Folder of the boards\' flash memories. [default: $XDG_STATE_HOME/hil]'
 complete -c hil -n '__hil_in \'doctor\'' -l json -d 'JSON for programs.'
 complete -c hil -n '__hil_in \'doctor\'' -s h -l help -d 'Show a summary and exit.'
+complete -c hil -n '__hil_at \'usb\' -eq 0' -a doctor -d 'Check whether this system can have virtual USB devices, and you may plug them in.'
+complete -c hil -n '__hil_in \'usb\'' -s h -l help -d 'Show a summary and exit.'
+complete -c hil -n '__hil_in \'usb doctor\'' -l json -d 'JSON for programs.'
+complete -c hil -n '__hil_in \'usb doctor\'' -s h -l help -d 'Show a summary and exit.'
 complete -c hil -n '__hil_in \'docs\'' -l json -d 'JSON for programs.'
 complete -c hil -n '__hil_in \'docs\'' -s h -l help -d 'Show a summary and exit.'
 complete -c hil -n '__hil_at \'docs\' -eq 0' -x -a '(__hil_names pages)'

@@ -9,7 +9,8 @@ lib=$root$prefix/lib
 share=$root$prefix/share/hil/systemd
 
 installed="$lib/systemd/system/hil.service $lib/systemd/system/hil@.service $lib/sysusers.d/hil.conf
-$lib/tmpfiles.d/hil.conf $share/adapters.conf $share/can.conf $share/network.conf $share/realtime.conf"
+$lib/tmpfiles.d/hil.conf $share/adapters.conf $share/can.conf $share/network.conf $share/realtime.conf
+$share/usb.conf $share/usb-modules.conf $share/usb.rules"
 
 tell_systemd() {
     if [ -z "$root" ] && [ -d /run/systemd/system ]; then
@@ -37,8 +38,8 @@ for unit in hil.service hil@.service; do
 done
 install -m 644 "$here/sysusers.conf" "$lib/sysusers.d/hil.conf"
 install -m 644 "$here/tmpfiles.conf" "$lib/tmpfiles.d/hil.conf"
-for dropin in adapters can network realtime; do
-    install -m 644 "$here/$dropin.conf" "$share/$dropin.conf"
+for file in adapters.conf can.conf network.conf realtime.conf usb.conf usb-modules.conf usb.rules; do
+    install -m 644 "$here/$file" "$share/$file"
 done
 if [ -z "$root" ] && [ -d /run/systemd/system ]; then
     systemd-sysusers hil.conf

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))  # --import-mode=importlib leaves it out
+sys.path.append(str(Path(__file__).parents[1] / "virtual_ports/usb/tests"))  # a kernel in Python
 
 from bench_sites import Site, on_hosts, side_by_side
 from e2e_support import STRANGER_UID, Place

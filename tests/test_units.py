@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 UNITS = ROOT / "systemd"
-DROP_INS = ("adapters", "can", "network", "realtime")
+DROP_INS = ("adapters", "can", "network", "realtime", "usb")
 needs_analyze = pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze here")
 
 
@@ -99,7 +99,8 @@ def test_install_and_uninstall_leave_nothing(tmp_path: Path) -> None:
     assert directives(unit, "ExecStart") == ["/opt/h/bin/hil serve --port-group dialout /etc/hil/%i.yaml"]
     assert directives(unit, "ExecReload") == ["/opt/h/bin/hil reload"]
     assert {path.name for path in (tmp_path / "opt/h/share/hil/systemd").iterdir()} == {
-        f"{name}.conf" for name in DROP_INS
+        *(f"{name}.conf" for name in DROP_INS),
+        *("usb-modules.conf", "usb.rules"),
     }
     subprocess.run([script, "--uninstall"], env=env, check=True, timeout=60)
     assert [path for path in tmp_path.rglob("*") if not path.is_dir()] == []

@@ -10,7 +10,7 @@ import typer
 
 from hil.cli.ask import Bench, RuntimeDir, ask_bench, benches_meant, fail, found
 from hil.cli.serve_command import StateDir
-from hil.cli.told import AsJson, CommandAnswer
+from hil.cli.told import AsJson, CommandAnswer, tell_findings
 
 
 def list_benches(
@@ -146,11 +146,10 @@ def doctor(
 
     Example: hil doctor --devices 20
     """
-    import dataclasses
     import os
 
     from hil.cli.doctor_benches import judge_benches, judge_memories
-    from hil.host.doctor import healthy, judge, worst_first
+    from hil.host.doctor import judge, worst_first
     from hil.host.paths import runtime_base, state_base
     from hil.host.probes import try_all
     from hil.host.system import read_system
@@ -159,11 +158,4 @@ def doctor(
     findings = judge(read_system(), try_all(devices, runtime, state), devices)
     benches = judge_benches(runtime, runtime_dir is not None)
     findings = worst_first([*findings, *benches, *judge_memories(state)])
-    if as_json:
-        typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
-    else:
-        from hil.cli.views import doctor_view, long_lines
-
-        long_lines().print(doctor_view(findings))
-    if not healthy(findings):
-        raise typer.Exit(1)
+    tell_findings(findings, as_json)

@@ -51,6 +51,7 @@ _ROWS = (
     CommandRow("can", WIRE, "can_commands:can_app"),
     CommandRow("fault", FAULTS, "fault_commands:fault_app"),
     CommandRow("doctor", SERVICE, "bench_commands:doctor"),
+    CommandRow("usb", SERVICE, "usb_commands:usb_app"),
     CommandRow("docs", SERVICE, "help_commands:docs"),
     CommandRow("schema", SERVICE, "config_commands:schema"),
     CommandRow("completion", SERVICE, "help_commands:completion"),

@@ -5,24 +5,27 @@ fails the line is ``{"error": {"message": ..., "exit_code": ...}}``, with ``prob
 some.
 """
 
+import dataclasses
 import functools
 import inspect
 import json
 import re
 import sys
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hil.cli.hints import pasteable
+
+if TYPE_CHECKING:
+    from hil.host.doctor import Diagnosis
 
 AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
 _PROBLEM = re.compile(r"([^\n:]+):(\d+):(\d+): (.*) \((.*)\)")
 _OPTION = "--json"
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class CommandAnswer:
     """Answer of a command. ``text``: what a person reads; empty: nothing is printed."""
 
@@ -54,6 +57,20 @@ def telling(command: Any) -> Any:
     tell.__signature__ = inspect.Signature(ordered)  # type: ignore[attr-defined]
     tell.__annotations__ = {each.name: each.annotation for each in ordered}
     return tell
+
+
+def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:
+    """Print the findings of a doctor, in their order. Raises Exit with 1: something is a problem."""
+    from hil.host.doctor import healthy
+
+    if as_json:
+        typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
+    else:
+        from hil.cli.views import doctor_view, long_lines
+
+        long_lines().print(doctor_view(findings))
+    if not healthy(findings):
+        raise typer.Exit(1)
 
 
 def wants_json() -> bool:

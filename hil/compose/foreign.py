@@ -15,6 +15,7 @@ from hil.sim.given_fault import fault_of
 from hil.sim.verb_calls import verb_problem
 from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part, owner_of
 from hil.vocab.faults import Fault, FaultRefused
+from hil.vocab.line_format import format_named
 from hil.vocab.parameters import plain
 from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
@@ -127,7 +128,9 @@ def _tap_problem(tap: ClientTap, given: inputs.Input) -> str | None:
 
 def _device_problem(device: Device, given: inputs.Input) -> str | None:
     match given:
-        case inputs.Bytes(_, baud, port):
+        case inputs.Bytes(_, baud, port, client_format):
+            if client_format and format_named(client_format) is None:
+                return "client_format: write one as in 7E1"
             return _port_problem(device, port) or _baud_problem("client_baud", baud)
         case inputs.Play():
             return "a device takes no bursts"

@@ -39,6 +39,7 @@ else:
 ONLY_AXIS = "axis"
 """Name of the axis of a profile that does not name it."""
 MOST_AXES = 16
+_USB_TEXT = r"^[ -~]{1,60}$"
 PartName = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 
@@ -105,6 +106,15 @@ class AxisInfo(StrictModel):
     registers: dict[str, int] = Field(default={})
 
 
+class UsbDeviceInfo(StrictModel):
+    """Identity of a board on the USB. The ids are the real board's, which it must have from their owner."""
+
+    vendor_id: int = Field(ge=1, le=0xFFFF)
+    product_id: int = Field(ge=0, le=0xFFFF)
+    manufacturer: str = Field(pattern=_USB_TEXT)
+    product: str = Field(pattern=_USB_TEXT)
+
+
 class ProfileInfo(StrictModel):
     """Kind of board, as its ``profile.yaml`` describes it."""
 
@@ -117,6 +127,8 @@ class ProfileInfo(StrictModel):
     plant: Literal["simple", "full"] = "simple"
     usb: Literal["native"] | None = None
     """Kind of USB; ``native``: the board's own processor is on the USB, without a UART in between."""
+    usb_device: UsbDeviceInfo | None = None
+    """Device that the board is on the USB; None: a serial adapter stands for it."""
     uarts: dict[PartName, UartNumbers] = Field(default={MAIN: UartNumbers.model_construct()})
     """Serial interfaces by name, as ``Profile.uarts`` of its ``board.py`` has them; empty: it has none. The
     first one's port is at the device's own name."""

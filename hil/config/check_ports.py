@@ -159,13 +159,15 @@ def _places(name: str, options: BaseModel) -> Iterator[tuple[str, _Place, bool]]
 
     By convention ``path`` is relative to the bench's runtime directory and None stands for the name of the
     device there; ``host`` and ``port`` are a listener's address, and port 0 any free one; ``url`` is a real
-    serial port.
+    serial port; ``serial_number`` is that of a USB device.
     """
     if hasattr(options, "path"):
         yield "path", (name if options.path is None else str(options.path),), True
     host, port = getattr(options, "host", None), getattr(options, "port", None)
     if host is not None and port:
         yield "port", (str(host).lower(), port), False
+    if serial_number := getattr(options, "serial_number", None):
+        yield "serial_number", (f"serial number {serial_number}",), False
     url = getattr(options, "url", None)
     if isinstance(url, str):
         yield "url", _real_place(url), False

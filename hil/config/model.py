@@ -24,6 +24,7 @@ from hil.config.shaft_load import LoadConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
+from hil.vocab.ports import ADAPTER, UsbIdentity
 
 if TYPE_CHECKING:
     from hil.config.can_model import CanConfig
@@ -244,6 +245,14 @@ class DeviceConfig(StrictModel):
         """Speeds of the UARTs by their names."""
         own = {profile.first_uart: self.baud} | dict(self.bauds)
         return {name: own.get(name, numbers.baud) for name, numbers in profile.uarts.items()}
+
+    def usb_identity(self, profile: ProfileInfo, uart: str) -> UsbIdentity:
+        """Identity on a USB of what is behind a UART; empty: behind the first. A UART with a baud has an
+        adapter in front of it."""
+        has_baud = self.uart_bauds(profile).get(uart or profile.first_uart) is not None
+        if has_baud or (device := profile.usb_device) is None:
+            return ADAPTER
+        return UsbIdentity(**device.model_dump(), is_native=profile.usb == "native")
 
     def drive_map(self, profile: ProfileInfo) -> "DriveMap | None":
         """Map of the board's own registers; None: it has none."""

@@ -116,7 +116,7 @@ def read_system(root: Path = Path("/")) -> System:
     limits = _limits(files.text("/proc/self/limits") or "")
     version = files.text("/proc/version") or ""
     command_line = (files.text("/proc/cmdline") or "").split()
-    config = _kernel_config(files)
+    config = kernel_config(files)
     old_groups, new_groups = _groups(files, "cgroup"), _groups(files, "cgroup2")
     own_namespace = not (files.text("/proc/self/uid_map") or ALL_IDS).endswith(ALL_IDS)
     mask = 0 if own_namespace else int(status.get("CapEff") or "0", 16)
@@ -147,7 +147,7 @@ def read_system(root: Path = Path("/")) -> System:
         pty_reserve=files.number("/proc/sys/kernel/pty/reserve") or 0,
         inotify_instances=files.number("/proc/sys/fs/inotify/max_user_instances"),
         devpts=_devpts(files),
-        dialout=_group_number(files, "dialout"),
+        dialout=group_number(files, "dialout"),
         groups=frozenset(map(int, f"{status.get('Gid', '')} {status.get('Groups', '')}".split())),
     )
 
@@ -223,12 +223,14 @@ def _devpts(files: Files) -> str:
     return found[-1] if found else ""  # a later mount covers an earlier one
 
 
-def _group_number(files: Files, name: str) -> int | None:
+def group_number(files: Files, name: str) -> int | None:
+    """Number of a group by /etc/group; None: it is not in there."""
     found = re.search(rf"^{name}:[^:]*:(\d+):", files.text("/etc/group") or "", re.M)
     return int(found[1]) if found else None
 
 
-def _kernel_config(files: Files) -> str:
+def kernel_config(files: Files) -> str:
+    """Configuration that the kernel was built with; empty: it is not here."""
     if packed := files.raw("/proc/config.gz"):
         return gzip.decompress(packed).decode()
     return files.text(f"/boot/config-{files.text('/proc/sys/kernel/osrelease')}") or ""

@@ -6,7 +6,8 @@ Out: the end -> ``Joint.send`` -> port.
 
 from typing import Generic, Protocol, TypeVar
 
-from hil.vocab.ports import Port, Tap
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
+from hil.vocab.ports import FormatPort, Port, Tap
 
 BACKLOG_HOLD_BYTES = 64 * 1024
 """Maximum that waits for a client to read before a twin takes no more commands: a board is held up in print()
@@ -50,6 +51,7 @@ class Joint(Generic[EndKind]):
         """Reason why the port cannot go on."""
         self.listeners: list[Tap] = []
         """Called with all that passes at the port: the direction, and the bytes."""
+        self._formatted = port if isinstance(port, FormatPort) else None
         self._end: EndKind | None = None
         self._is_held = False
 
@@ -104,6 +106,10 @@ class Joint(Generic[EndKind]):
 
     # ---- for the end ----
 
+    def client_format(self) -> LineFormat:
+        """Format in which clients send and read characters."""
+        return self._formatted.client_format() if self._formatted else EIGHT_N_1
+
     def refresh(self) -> None:
         """Let the port read on if it was held up and there is room again."""
         if self._is_held:
@@ -112,6 +118,11 @@ class Joint(Generic[EndKind]):
     def tell(self, towards: str, data: bytes) -> None:
         for listener in self.listeners:
             listener(towards, data)
+
+    def tell_errors(self, *, framing: bool, parity: bool) -> None:
+        """Tell clients of errors in what they get."""
+        if self._formatted:
+            self._formatted.tell_errors(framing=framing, parity=parity)
 
     def send(self, data: bytes) -> None:
         """Send bytes to clients, due now."""

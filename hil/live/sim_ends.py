@@ -11,9 +11,11 @@ from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.uart import USB_HELD_BYTES
+from hil.vocab.line_format import EIGHT_N_1
+from hil.vocab.ports import PowerPort
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
-from hil.wire.serial_line import character_ns, resample
+from hil.wire.serial_line import Sampled, character_ns, resample
 
 TYPED_BYTES = 4096
 """Maximum that waits of what was typed beside the port; the longest text of the verb ``type``."""
@@ -35,15 +37,23 @@ class UartEnd:
     device: Device
     name: str = ""
     native_usb: bool = field(default=False, kw_only=True)
+    _powered: PowerPort | None = field(default=None, init=False)
+    """Port that is a part of the board."""
     _typed: bytearray = field(default_factory=bytearray, init=False)
     _is_typing: bool = field(default=False, init=False)
     _is_held: bool = field(default=False, init=False)
     _fresh: list[tuple[int, bytes]] = field(default_factory=list, init=False)
-    _line: deque[tuple[int, bytes]] = field(default_factory=deque, init=False)
+    _line: deque[tuple[int, bytes, Sampled | None]] = field(default_factory=deque, init=False)
+    """Bytes on the line, the times at which a client's UART has them, and how it read them, if it reads
+    otherwise than they were sent."""
 
     def __post_init__(self) -> None:
         self._uart = self.device.uarts[self.name]
         self._uart.listeners.append(self.send)
+        if self.native_usb and self._uart.baud is None and isinstance(self.joint.port, PowerPort):
+            self._powered = self.joint.port
+            self._powered.power(self.device.power.is_there)
+            self.device.power.listeners.append(self._tell_power)
 
     # ---- End ----
 
@@ -59,8 +69,12 @@ class UartEnd:
 
     def take(self, data: bytes) -> None:
         self.joint.tell("board", data)
-        client_baud = self.joint.port.client_baud() if self._uart.baud else None
-        self.bench.give(self.device, Bytes(data, client_baud, self.name))
+        if self._uart.baud:
+            client_format = self.joint.client_format()
+            name = "" if client_format is EIGHT_N_1 else client_format.name
+            self.bench.give(self.device, Bytes(data, self.joint.port.client_baud(), self.name, name))
+        else:
+            self.bench.give(self.device, Bytes(data, None, self.name))
 
     def refresh(self) -> None:
         self.joint.refresh()
@@ -70,8 +84,16 @@ class UartEnd:
         if self.native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
             self.bench.give(self.device, Reset())
 
+    def _tell_power(self, is_on: bool) -> None:
+        """Tell a port that is a part of the board of its power. With each power-up it was off before."""
+        if self._powered:
+            self._powered.power(False)
+            self._powered.power(is_on)
+
     def leave(self) -> None:
         self._uart.listeners.remove(self.send)
+        if self._powered:
+            self.device.power.listeners.remove(self._tell_power)
         self.lines.forget(self)
         self._typed.clear()
 
@@ -125,21 +147,31 @@ class UartEnd:
             return
         for start_ns, data in _joined(self._fresh, baud):
             client_baud = self.joint.port.client_baud() or baud
-            if client_baud == baud:
-                due = ((start_ns + character_ns(i + 1, baud), data[i : i + 1]) for i in range(len(data)))
+            client_format = self.joint.client_format()
+            if client_baud == baud and client_format is EIGHT_N_1:
+                due = (
+                    (start_ns + character_ns(i + 1, baud), data[i : i + 1], None) for i in range(len(data))
+                )
                 self._line.extend(due)
                 continue
-            one_ns = character_ns(1, client_baud)
-            for sampled in resample(data, baud, client_baud):
-                self._line.append((start_ns + sampled.offset_ns + one_ns, bytes((sampled.byte,))))
+            one_ns = character_ns(1, client_baud, client_format.bits)
+            for sampled in resample(data, baud, client_baud, EIGHT_N_1, client_format):
+                due_ns = start_ns + sampled.offset_ns + one_ns
+                self._line.append((due_ns, bytes((sampled.byte,)), sampled))
         self._fresh.clear()
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
         out = bytearray()
+        framing = parity = False
         while self._line and self._line[0][0] <= now_ns:
-            out += self._line.popleft()[1]
+            _, data, sampled = self._line.popleft()
+            out += data
+            if sampled:
+                framing, parity = framing or sampled.framing_error, parity or sampled.parity_error
         if out:
             self.joint.send(bytes(out))
+        if framing or parity:
+            self.joint.tell_errors(framing=framing, parity=parity)
         due_ns = SimTimeNs(self._line[0][0]) if self._line else FOREVER
         if self._is_held and self._uart.room(now_ns) > USB_HELD_BYTES // 2:
             self.refresh()

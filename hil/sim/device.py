@@ -27,6 +27,7 @@ from hil.sim.uart import DeviceUart
 from hil.sim.verb_calls import Answer, VerbCalls, axis_arguments
 from hil.vocab.address import DeviceParts
 from hil.vocab.firmware import Commit, CoreEvent
+from hil.vocab.line_format import format_named
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 
@@ -174,8 +175,8 @@ class Device:
                 answer = self._calls.carry_out(self.verbs[verb], dict(parameters), now_ns, part)
                 self._end_of_verb()
                 return answer
-            case Bytes(data, client_baud, port):
-                self.uarts[port].arrive(data, client_baud)
+            case Bytes(data, client_baud, port, client_format):
+                self.uarts[port].arrive(data, client_baud, format_named(client_format))
             case Pin() | SetField() | ScriptEncoder() | Drive():
                 self._hardware.apply(given, self.axes[part])
             case CommitDone(durable):

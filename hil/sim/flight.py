@@ -56,15 +56,17 @@ def heard(
     baud: int,
     framing: Framing | None = None,
     line_format: LineFormat = EIGHT_N_1,
+    sent_format: LineFormat | None = None,
 ) -> Flight | None:
     """Characters that a receiver makes of bytes on a line, of this framing; cached: all receivers on it make
-    the same."""
+    the same. ``sent_format``: the sender's, by default the receiver's."""
     bits = line_format.bits
-    if sent_baud == baud:
+    sent_format = sent_format or line_format
+    if sent_baud == baud and sent_format is line_format:
         times_ns = tuple(start_ns + character_ns(i + 1, baud, bits) for i in range(len(data)))
         return Flight(times_ns, data, framing=framing) if data else None
     one_ns = character_ns(1, baud, bits)
-    sampled = resample(data, sent_baud, baud, line_format)
+    sampled = resample(data, sent_baud, baud, sent_format, line_format)
     if not sampled:
         return None
     times_ns = tuple(start_ns + each.offset_ns + one_ns for each in sampled)

@@ -112,7 +112,12 @@ _READERS: Mapping[Any, Callable[[Any], Any]] = {
 _TYPES = {kind: get_type_hints(kind) for kind in KINDS.values()}
 _NAMES = {(Do, "at_ns"): "later_ns"}
 """Fields that have another name in the log: an input's own ``at_ns`` is when it took effect."""
-_LEFT_OUT = {(Bytes, "port"): "", (Do, "at_ns"): None, (CommitDone, "at_once"): False}
+_LEFT_OUT = {
+    (Bytes, "port"): "",
+    (Bytes, "client_format"): "",
+    (Do, "at_ns"): None,
+    (CommitDone, "at_once"): False,
+}
 """Values of fields that are left out of the log."""
 
 

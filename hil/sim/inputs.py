@@ -21,11 +21,13 @@ LOG_VERSION = 1
 @dataclass(frozen=True)
 class Bytes:
     """Bytes from a client: ``data`` (hexadecimal digits in the log) at its baud, None where it chose none, to
-    one of the device's UARTs (``port`` in the log; empty, and left out there: the first)."""
+    one of the device's UARTs (``port`` in the log; empty, and left out there: the first), in its format, as
+    ``7E1`` (empty, and left out: the UART's own)."""
 
     data: bytes
     client_baud: int | None = None
     port: str = ""
+    client_format: str = ""
 
 
 @dataclass(frozen=True)
@@ -229,7 +231,8 @@ def encode_line(logged: Logged) -> str:
         del values["at_once"]
     if isinstance(logged.input, Bytes):
         values["data"] = logged.input.data.hex()
-        if not logged.input.port:
-            del values["port"]
+        for name in ("port", "client_format"):
+            if not values[name]:
+                del values[name]
     head = {"at_ns": logged.at_ns, "device": logged.device, "input": _NAMES[type(logged.input)]}
     return json.dumps(head | values, separators=(",", ":"))

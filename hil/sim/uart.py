@@ -12,6 +12,7 @@ from hil.sim.station_link import StationLink
 from hil.sim.uart_rx_line import DueChanged, Incoming
 from hil.sim.uart_tx import Sent, Transmitter
 from hil.vocab.framing import Framing, Item
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, apply_all
@@ -136,20 +137,25 @@ class DeviceUart:
         times_ns = self.incoming.under_way(now_ns)
         return SimTimeNs(times_ns[len(times_ns) // 2]) if times_ns else FOREVER
 
-    def arrive(self, data: bytes, client_baud: int | None) -> None:
-        """Let a client start to send ``data`` now, at its own baud (None: at ours)."""
+    def arrive(self, data: bytes, client_baud: int | None, client_format: LineFormat | None = None) -> None:
+        """Let a client start to send ``data`` now, at its own baud and in its own format (None: in ours)."""
         for delay_ns, piece in apply_all(self.rx_faults.values(), data) if self.rx_faults else ((0, data),):
             self._rx_free_ns = max(self.now_ns + delay_ns, self._rx_free_ns)
-            self._begin(piece, client_baud)
+            self._begin(piece, client_baud, client_format or EIGHT_N_1)
 
-    def _begin(self, data: bytes, client_baud: int | None) -> None:
+    def _begin(self, data: bytes, client_baud: int | None, client_format: LineFormat) -> None:
         if self.baud is None:
             self._rx.feed(data)
             return
         start_ns = SimTimeNs(max(self.now_ns, self._rx_free_ns))
         sent_baud = client_baud or self.baud
-        self._rx_free_ns = start_ns + character_ns(len(data), sent_baud)
-        self.hear(start_ns, data, sent_baud)
+        self._rx_free_ns = start_ns + character_ns(len(data), sent_baud, client_format.bits)
+        if client_format is EIGHT_N_1:
+            self.hear(start_ns, data, sent_baud)
+        elif flight := heard(
+            start_ns, data, sent_baud, self.baud, self._line_framing, EIGHT_N_1, client_format
+        ):
+            self.incoming.add(flight)
 
     @property
     def baud_now(self) -> int:

@@ -1,21 +1,25 @@
-"""Format of the characters on a serial line: a start bit, eight data bits, parity or none, stop bits."""
+"""Format of the characters on a serial line: a start bit, data bits, parity or none, stop bits."""
 
+import re
 from dataclasses import dataclass
-from typing import Literal
+from functools import lru_cache
+from typing import Literal, cast
 
 DATA_BITS = 8
+Parity = Literal["N", "E", "O", "M", "S"]
 
 
 @dataclass(frozen=True)
 class LineFormat:
     """Format of a line's characters. ``name``: as people write it, ``8E1``; ``parity``: N none, E even,
-    O odd."""
+    O odd, M always 1, S always 0."""
 
     name: str
-    parity: Literal["N", "E", "O"]
+    parity: Parity
     stop_bits: int
     bits: int
     """Number of bits of a character, start and stop included."""
+    data_bits: int = DATA_BITS
 
     @property
     def has_parity(self) -> bool:
@@ -23,12 +27,14 @@ class LineFormat:
 
     def parity_bit(self, byte: int) -> int:
         """Parity bit of a byte, in a format that has one."""
-        return byte.bit_count() & 1 ^ (self.parity == "O")
+        if self.parity in "MS":
+            return int(self.parity == "M")
+        return (byte & (1 << self.data_bits) - 1).bit_count() & 1 ^ (self.parity == "O")
 
     def levels(self, byte: int) -> tuple[int, ...]:
         """Level of the line in each bit of a character, the start bit first."""
         parity = (self.parity_bit(byte),) if self.has_parity else ()
-        return (0, *(byte >> bit & 1 for bit in range(DATA_BITS)), *parity, *(1,) * self.stop_bits)
+        return (0, *(byte >> bit & 1 for bit in range(self.data_bits)), *parity, *(1,) * self.stop_bits)
 
 
 EIGHT_N_1 = LineFormat("8N1", "N", 1, 10)
@@ -43,3 +49,17 @@ FORMATS = {
         LineFormat("8N2", "N", 2, 11),
     )
 }
+"""Formats of segments."""
+
+
+@lru_cache
+def format_named(name: str) -> LineFormat | None:
+    """Format of a client's line by its name, as ``7E1``: 5 to 8 data bits, 1 or 2 stop bits; None: it has
+    another form."""
+    if name in FORMATS:
+        return FORMATS[name]
+    if not re.fullmatch("[5-8][NEOMS][12]", name, re.ASCII):
+        return None
+    data_bits, parity, stop_bits = int(name[0]), cast(Parity, name[1]), int(name[2])
+    bits = 1 + data_bits + (parity != "N") + stop_bits
+    return LineFormat(name, parity, stop_bits, bits, data_bits)

@@ -7,10 +7,32 @@ simulated time. Everything here runs on the daemon's event loop, in its thread.
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
+
+from hil.vocab.line_format import LineFormat
 
 Tap = Callable[[str, bytes], None]
 """Called with what passes at a port: the direction, "board" or "client", and the bytes."""
+
+
+@dataclass(frozen=True)
+class UsbIdentity:
+    """Identity of what is on the USB for a board: its own processor, or an adapter in front of its UART."""
+
+    vendor_id: int
+    product_id: int
+    manufacturer: str
+    product: str
+    is_native: bool
+    """True if the board's own processor is on the USB: it comes and goes with the board's power, and sends
+    only while the host has DTR or RTS on."""
+    release_bcd: int = 0x0100
+    """Release of the device, in decimal digits of four bits."""
+
+
+ADAPTER = UsbIdentity(0x0525, 0xA4A7, "hil", "Serial adapter (virtual)", is_native=False)
+"""Identity of a board whose profile says none: that of Linux's own serial gadget with a CDC-ACM function,
+drivers/usb/gadget/legacy/serial.c."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +45,8 @@ class PortContext:
     """The bench's own runtime directory; stable names (symlinks) live here."""
     group: str | None = None
     """Group of what a port shows to other users, unless its own options name one."""
+    usb: UsbIdentity = ADAPTER
+    """Identity of the board on a USB."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +120,25 @@ class Port(Protocol):
 
     async def close(self) -> None:
         """Close, and leave nothing behind: no file descriptor, symlink or task. Safe to call twice."""
+
+
+@runtime_checkable
+class PowerPort(Protocol):
+    """Port that is a part of the board, and gone while the board has no power. Beside ``Port``."""
+
+    def power(self, is_on: bool) -> None:
+        """Note the board's power; safe to call twice. A reset is off and on."""
+
+
+@runtime_checkable
+class FormatPort(Protocol):
+    """Port whose clients choose the format of their characters. Beside ``Port``."""
+
+    def client_format(self) -> LineFormat:
+        """Format that a client has set."""
+
+    def tell_errors(self, *, framing: bool, parity: bool) -> None:
+        """Tell clients that the last bytes came with these errors."""
 
 
 class PortError(Exception):

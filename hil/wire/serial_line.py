@@ -6,7 +6,7 @@ which the edges of the sent bits and the middles of the read bits are whole numb
 
 from dataclasses import dataclass
 
-from hil.vocab.line_format import DATA_BITS, EIGHT_N_1, LineFormat
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 
 _NS_PER_S = 10**9
 
@@ -30,11 +30,16 @@ def character_ns(n: int, baud: int, bits: int = EIGHT_N_1.bits) -> int:
 
 
 def resample(
-    data: bytes, sent_baud: int, read_baud: int, line_format: LineFormat = EIGHT_N_1
+    data: bytes,
+    sent_baud: int,
+    read_baud: int,
+    line_format: LineFormat = EIGHT_N_1,
+    read_format: LineFormat | None = None,
 ) -> list[Sampled]:
-    """Read bytes that were sent back to back at ``sent_baud`` as a receiver at ``read_baud`` does.
+    """Read bytes that were sent back to back at ``sent_baud`` as a receiver at ``read_baud`` does, which
+    expects ``read_format``, by default the sender's.
 
-    One start bit, 8 data bits (least significant first), parity if the format has it, stop bits, the line
+    One start bit, data bits (least significant first), parity if the format has it, stop bits, the line
     idle before and after. The receiver waits for a falling edge, and checks that the line is still low in the
     middle of the start bit. It takes each further bit in its middle, and looks for the next falling edge
     after it has sampled the first stop bit. A sample on an edge sees the level after the edge.
@@ -44,10 +49,11 @@ def resample(
     """
     if sent_baud <= 0 or read_baud <= 0:
         raise ValueError(f"baud rates must be positive, not {sent_baud} and {read_baud}")
-    if sent_baud == read_baud:
+    read_format = read_format or line_format
+    if sent_baud == read_baud and read_format is line_format:
         bits = line_format.bits
         return [Sampled(byte, False, character_ns(n, sent_baud, bits)) for n, byte in enumerate(data)]
-    return _sample(_levels(data, line_format), sent_baud, read_baud, line_format)
+    return _sample(_levels(data, line_format), sent_baud, read_baud, read_format)
 
 
 def _levels(data: bytes, line_format: LineFormat) -> bytes:
@@ -61,6 +67,7 @@ def _levels(data: bytes, line_format: LineFormat) -> bytes:
 def _sample(levels: bytes, sent_baud: int, read_baud: int, line_format: LineFormat) -> list[Sampled]:
     sent_bit = 2 * read_baud
     half_read_bit = sent_baud
+    data_bits = line_format.data_bits
     samples = line_format.bits - line_format.stop_bits + 1
     middles = [(2 * bit + 1) * half_read_bit for bit in range(samples)]
     last = len(levels) - 1  # a stop bit: the line stays at its level
@@ -73,8 +80,8 @@ def _sample(levels: bytes, sent_baud: int, read_baud: int, line_format: LineForm
         if bits[0] == 1:  # too short for a start bit: the receiver takes it for a glitch
             now = start + middles[0]
             continue
-        byte = sum(bit << place for place, bit in enumerate(bits[1 : 1 + DATA_BITS]))
-        is_odd = line_format.has_parity and bits[1 + DATA_BITS] != line_format.parity_bit(byte)
+        byte = sum(bit << place for place, bit in enumerate(bits[1 : 1 + data_bits]))
+        is_odd = line_format.has_parity and bits[1 + data_bits] != line_format.parity_bit(byte)
         sampled.append(Sampled(byte, bits[-1] == 0, edge * _NS_PER_S // sent_baud, is_odd))
         now = start + middles[-1]
     return sampled

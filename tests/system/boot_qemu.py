@@ -20,7 +20,7 @@ import pytest
 from container import until
 from debian import HIL_PYTHON, CannotError, need, run, tree_with_hil, tree_with_kernel
 from e2e_support import Place, config
-from guest import Guest, root_image
+from guest import REAL_TIME, Guest, root_image
 from volatile_disk import VolatileDisk
 
 from device_profiles.sac.eeprom import Eeprom
@@ -90,7 +90,14 @@ class Setup:
         self.disk = VolatileDisk(blank.read_bytes(), folder / "disk.sock", random.Random(SEED))
 
     def boot(self) -> None:
-        self.guest = Guest(self.kernel_tree, self.root, self.disk.path, self.board)
+        host, port = self.board
+        self.guest = Guest(
+            *(self.kernel_tree, self.root, REAL_TIME),
+            *("-drive", f"file=nbd:unix:{self.disk.path},format=raw,if=virtio,cache=writeback"),
+            # The guest's kernel takes it for an adapter of FTDI's.
+            *("-chardev", f"socket,id=board,host={host},port={port}"),
+            *("-device", "piix3-usb-uhci", "-device", "usb-serial,chardev=board"),
+        )
         self.guest.run(START, timeout_s=300)
 
     def close(self) -> None:

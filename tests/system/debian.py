@@ -18,6 +18,8 @@ CACHE = Path(
 )
 PACKAGES = "systemd,systemd-sysv,dbus,python3,python3-venv,make,procps,kmod,e2fsprogs"
 INSTALL_S = 900
+UNUSED_DRIVERS = ("gpu", "media", "infiniband", "scsi")
+"""Kinds of drivers that a virtual machine does not need."""
 HIL_PYTHON = "/usr/local/lib/hil/bin/python"
 
 
@@ -110,9 +112,36 @@ def tree_with_hil(folder: Path, bare: Path) -> Path:
 
 def tree_with_kernel() -> Path:
     """The bare tree with Debian's real-time kernel and tools of CAN, from the cache if it is there."""
-    tree = CACHE / "bookworm-rt-can"
+    packages = ("linux-image-rt-amd64", "iproute2", "can-utils")
+    return _tree_with("bookworm-rt-can", packages, (*UNUSED_DRIVERS, "usb"))
+
+
+def tree_with_usb() -> Path:
+    """The bare tree with both of Debian's kernels, udev, and programs for serial ports, from the cache if it
+    is there."""
+    packages = (
+        *("linux-image-amd64", "linux-image-rt-amd64", "udev", "usbutils", "python3-serial", "python3-usb"),
+        *("picocom", "tio", "minicom", "screen", "putty-tools"),
+        *(
+            "arduino",
+            "cutecom",
+            "gtkterm",
+            "xvfb",
+            "openbox",
+            "xdotool",
+            "imagemagick",
+            "x11-utils",
+            "psmisc",
+        ),
+    )
+    return _tree_with("bookworm-usb", packages, UNUSED_DRIVERS)
+
+
+def _tree_with(name: str, packages: tuple[str, ...], without: tuple[str, ...]) -> Path:
+    """The bare tree with packages, of kernels too, whose drivers of some kinds are taken out."""
+    tree = CACHE / name
     if not tree.exists():
-        unfinished = CACHE / "bookworm-rt-can.unfinished"
+        unfinished = CACHE / f"{name}.unfinished"
         shutil.rmtree(unfinished, ignore_errors=True)
         run("cp", "-a", "--reflink=auto", bare_tree(), unfinished)
         initramfs = unfinished / "etc/initramfs-tools"
@@ -120,22 +149,16 @@ def tree_with_kernel() -> Path:
         # An initial disk for this machine alone: an emulated CPU is long at unpacking the usual one.
         (initramfs / "conf.d/small").write_text("MODULES=list\n")
         (initramfs / "modules").write_text("virtio_pci\nvirtio_blk\next4\n")
-        apt = ("chroot", unfinished, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq")
+        # Packages of Java look into /proc as they are installed.
+        within = ("unshare", "--mount", "sh", "-ec", 'mount -t proc proc "$1/proc"; exec chroot "$@"', "sh")
+        apt = (*within, unfinished, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq")
         run(*apt, "update")
-        run(
-            *apt,
-            "install",
-            "-y",
-            "--no-install-recommends",
-            "linux-image-rt-amd64",
-            "initramfs-tools",
-            "iproute2",
-            "can-utils",
-        )
+        run(*apt, "install", "-y", "--no-install-recommends", "initramfs-tools", *packages)
+        run(*apt, "clean")
         for unused in unfinished.glob("lib/modules/*/kernel/sound"):
             shutil.rmtree(unused)
         for unused in unfinished.glob("lib/modules/*/kernel/drivers/*"):
-            if unused.name in ("gpu", "media", "infiniband", "scsi", "usb"):
+            if unused.name in without:
                 shutil.rmtree(unused)
         unfinished.rename(tree)
     return tree

@@ -1,4 +1,4 @@
-"""A virtual machine: QEMU without KVM, Debian's real-time kernel, a root file system that forgets."""
+"""A virtual machine: QEMU without KVM, a kernel of Debian's, a root file system that forgets."""
 
 import re
 import socket
@@ -12,10 +12,11 @@ from debian import CannotError, run
 
 BOOT_S = 300.0
 COMMAND_S = 120.0
-ROOT_SIZE = "2G"
+STOCK, REAL_TIME = "[0-9]-amd64", "rt-amd64"
+"""Ends of the names of Debian's kernels."""
 
 
-def root_image(tree: Path, image: Path) -> Path:
+def root_image(tree: Path, image: Path, size: str = "2G") -> Path:
     """An ext4 file system with the tree in it, with the agent started at boot."""
     here = Path(__file__).parent
     for script in ("agent.py", "eeprom_writer.py"):
@@ -25,18 +26,22 @@ def root_image(tree: Path, image: Path) -> Path:
         "[Install]\nWantedBy=multi-user.target\n"
     )
     run("chroot", tree, "systemctl", "enable", "--quiet", "agent.service")
-    run("mke2fs", "-q", "-t", "ext4", "-d", tree, image, ROOT_SIZE)
+    run("mke2fs", "-q", "-t", "ext4", "-d", tree, image, size)
     return image
 
 
 class Guest:
     """Virtual machine that is switched on; ``acked`` and ``base`` are what ``eeprom_writer.py`` has told so
-    far. ``board``: host and port of what is behind the USB adapter, which the guest's kernel takes for one of
-    FTDI's."""
+    far."""
 
-    def __init__(self, tree: Path, root: Path, disk: Path, board: tuple[str, int]) -> None:
-        (kernel,), (initrd,) = (
-            sorted(tree.glob(f"boot/{name}-*-rt-*")) for name in ("vmlinuz", "initrd.img")
+    def __init__(self, tree: Path, root: Path, kernel: str, *devices: str, memory_MB: int = 1024) -> None:
+        """Switch it on, and wait for the agent. ``devices``: more of QEMU's options.
+
+        Raises:
+            CannotError: it does not boot here.
+        """
+        (image,), (initrd,) = (
+            sorted(tree.glob(f"boot/{name}-*{kernel}")) for name in ("vmlinuz", "initrd.img")
         )
         folder = root.parent
         agent = folder / "agent.sock"
@@ -46,13 +51,11 @@ class Guest:
         self.base: int | None = None
         command = [
             *("qemu-system-x86_64", "-nodefaults", "-no-user-config", "-display", "none", "-no-reboot"),
-            *("-machine", "pc,accel=tcg", "-cpu", "max", "-smp", "2", "-m", "1024"),
-            *("-kernel", str(kernel), "-initrd", str(initrd)),
+            *("-machine", "pc,accel=tcg", "-cpu", "max", "-smp", "2", "-m", str(memory_MB)),
+            *("-kernel", str(image), "-initrd", str(initrd)),
             *("-append", "root=/dev/vda rw console=ttyS0 quiet systemd.show_status=0 net.ifnames=0"),
             *("-drive", f"file={root},format=raw,if=virtio,snapshot=on"),
-            *("-drive", f"file=nbd:unix:{disk},format=raw,if=virtio,cache=writeback"),
-            *("-chardev", f"socket,id=board,host={board[0]},port={board[1]}"),
-            *("-device", "piix3-usb-uhci", "-device", "usb-serial,chardev=board"),
+            *devices,
             *("-serial", f"file:{self.console}", "-serial", f"unix:{agent},server=on,wait=off"),
         ]
         with (folder / "qemu.log").open("wb") as said:

@@ -5,9 +5,9 @@ import os
 from functools import partial
 from typing import NamedTuple
 
+from hil.net import stable_name
 from hil.net.traffic import Outgoing, Traffic
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
-from virtual_ports.pty import stable_name
 from virtual_ports.pty.clients import Clients
 from virtual_ports.pty.pair import PtyPair
 from virtual_ports.pty.pty_options import Options

@@ -253,6 +253,10 @@ def test_any_log_is_replayed_or_refused_with_its_place() -> None:
         (('"kind":"byte_flip"', '"kind":"byte_eat"'), 'fault: did you mean "byte_delay"? kinds are '),
         (('["rate",0.01]', '["rate",7]'), "rate: write 0 to 1"),
         (('"client_baud":9600', '"client_baud":0'), "m1: client_baud: write null, or 1 to 4294967295"),
+        (
+            ('"client_baud":9600', '"client_baud":9600,"client_format":"9E1"'),
+            "m1: client_format: write one as in 7E1",
+        ),
         (('"version":1', '"version":99'), "the log has version 99, of hil test; this program reads 1"),
         (('"format":"hil-inputs"', '"format":"x"'), "this is not an input log"),
     ],

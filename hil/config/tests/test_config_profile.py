@@ -26,6 +26,8 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
     assert (profile.name, profile.law, profile.plant) == ("mechaduino", "mechaduino", "simple")
     assert (list(profile.uarts), profile.baud()) == (["main"], None)
     assert profile.usb == "native"
+    assert profile.usb_device
+    assert (profile.usb_device.vendor_id, profile.usb_device.product_id) == (0x2341, 0x804D)
     assert {name: parameter.value for name, parameter in profile.axis.items()} == {
         "inertia_kg_m2": 5.4e-6,
         "viscous_Nm_s_per_rad": 0.004,
@@ -73,6 +75,10 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
         ("usb: native", "usb: native\nuarts: {main: {}, main: {}}",
          "uarts.main: this key is given twice"),
         ("usb: native", "uarts: {}", "greeting: this board has no UART (leave this key out)"),
+        ("vendor_id: 0x2341", "vendor_id: 0x12341",
+         "usb_device.vendor_id: the number 74561 is too large (write 65535 or less)"),
+        ("  product_id: 0x804d\n", "", "usb_device.product_id: this key is missing (add the line "),
+        ("product: Arduino Zero (virtual)", "product: Zürich", "usb_device.product: "),
         ("value: 0.150", "value: -1",
          "axis.sense_resistor_ohm.value: -1 ohm is too small (write more than 0)"),
         ("    unit: ohm\n", "",

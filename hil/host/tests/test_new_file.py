@@ -18,7 +18,8 @@ OWN_WAY = {
     "hil/host/new_file.py": {"open", "rename"},
     "hil/live/store.py": {"open", "rename"},  # with a second name for what was there
     "hil/telemetry/picture.py": {"write_bytes", "savefig"},  # for scripts
-    "virtual_ports/pty/stable_name.py": {"replace"},  # a link
+    "hil/net/stable_name.py": {"replace"},  # a link
+    "virtual_ports/usb/vhci.py": {"open"},  # a file of sysfs
     "hil/host/journal.py": {"open"},  # standard streams
     "bridges/zenoh/site_keys.py": {"open"},  # exclusively
     "hil/testing/live_capture.py": {"open", "write_bytes", "write_text"},  # in a test's own folder

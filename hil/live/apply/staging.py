@@ -2,7 +2,7 @@
 
 import errno
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from hil.compose.build import axis_seed, joined_devices, make_device
@@ -68,10 +68,11 @@ class Stage:
                 continue
             for uart, config in plan.config.devices[name].ports_by_uart().items():
                 if not self.keeps_port(plan, name, uart):
-                    await self._open(staged, str(Address(name, uart)), config, problems)
+                    context = self._twin_context(plan, name, uart)
+                    await self._open(staged, context, config, problems)
         if plan.is_start:
             for label, port in plan.config.tap_ports().items():
-                await self._open(staged, label, port, problems)
+                await self._open(staged, self.context(label), port, problems)
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
             if drive := self._make_drive(name, device):
@@ -79,7 +80,7 @@ class Stage:
                 continue
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))
             if device.port and not self.keeps_port(plan, name, ""):
-                await self._open(staged, name, device.port, problems)
+                await self._open(staged, self.context(name), device.port, problems)
         if problems:
             raise Refused("\n".join(problems))
 
@@ -139,9 +140,17 @@ class Stage:
         taken |= set(staged.seeds.values())
         return next(n for n in range(len(taken) + 1) if n not in taken)
 
-    async def _open(self, staged: Staged, label: str, config: PortConfig, problems: list[str]) -> None:
+    def _twin_context(self, plan: BenchPlan, name: str, uart: str) -> PortContext:
+        device = plan.config.devices[name]
+        identity = device.usb_identity(self.configured.catalogue.profiles[device.profile], uart)
+        return replace(self.context(str(Address(name, uart))), usb=identity)
+
+    async def _open(
+        self, staged: Staged, context: PortContext, config: PortConfig, problems: list[str]
+    ) -> None:
         """Open a port beside those that run, and if one of them is in its way, say so."""
-        joint = Joint[Any](label, make_port(config, self.context(label)))
+        label = context.device
+        joint = Joint[Any](label, make_port(config, context))
         try:
             await joint.port.open(joint)
             staged.joints[label] = joint

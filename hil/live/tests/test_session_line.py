@@ -15,6 +15,7 @@ from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
+from hil.vocab.line_format import LineFormat, format_named
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
 
@@ -212,6 +213,84 @@ def test_the_touch_resets_a_board_with_native_usb(
     joint.client_left(client_baud)
     bench.until(2_000_000)
     assert [data for _, _, data in bench.heard] == [b"up"] * starts
+
+
+class UsbPort(MemoryPort):
+    """Port that is a part of the board, and whose client chooses a format."""
+
+    def __init__(self, baud: int | None = None, name: str = "8N1") -> None:
+        super().__init__(baud)
+        self.name = name
+        self.powers: list[bool] = []
+        self.errors: list[tuple[bool, bool]] = []
+
+    def power(self, is_on: bool) -> None:
+        self.powers.append(is_on)
+
+    def client_format(self) -> LineFormat:
+        found = format_named(self.name)
+        assert found
+        return found
+
+    def tell_errors(self, *, framing: bool, parity: bool) -> None:
+        self.errors.append((framing, parity))
+
+
+def test_a_port_that_is_a_part_of_the_board_is_told_of_its_power() -> None:
+    bench = Bench()
+    device = bench.add("m1", Echo)
+    port = UsbPort()
+    joint = joined(bench, device, port, native_usb=True)
+    assert port.powers == [True]
+    bench.runtime.give(device, Reset())
+    assert port.powers == [True, False, True]
+    device.power.switch("no power", bench.runtime.now_ns)
+    assert port.powers[3:] == [False, False]
+    joint.vacate()
+    device.power.switch(None, bench.runtime.now_ns)
+    assert len(port.powers) == 5
+
+
+def test_an_adapter_is_not_told_of_the_boards_power() -> None:
+    bench = Bench()
+    port = UsbPort()
+    joined(bench, bench.add("m1", Echo, 9600), port, native_usb=True)
+    joined(bench, bench.add("m2", Echo), port)
+    assert port.powers == []
+
+
+@pytest.mark.parametrize(
+    ("name", "heard", "got", "errors"),
+    [
+        ("8N1", b"mr", b"mr", []),
+        ("7E1", b"\xedr", b"mr", []),  # the board's 8N1 of EDh is 7E1 of m
+        ("8N2", b"mr", b"mr", []),
+        ("7O1", b"m\xf2", b"mr", []),
+    ],
+)
+def test_a_client_has_a_format_of_its_own(
+    name: str, heard: bytes, got: bytes, errors: list[tuple[bool, bool]]
+) -> None:
+    bench = Bench()
+    device, port = bench.add("m1", Echo, 9600), UsbPort(9600, name)
+    joint = joined(bench, device, port)
+    joint.received(b"mr")
+    bench.until(10**9)
+    assert b"".join(data for _, _, data in bench.heard) == heard
+    joint.end.flush()
+    joint.end.release(FOREVER)
+    assert (bytes(port.got), port.errors) == (got, errors)
+
+
+def test_a_client_is_told_of_errors_in_what_it_reads() -> None:
+    bench = Bench()
+    device, port = bench.add("m1", Greeter, 9600), UsbPort(9600, "7E1")
+    joint = joined(bench, device, port)
+    bench.until(10**9)
+    joint.end.flush()
+    joint.end.release(FOREVER)
+    assert bytes(port.got) == b"up"
+    assert port.errors == [(False, True)]  # u and p have five and three ones
 
 
 # ---- broken firmware ----

@@ -1,10 +1,11 @@
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hil.vocab.line_format import EIGHT_N_1, format_named
 from hil.wire.serial_line import Sampled, character_ns, resample
 
 EVERY_BYTE = bytes(range(256))
@@ -102,3 +103,43 @@ def test_character_times_do_not_drift() -> None:
 @given(st.integers(0, 10**9), BAUDS)
 def test_a_character_time_is_exact_to_the_nanosecond(n: int, baud: int) -> None:
     assert 0 <= Fraction(n * 10 * 10**9, baud) - character_ns(n, baud) < 1
+
+
+NAMES = st.sampled_from(["".join(each) for each in product("5678", "NEOMS", "12")])
+
+
+@given(st.binary(max_size=20), NAMES, BAUDS, st.integers(-2, 2))
+def test_a_format_that_both_have_loses_nothing_but_bits_it_has_not(
+    data: bytes, name: str, baud: int, off_pct: int
+) -> None:
+    line_format = format_named(name)
+    assert line_format
+    sampled = resample(data, baud * 100, baud * (100 + off_pct), line_format, line_format)
+    mask = (1 << line_format.data_bits) - 1
+    assert [each.byte & mask for each in sampled] == [byte & mask for byte in data]
+    assert not any(each.framing_error or each.parity_error for each in sampled)
+
+
+@pytest.mark.parametrize(
+    ("sent", "read", "data", "heard", "errors"),
+    [
+        ("7E1", "8N1", b"m", b"\xed", ""),  # five ones: the parity is the eighth bit
+        ("7E1", "8N1", b"r", b"r", ""),
+        ("7O1", "8N1", b"m", b"m", ""),
+        ("8N1", "7E1", b"m", b"m", "p"),
+        ("8N1", "7E1", b"r", b"r", ""),
+        ("8E1", "8N1", b"m", b"m", ""),
+        ("8E1", "8N1", b"r", b"r", "f"),  # the parity is where the stop bit should be
+        ("8N1", "8O1", b"m", b"m", "p"),
+        ("8N2", "8N1", b"mr", b"mr", ""),
+        ("8N1", "8N2", b"mr", b"mr", ""),
+        ("5N1", "8N1", b"\x01", b"\xe1", ""),
+        ("8S1", "8M1", b"m", b"m", "p"),
+    ],
+)
+def test_what_a_receiver_of_another_format_reads(
+    sent: str, read: str, data: bytes, heard: bytes, errors: str
+) -> None:
+    sampled = resample(data, 9600, 9600, format_named(sent) or EIGHT_N_1, format_named(read))
+    assert bytes_of(sampled) == heard
+    assert "".join("f" * one.framing_error + "p" * one.parity_error for one in sampled) == errors

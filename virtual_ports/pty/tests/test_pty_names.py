@@ -177,7 +177,7 @@ def test_what_is_no_symlink_to_a_pts_is_refused_and_kept(tmp_path: Path) -> None
     def expect(kind: str) -> None:
         before = identity()
         text = refused(Options(), tmp_path)
-        assert f"{name} is {kind}, not a symlink to a pts; remove it or choose another path:" in text
+        assert f"{name} is {kind}, not a symlink to a terminal; remove it or choose another path:" in text
         assert identity() == before
         assert os.listdir(tmp_path) == ["m1"]
 

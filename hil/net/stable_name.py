@@ -1,6 +1,7 @@
-"""Symlink by which users know a pts, whose own number changes from start to start."""
+"""Symlink by which users know a terminal, whose own number changes from start to start."""
 
 import os
+import re
 import stat
 from pathlib import Path
 
@@ -15,6 +16,9 @@ _KINDS = (
     (stat.S_ISSOCK, "a socket"),
 )
 
+_TERMINALS = re.compile(r"/dev/(pts/|ttyACM)[0-9]+")
+"""Targets of the names that hil makes."""
+
 _made: set[Path] = set()
 """Folders that were made for names, and are removed with the last of them."""
 _published: dict[Path, list[Path]] = {}
@@ -22,10 +26,10 @@ _published: dict[Path, list[Path]] = {}
 it closes another of the same name, or gives up and closes the new one."""
 
 
-def publish(title: str, name: Path, pts: Path) -> None:
-    """Point ``name`` at ``pts`` in one step, in place of a symlink that an earlier run has left.
+def publish(title: str, name: Path, terminal: Path) -> None:
+    """Point ``name`` at a terminal in one step, in place of a symlink that an earlier run has left.
 
-    A freed pts number is soon another program's, so a symlink to a living pts is no sign of an owner.
+    A freed number is soon another program's, so a symlink to a living terminal is no sign of an owner.
 
     Raises:
         PortError: the name is something else, or its directory cannot be written.
@@ -34,24 +38,25 @@ def publish(title: str, name: Path, pts: Path) -> None:
     try:
         _make(directory)
         _refuse_others(title, name)
-        _point(name, pts)
+        _point(name, terminal)
     except PortError:
         _remove_made(directory)
         raise
     except OSError as error:
         _remove_made(directory)
         raise PortError(f"{title}: {_why(directory, name, error)} choose another path:") from error
-    _published.setdefault(name, []).append(pts)
+    _published.setdefault(name, []).append(terminal)
 
 
-def withdraw(name: Path, pts: Path) -> None:
-    """Withdraw ``name`` if it still points at ``pts``: give it back to the open port that had it before, or
-    remove it, with its folder where that was made for it and is empty; otherwise it is another's by now."""
-    others = [other for other in _published.pop(name, []) if other != pts]
+def withdraw(name: Path, terminal: Path) -> None:
+    """Withdraw ``name`` if it still points at this terminal: give it back to the open port that had it
+    before, or remove it, with its folder where that was made for it and is empty; otherwise it is another's
+    by now."""
+    others = [other for other in _published.pop(name, []) if other != terminal]
     if others:
         _published[name] = others
     try:
-        if name.readlink() != pts:
+        if name.readlink() != terminal:
             return
         if others:
             _point(name, others[-1])
@@ -94,10 +99,10 @@ def _remove_made(directory: Path) -> None:
         _made.discard(folder)
 
 
-def _point(name: Path, pts: Path) -> None:
-    temporary = name.parent / f".{name.name}.{os.getpid()}-{pts.name}"
+def _point(name: Path, terminal: Path) -> None:
+    temporary = name.parent / f".{name.name}.{os.getpid()}-{terminal.name}"
     temporary.unlink(missing_ok=True)
-    temporary.symlink_to(pts)
+    temporary.symlink_to(terminal)
     try:
         temporary.replace(name)
     except OSError:
@@ -112,9 +117,11 @@ def _refuse_others(title: str, name: Path) -> None:
         return
     if stat.S_ISLNK(mode):
         target = name.readlink()
-        if target.parent == Path("/dev/pts") or not name.exists():
+        if _TERMINALS.fullmatch(str(target)) or not name.exists():
             return
         kind = f"a symlink to {target}"
     else:
         kind = next((text for test, text in _KINDS if test(mode)), "something else")
-    raise PortError(f"{title}: {name} is {kind}, not a symlink to a pts; remove it or choose another path:")
+    raise PortError(
+        f"{title}: {name} is {kind}, not a symlink to a terminal; remove it or choose another path:"
+    )
