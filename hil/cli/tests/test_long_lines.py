@@ -15,8 +15,9 @@ URL = "rfc2217://lab-computer-4.workshop.example.org:7001"
 
 def listed() -> dict[str, Any]:
     row = {"device": NAME, "profile": "mechaduino", "hardware": "0.1", "port": "pty", "address": PATH}
-    row |= {"clients": 0, "ports": {f"{NAME}.network": {"address": URL, "clients": 2}}, "failed": None}
-    taps = [{"tap": f"{NAME}.master", "port": PATH, "clients": 0}]
+    network = {"kind": "rfc2217", "address": URL, "clients": 2}
+    row |= {"clients": 0, "ports": {f"{NAME}.network": network}, "failed": None}
+    taps = [{"tap": f"{NAME}.master", "kind": "tcp", "port": PATH, "clients": 0}]
     return {"bench": NAME, "pid": 7, "devices": [row], "taps": taps, "nodes": []}
 
 
@@ -31,8 +32,8 @@ def test_names_paths_and_addresses_are_whole(
     assert lines[0] == f"bench {NAME} (process 7)"
     assert [line.split() for line in lines[2:]] == [
         [NAME, "mechaduino", "0.1", "pty", PATH, "0"],
-        [f"{NAME}.network", URL, "2"],
-        [f"{NAME}.master", "tap", PATH, "0"],
+        [f"{NAME}.network", "rfc2217", URL, "2"],
+        [f"{NAME}.master", "tap", "tcp", PATH, "0"],
     ]
     console.print(status_view(status(**{NAME: SERVO})))
     assert f" {NAME} " in capsys.readouterr().out

@@ -15,6 +15,10 @@ from hil.host.preload import LIBRARY
 HIL = [sys.executable, "-c", "from hil.cli.entry import main; main()", "with-lines"]
 
 
+def ctrl_c_ends() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # ignored if an & started the tests
+
+
 def start(*words: str, **more: Any) -> "subprocess.Popen[str]":
     return subprocess.Popen(
         [*HIL, *words],
@@ -22,7 +26,7 @@ def start(*words: str, **more: Any) -> "subprocess.Popen[str]":
         stderr=subprocess.PIPE,
         stdin=subprocess.PIPE,
         text=True,
-        **more,
+        **{"preexec_fn": ctrl_c_ends, **more},
     )
 
 

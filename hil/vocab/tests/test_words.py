@@ -18,6 +18,7 @@ FORMS = {
         "meant",
         "_plain",
     },  # what a word that was mistyped means
+    "line_format": {"format_named"},  # how a format is spelled
     "port_programs": {"port_use", "is_held"},  # which row of the table is a port's
     "verbs": {"checked", "described", "table_of"},
 }
