@@ -17,7 +17,7 @@ TITLE = "Drives on a CAN bus: CANopen"
 @pytest.fixture(scope="module")
 def place() -> Iterator[Place]:
     with Place() as place:
-        place.serve(f"{block(NAME, TITLE)}speed: 20\n", bench="cell").ready()
+        place.serve(f"{block(NAME, TITLE)}speed: 4\n", bench="cell").ready()
         yield place
 
 
