@@ -13,9 +13,9 @@ from typing import NamedTuple
 CORE = Path(__file__).parent / "hil/core"
 NATIVE = CORE / "native"
 STRUCT_FILES = ("types.h", "motion/engine.h", "hil_core.h")
-OPAQUE = ("hil_core", "hil_snapshot", "hil_watchdog", "hil_replay")
+OPAQUE = ("hil_core", "hil_snapshot", "hil_watchdog", "hil_replay", "hil_joint_replay")
 """Structs of which Cython knows the name alone."""
-NUMBERS = ("hil_field", "hil_law", "hil_motion_call")
+NUMBERS = ("hil_field", "hil_law", "hil_motion_call", "hil_walter_call")
 """Enumerations that functions take."""
 ENUMS = {
     "LAW": ("Law", "Control laws, by the names that profiles give them."),
@@ -27,11 +27,13 @@ ENUMS = {
     "OUTPUT": ("Output", "Outputs of a stepper's controller."),
     "STATE": ("MotionState", "States of a motion engine."),
     "CALL": ("Call", "Calls of a motion engine, with what they take."),
+    "WALTER_CALL": ("WalterCall", "Calls of Walter's Cortex, with what they take and answer."),
 }
 """Python classes by the macros of abi.def."""
 DICTS = {
     "hil_rt_stats": ("RtStats", "Statistics of the real-time thread."),
     "hil_replay_row": ("ReplayRow", "One control step of the Mechaduino's law."),
+    "hil_joint_row": ("JointRow", "State of a joint of Walter's Cortex."),
 }
 """Structs that go to Python as dictionaries."""
 SOURCE = "Written by `make abi` from native/abi.def and the C headers: change those."

@@ -17,6 +17,7 @@ ALLOWED = {
     "device_profiles/*/verbs.py": "what can be asked of the board",
     "device_profiles/*/dialogues.py": "what is typed at a real board",
     "device_profiles/*/cli.py": "the board's own commands",
+    "device_profiles/*/sessions.py": "how recorded sessions with the board are written",
     "virtual_ports/*/port.py": "hil looks for it: a kind of port",
     "virtual_ports/*/segment.py": "hil looks for it: a kind of wire",
     "bridges/*/bridge.py": "hil looks for it: a kind of bridge",

@@ -3,6 +3,7 @@
 from device_profiles.mechaduino import dialogues, verbs
 from device_profiles.mechaduino.firmware import Mechaduino
 from device_profiles.mechaduino.lookup_table import TABLE_FILE
+from device_profiles.mechaduino.sessions import session_plan
 from hil.vocab.firmware import MAIN
 from hil.vocab.profile import Example, Profile, UartSpec
 
@@ -25,4 +26,5 @@ PROFILE = Profile(
         Example(types=b"p", answer=b"stepNumber: 1 , Angle: ", within_ms=200),
     ),
     memory_file=TABLE_FILE,
+    session=session_plan,
 )

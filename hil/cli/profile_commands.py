@@ -97,11 +97,16 @@ def new(
 @profile_app.command()
 def check(
     folder: Annotated[Path, typer.Argument(help="The board's folder.", show_default=False)],
+    sessions: Annotated[
+        Path | None,
+        typer.Option("--sessions", help="Also play the recorded sessions (*.json) of this folder or file."),
+    ] = None,
 ) -> CommandAnswer:
     """Check a board by the rules for all boards.
 
     It loads and powers up, does the same with the same bytes whatever pieces they come in, survives garbage,
-    starts again after a reset, and its log replays identically. Exits with 1 if one fails.
+    starts again after a reset, and its log replays identically. With --sessions it also answers as recordings
+    of it say. Exits with 1 if one fails.
 
     Example: hil profile check boards/pinger
     """
@@ -110,9 +115,28 @@ def check(
     if not folder.is_dir():
         raise fail(f"hil: there is no folder {folder}", 2)
     failures = list(profile_failures(folder))
+    played = _played(folder, sessions, failures) if sessions and not failures else 0
     if failures:
         raise fail("\n".join(failures))
-    return CommandAnswer({"folder": str(folder), "passes": True}, f"{folder}: passes all checks")
+    also = f", and {played} recorded sessions are as they were" if sessions else ""
+    answer = {"folder": str(folder), "passes": True, "sessions": played}
+    return CommandAnswer(answer, f"{folder}: passes all checks{also}")
+
+
+def _played(folder: Path, sessions: Path, failures: list[str]) -> int:
+    """Play sessions; answers how many. What differs is added to the failures."""
+    from hil.testing.session_player import play, session_files
+    from hil.vocab.recorded_session import SessionRefused
+
+    try:
+        files = session_files(sessions)
+        for file in files:
+            failures += map(str, play(file, profile=folder.resolve().name, folder=folder))
+    except SessionRefused as error:
+        raise fail(f"hil: {error}", 2) from None
+    except OSError as error:
+        raise fail(f"hil: {error.filename or sessions}: {error.strerror}", 2) from None
+    return len(files)
 
 
 def say_what_is_spoilt(bench: "BenchConfig") -> str:

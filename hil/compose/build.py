@@ -101,6 +101,7 @@ def make_device(
         time_out=time_out,
         follow=board.follow,
         framing=board.framing,
+        send_buffers=profile.send_buffers,
         own_map=config.drive_map(profile),
     )
     return bench.make(spec, config.axis_plans(profile, seed), group)

@@ -93,6 +93,9 @@ class UartNumbers(StrictModel):
 
     baud: int | None = Field(default=None, ge=50, le=4_000_000)
     """Speed, unless a device sets one; None: bytes take no time, as over USB."""
+    send_buffer_bytes: int | None = Field(default=None, ge=0, le=1 << 20)
+    """Bytes that wait to be sent without holding the main program; None: 64 of the first, none of others,
+    which are made in software."""
 
 
 class AxisInfo(StrictModel):
@@ -155,6 +158,12 @@ class ProfileInfo(StrictModel):
         if self.law is None:
             return self.named_axes
         return {ONLY_AXIS: AxisInfo(law=self.law, motor=self.motor, axis=self.axis, registers=self.registers)}
+
+    @property
+    def send_buffers(self) -> dict[str, int]:
+        """Bytes of the buffers to send, by the names of the UARTs that say them."""
+        given = {name: uart.send_buffer_bytes for name, uart in self.uarts.items()}
+        return {name: size for name, size in given.items() if size is not None}
 
     @property
     def first_uart(self) -> str:

@@ -73,6 +73,11 @@ cdef class NativeCore:
         p.law = law
         p.driver = int(motor.get("driver", 0))
         p.phase_current_A = motor.get("phase_current_A", 0.0)
+        p.gear_ratio = motor.get("gear_ratio", 1.0)
+        p.driver_microsteps = int(motor.get("driver_microsteps", 0))
+        p.counts_backwards = int(motor.get("counts_backwards", 0))
+        p.encoder_null_deg = motor.get("encoder_null_deg", 0.0)
+        p.encoder_offset_deg = motor.get("encoder_offset_deg", 0.0)
         if full is not None:
             p.is_full = 1
             p.full = full  # by name: every member has to be there
@@ -195,6 +200,9 @@ cdef class NativeCore:
 
     def motion_do(self, int axis, int call, int64_t x, int64_t y):
         hil_motion_do(self.core, axis, call, x, y)
+
+    def walter_do(self, int axis, int call, double x, double y, double z):
+        return hil_walter_do(self.core, axis, call, x, y, z)
 
     def record_edges(self, int axis, int outputs):
         hil_axis_record_edges(self.core, axis, outputs)
@@ -388,4 +396,49 @@ cdef class Replay:
     def output(self, float theta_deg, int effort):
         cdef hil_replay_row row
         hil_replay_output(self.replay, theta_deg, effort, &row)
+        return row
+
+
+cdef class JointReplay:
+    """A joint of Walter's Cortex alone: step generator and drive law."""
+    cdef hil_joint_replay *replay
+
+    def __cinit__(self, dict joint):
+        cdef hil_axis_params p
+        memset(&p, 0, sizeof(p))
+        p.gear_ratio = joint["gear"]
+        p.driver_microsteps = joint["micro"]
+        p.start_deg = joint["start_deg"]
+        self.replay = hil_joint_replay_new(&p, joint["min"], joint["max"], joint["kP"], joint["maxSpeed"], joint["maxAcc"])
+        if self.replay is NULL:
+            raise MemoryError
+
+    def __dealloc__(self):
+        if self.replay is not NULL:
+            hil_joint_replay_free(self.replay)
+
+    def set(self, int what, double value):
+        hil_joint_replay_set(self.replay, what, value)
+
+    def set_up(self):
+        hil_joint_replay_set_up(self.replay)
+
+    def move(self, double to_deg, uint32_t now_ms, uint32_t duration_ms):
+        hil_joint_replay_move(self.replay, to_deg, now_ms, duration_ms)
+
+    def sample(self, double measured_deg, uint32_t now_ms):
+        hil_joint_replay_sample(self.replay, measured_deg, now_ms)
+
+    def steps(self, int64_t from_us, int64_t until_us):
+        cdef int dir
+        cdef int64_t at_us = from_us
+        steps = []
+        while (at_us := hil_joint_replay_step(self.replay, at_us, until_us, &dir)) >= 0:
+            steps.append((at_us, dir))
+            at_us += 10
+        return steps
+
+    def row(self):
+        cdef hil_joint_row row
+        hil_joint_replay_read(self.replay, &row)
         return row

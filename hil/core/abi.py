@@ -37,6 +37,8 @@ class Law(IntEnum):
     """the Mechaduino's closed loop"""
     sac = 1
     """the SAC's motion engine"""
+    walter = 2
+    """a joint of Walter's Cortex, and its main loop"""
 
 
 class Kind(IntEnum):
@@ -48,6 +50,8 @@ class Kind(IntEnum):
     """of axes with a loop and an encoder"""
     stepper = 2
     """of axes with a motion engine"""
+    joint = 3
+    """of joints that pulses turn through a gear, with an encoder behind it"""
 
 
 class Event(IntEnum):
@@ -63,6 +67,8 @@ class Event(IntEnum):
     """and fell"""
     estop = 5
     """value: level of a stepper's Estop input after a change"""
+    reading_failed = 6
+    """a joint's encoder did not answer; value: readings that have failed in a row"""
 
 
 class Fault(IntEnum):
@@ -89,7 +95,9 @@ class Fault(IntEnum):
     freeze = 9
     """1: the encoder stays at the count that it has now"""
     open_line = 10
-    """1: the encoder's data line is open and reads as all ones"""
+    """1: the encoder's data line is open and reads as all ones; a part on a bus does not answer"""
+    silent_rate = 11
+    """part of the readings that a joint's encoder or servo does not answer, 0 to 1"""
 
 
 class ServoInput(IntEnum):
@@ -193,6 +201,87 @@ class Call(IntEnum):
     """1: commands' beginnings and ends are events; off after a power-up"""
 
 
+class WalterCall(IntEnum):
+    """Calls of Walter's Cortex, with what they take and answer."""
+
+    start = 0
+    """the first joint: the board has its power, and its clocks begin"""
+    next_pass = 1
+    """nothing; answers when the loop's next pass begins"""
+    stop = 2
+    """nothing; nothing runs until the next call"""
+    hold = 3
+    """nothing; pulses alone go on, until the next call"""
+    poll = 4
+    """nothing; one look for pulses, and the time that timers go by"""
+    poll_again = 5
+    """nothing; one more look for pulses"""
+    finish = 6
+    """nothing; what a pass does after that, and passes from then on"""
+    go_on = 7
+    """nothing; poll and finish"""
+    know = 8
+    """1: the loop knows its joints, 0: it does not"""
+    power = 9
+    """1: the motors have their 24 V"""
+    clock = 10
+    """nothing; answers the microseconds since start"""
+    set_min = 11
+    """deg"""
+    set_max = 12
+    """deg"""
+    set_null = 13
+    """deg, as the encoder counts"""
+    set_speed = 14
+    """rpm; for the next set_up"""
+    set_acceleration = 15
+    """rpm/s"""
+    set_p = 16
+    """gain"""
+    set_i = 17
+    """gain"""
+    passed = 18
+    """1: its encoder is to be read"""
+    enable = 19
+    """1: its driver is on"""
+    set_up = 20
+    """nothing; ends its motion, and sets its step generator up"""
+    due = 21
+    """nothing; its next sample is due at once"""
+    place = 22
+    """deg; a servo has gone there"""
+    move = 23
+    """to_deg, duration_ms; within its limits"""
+    move_by = 24
+    """by_deg, duration_ms"""
+    ramp = 25
+    """from_deg, to_deg, duration_ms"""
+    ramp_at = 26
+    """ahead_ms; answers the ramp's angle then"""
+    rest = 27
+    """nothing; it has no ramp any more"""
+    measure = 28
+    """deg; what it takes its angle for"""
+    settle = 29
+    """nothing; its encoder's angle is where it is, and where it is to be"""
+    answers = 30
+    """nothing; answers 1 if encoder or servo would answer now"""
+    connect = 31
+    """nothing; looks for its encoder, and answers its angle, or -1"""
+    read = 32
+    """nothing; reads its encoder without filter; answers 0, or -1"""
+    where = 33
+    """nothing; answers where the joint is, deg"""
+    read_deg = 34
+    """nothing; answers the encoder's angle as it was read last, without the offset"""
+    full_speed = 35
+    """nothing; answers what its settings make of it, micro-steps/s"""
+    full_acceleration = 36
+    """nothing; the same, micro-steps/s2"""
+    clock_ns = 37
+    """nothing; answers the nanoseconds since start"""
+
+
 class RtStats(TypedDict):
     """Statistics of the real-time thread."""
 
@@ -229,3 +318,21 @@ class ReplayRow(TypedDict):
     in3: int
     in4: int
     led: int
+
+
+class JointRow(TypedDict):
+    """State of a joint of Walter's Cortex."""
+
+    measured_deg: float
+    to_be_deg: float
+    integral: float
+    speed: float
+    acceleration: float
+    c0: float
+    cn: float
+    cmin: float
+    position: int
+    target: int
+    n: int
+    interval_us: int
+    dir: int

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from fractions import Fraction
 
 from hil.core._native import NativeCore
-from hil.core.abi import Call, Event, Fault, Law
+from hil.core.abi import Call, Event, Fault, Law, WalterCall
 from hil.core.fields import INDEX, Snapshot
 from hil.core.kinds import CLOCK_OUT, CLOCK_OUT_HZ, KINDS, AxisKind, speed_limit_rpm
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
@@ -70,6 +70,11 @@ class CoreAxis:
     @property
     def motion(self) -> "CoreMotion | None":
         """The same axis as a motion engine; None: it has none."""
+        return None
+
+    @property
+    def joint(self) -> "CoreJoint | None":
+        """The same axis as a joint of an arm; None: it is none."""
         return None
 
     def get(self, field: str) -> float:
@@ -262,7 +267,24 @@ class CoreMotion(CoreAxis):
         self._native.motion_do(self.id, call, int(x), int(y))
 
 
-_FACES = {Law.mechaduino: CoreAxis, Law.sac: CoreMotion}
+class CoreJoint(CoreAxis):
+    """Joint of an arm; a firmware sees it as ``hil.vocab.firmware.ArmJoint``."""
+
+    @property
+    def joint(self) -> "CoreJoint":
+        return self
+
+    def loop(self, on: bool) -> None:
+        """Stop the main loop where a control loop would be stopped."""
+        if not on:
+            self.do("stop")
+
+    def do(self, call: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
+        return self._native.walter_do(self.id, _WALTER_CALLS[call], x, y, z)
+
+
+_WALTER_CALLS = {name: int(call) for name, call in WalterCall.__members__.items()}
+_FACES = {Law.mechaduino: CoreAxis, Law.sac: CoreMotion, Law.walter: CoreJoint}
 
 
 class Core:

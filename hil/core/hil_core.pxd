@@ -18,6 +18,7 @@ cdef extern from "native/hil_core.h" nogil:
     ctypedef int hil_field
     ctypedef int hil_law
     ctypedef int hil_motion_call
+    ctypedef int hil_walter_call
     ctypedef struct hil_core:
         pass
     ctypedef struct hil_snapshot:
@@ -25,6 +26,8 @@ cdef extern from "native/hil_core.h" nogil:
     ctypedef struct hil_watchdog:
         pass
     ctypedef struct hil_replay:
+        pass
+    ctypedef struct hil_joint_replay:
         pass
     ctypedef struct hil_field_info:
         const char *name
@@ -75,6 +78,11 @@ cdef extern from "native/hil_core.h" nogil:
         double start_deg
         double load_torque_Nm
         int32_t rotor_teeth
+        int32_t driver_microsteps
+        int32_t counts_backwards
+        double gear_ratio
+        double encoder_null_deg
+        double encoder_offset_deg
         int32_t is_full
         hil_full_params full
         hil_load load
@@ -148,6 +156,20 @@ cdef extern from "native/hil_core.h" nogil:
         int8_t in3
         int8_t in4
         int8_t led
+    ctypedef struct hil_joint_row:
+        float measured_deg
+        float to_be_deg
+        float integral
+        float speed
+        float acceleration
+        float c0
+        float cn
+        float cmin
+        int32_t position
+        int32_t target
+        int32_t n
+        int32_t interval_us
+        int32_t dir
     const hil_field_info hil_field_table[]
     hil_core *hil_core_new(int max_axes, int *event_fd)
     void hil_core_free(hil_core *c)
@@ -183,6 +205,7 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_motion_xref_write(hil_core *c, int axis, int index, int slot)
     int hil_motion_xref(hil_core *c, int axis, int index)
     void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y)
+    double hil_walter_do(hil_core *c, int axis, hil_walter_call call, double x, double y, double z)
     void hil_axis_record_edges(hil_core *c, int axis, int outputs)
     int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
     int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
@@ -211,3 +234,11 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_replay_step(hil_replay *p, int raw, hil_replay_row *row)
     void hil_replay_output(hil_replay *p, float theta_deg, int effort, hil_replay_row *row)
     void hil_replay_free(hil_replay *p)
+    hil_joint_replay *hil_joint_replay_new(const hil_axis_params *params, double min_deg, double max_deg, double kP, double speed_rpm, double acceleration_rpm_per_s)
+    void hil_joint_replay_set(hil_joint_replay *p, int what, double value)
+    void hil_joint_replay_set_up(hil_joint_replay *p)
+    void hil_joint_replay_move(hil_joint_replay *p, double to_deg, uint32_t now_ms, uint32_t duration_ms)
+    void hil_joint_replay_sample(hil_joint_replay *p, double measured_deg, uint32_t now_ms)
+    int64_t hil_joint_replay_step(hil_joint_replay *p, int64_t from_us, int64_t until_us, int *dir)
+    void hil_joint_replay_read(const hil_joint_replay *p, hil_joint_row *row)
+    void hil_joint_replay_free(hil_joint_replay *p)

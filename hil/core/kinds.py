@@ -11,7 +11,7 @@ from hil.core._native import axis_bytes
 from hil.core.abi import LIMIT_RPM, LIMIT_TEETH_RPM, Kind, Law, Output, ServoInput, StepperInput
 from hil.core.fields import INDEX, Snapshot, fields_of
 from hil.vocab.axis import AxisState
-from hil.vocab.faults import SERVO, SHAFT
+from hil.vocab.faults import BUS_PART, SERVO, SHAFT
 
 CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
 """A stepper controller's clock output and its input for one: frequencies and not edges."""
@@ -106,6 +106,18 @@ def _stepper_motion(said: Snapshot) -> AxisState:
     )
 
 
+def _joint_motion(said: Snapshot) -> AxisState:
+    is_stepping = said.step_interval_us > 0
+    return AxisState(
+        at_ns=said.at_ns,
+        commanded_deg=said.to_be_deg,
+        position_deg=said.position_deg,
+        is_moving=said.ramp_left_ms > 0 or is_stepping,
+        is_under_way=said.ramp_left_ms > 0 or is_stepping,
+        is_on=bool(said.is_enabled and (said.is_powered or not said.has_driver)),
+    )
+
+
 _MOTOR = (
     "inertia_kg_m2",
     "viscous_Nm_s_per_rad",
@@ -151,5 +163,31 @@ SAC = AxisKind(
 )
 """A motion engine that makes step pulses for a driver, without an encoder."""
 
-KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC)}
+WALTER = AxisKind(
+    title="joint",
+    law=Law.walter,
+    inputs={},
+    outputs={},
+    has_clock=False,
+    parameters=(
+        *_MOTOR,
+        "phase_current_A",
+        "gear_ratio",
+        "driver_microsteps",
+        "counts_backwards",
+        "encoder_null_deg",
+        "encoder_offset_deg",
+    ),
+    fields=fields_of(Kind.joint),
+    default_signals=("to_be_deg", "measured_deg", "position_deg"),
+    fault_targets=frozenset({SHAFT, SERVO, BUS_PART}),
+    follows_paths=False,
+    course=("to_be_deg", "position_deg"),
+    motion=_joint_motion,
+    max_current_A=lambda parameters: parameters["phase_current_A"],
+    memory_bytes=axis_bytes(Law.walter),
+)
+"""A joint that pulses turn through a gear, or a servo at once; a board has several, and one main loop."""
+
+KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC, WALTER)}
 """Kinds of axis by their laws' names in ``profile.yaml``."""

@@ -38,6 +38,8 @@ class DeviceSpec:
     time_out: TimeOut | None = None
     follow: Callable[..., None] | None = None
     framing: Framing | None = None
+    send_buffers: Mapping[str, int] = field(default_factory=dict)
+    """Bytes of the buffers to send of its UARTs, where they are not the usual ones (``Interfaces``)."""
     own_map: object | None = None
     """Map of registers of its own (``DeviceInfo.own_map``)."""
 
@@ -90,7 +92,7 @@ class Hardware:
     ) -> None:
         self.axes = DeviceParts(axes)
         self.memory = Memory(spec.nvm, store)
-        self.interfaces = Interfaces(spec.bauds, guard, due_changed)
+        self.interfaces = Interfaces(spec.bauds, guard, due_changed, spec.send_buffers)
         self.notes: dict[str, str] = {}
         """Notes for the operator, keyed by topic."""
         self.told: dict[str, float] = {}
@@ -106,6 +108,7 @@ class Hardware:
             uarts=self.interfaces.by_name,
             axes=self.axes,
             motions={name: axis.motion for name, axis in axes.items() if axis.motion},
+            joints={name: axis.joint for name, axis in axes.items() if axis.joint},
             nvm=self.memory.content,
             facts=spec.facts,
             note=self.note,

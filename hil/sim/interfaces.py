@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from itertools import groupby
 from operator import itemgetter
+from types import MappingProxyType
 
 from hil.sim.firmware_guard import Guard
 from hil.sim.flight import Flight
@@ -21,10 +22,17 @@ class Interfaces:
     are computed outside of it, where the guard cannot strike.
 
     ``bauds``: speed of each by its name; None where bytes take no time. All but the first are made in
-    software. ``due_changed`` is called when a byte may arrive sooner than was known.
+    software, without a buffer, unless ``send_buffers`` has their bytes by name. ``due_changed`` is called
+    when a byte may arrive sooner than was known.
     """
 
-    def __init__(self, bauds: Mapping[str, int | None], guard: Guard, due_changed: DueChanged) -> None:
+    def __init__(
+        self,
+        bauds: Mapping[str, int | None],
+        guard: Guard,
+        due_changed: DueChanged,
+        send_buffers: Mapping[str, int] = MappingProxyType({}),
+    ) -> None:
         self._guard = guard
         self.written: list[Written] = []
         """Bytes that the firmware has written in this turn."""
@@ -34,16 +42,20 @@ class Interfaces:
         self._is_paced = any(bauds.values())
         first = next(iter(bauds), "")
         self.by_name = DeviceParts(
-            {name: self._make(baud, due_changed, is_first=name == first) for name, baud in bauds.items()}
+            {
+                name: self._make(
+                    baud, due_changed, send_buffers.get(name, UART_BUFFER_BYTES * (name == first))
+                )
+                for name, baud in bauds.items()
+            }
         )
         self.all = tuple(self.by_name.values())
         self.now_ns = SimTimeNs(0)
 
-    def _make(self, baud: int | None, due_changed: DueChanged, *, is_first: bool) -> DeviceUart:
+    def _make(self, baud: int | None, due_changed: DueChanged, room: int) -> DeviceUart:
         def sent(at_ns: SimTimeNs, data: bytes) -> None:
             self._sent.append((uart, at_ns, data))
 
-        room = UART_BUFFER_BYTES if is_first else 0
         uart = DeviceUart(baud, sent, room, later=self.written, due_changed=due_changed)
         return uart
 

@@ -11,6 +11,7 @@ from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
 from hil.vocab.address import Address, address_of, owner_of
 from hil.vocab.faults import (
+    BUS_PART,
     CAN_NODE,
     DEVICE,
     LINE,
@@ -62,6 +63,7 @@ class Place:
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
             SHAFT: self.axis is not None and SHAFT in self.axis.kind.fault_targets,
             SERVO: self.axis is not None and SERVO in self.axis.kind.fault_targets,
+            BUS_PART: self.axis is not None and BUS_PART in self.axis.kind.fault_targets,
         }[target]
 
 

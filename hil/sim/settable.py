@@ -13,13 +13,15 @@ if TYPE_CHECKING:  # who only reads the names starts quickly
 
 ANGLE = "position_deg"
 """Angle of the shaft as it is told: setting it sets its zero, and turns nothing."""
-SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl", ANGLE)
+SURROUNDINGS = ("load_torque_Nm", "diaagc", "errfl", "knob_counts", "has_lights", ANGLE)
 """Fields that are the world around the board and not the firmware's memory."""
 SETTABLE = (*SURROUNDINGS, "clock_Hz", "pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF", "PA", "uMAX")
 _RANGES = {
     "uMAX": (0.0, 255.0),
     "PA": (-360.0, 360.0),
     "clock_Hz": (-1.0, 1e9),
+    "knob_counts": (0.0, 1023.0),
+    "has_lights": (0.0, 1.0),
     "diaagc": (0.0, float(0x7FFF)),
     "errfl": (0.0, float(0x7FFF)),
 }

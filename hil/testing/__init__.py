@@ -22,22 +22,29 @@ from hil.testing.checks.findings import CheckFailed
 from hil.testing.checks.port_check import check_port
 from hil.testing.checks.recording_desk import RecordingDesk
 from hil.testing.control import replay_control
+from hil.testing.motion_replay import replay_motion
 from hil.testing.served_bench import LiveError, ServedBench, live
+from hil.testing.session_player import play
+from hil.vocab.recorded_session import Difference, SessionRefused
 
 __all__ = [
     "Bench",
     "CheckFailed",
     "ConfigError",
+    "Difference",
     "LiveError",
     "RecordingDesk",
     "Replayed",
     "ServedBench",
+    "SessionRefused",
     "check_bridge",
     "check_codec",
     "check_port",
     "check_profile",
     "framing_reader",
     "live",
+    "play",
     "replay",
     "replay_control",
+    "replay_motion",
 ]

@@ -13,6 +13,7 @@ from hil.vocab.verbs import VerbRefused
 
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
+BUS_PART = "bus_part"
 MODBUS_NODE = "modbus_node"
 LINE, ON_LINE, CAN_NODE = "line", "on_line", "can_node"
 TARGETS = {
@@ -28,6 +29,7 @@ TARGETS = {
     SERVO: "a twin with an encoder",
     SHAFT: "a twin with a motor",
     SUPPLIED: "a twin with plant: full",
+    BUS_PART: "a joint with an encoder or servo on a bus",
 }
 
 
@@ -138,7 +140,11 @@ _KINDS = (
     FaultKind("encoder_noise", "physics", SERVO, "readings scatter; of several the latest counts",
               (Parameter("counts", "standard deviation", "counts", 0.0, 1000.0), _SEED)),
     FaultKind("encoder_freeze", "physics", SERVO, "the encoder stays at its count"),
-    FaultKind("encoder_disconnect", "physics", SERVO, "the encoder's line is open: all ones"),
+    FaultKind("encoder_disconnect", "physics", SERVO,
+              "the encoder's line is open: all ones; one on a bus, or a servo, does not answer"),
+    FaultKind("bus_no_answer", "physics", BUS_PART,
+              "a joint's encoder or servo does not answer on its bus; of several the latest counts",
+              (Parameter("rate", "probability for each reading", default=1.0), _SEED)),
 )  # fmt: skip
 FAULT_KINDS: Mapping[str, FaultKind] = {kind.name: kind for kind in _KINDS}
 OF_FRAMINGS = frozenset(kind.name for kind in _KINDS if kind.layer == "packet") | {"node_clash"}

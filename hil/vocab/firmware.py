@@ -133,6 +133,14 @@ class Axis(Protocol):
         """Play edges on the inputs from now on: rows as ``hil.wire.step_dir.Edges``."""
 
 
+class ArmJoint(Axis, Protocol):
+    """Joint of an arm. The joints of a board have one main loop, which the first one holds."""
+
+    def do(self, call: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
+        """Carry out a call by its name in ``hil.core.abi.WalterCall``, which says what it takes and answers.
+        Raises KeyError for another name."""
+
+
 @dataclass(frozen=True)
 class Board:
     """Interfaces that a firmware is made with: the board around the microcontroller."""
@@ -147,6 +155,8 @@ class Board:
     """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
     facts: Mapping[str, int] = field(default_factory=dict)
     """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
+    joints: Mapping[str, ArmJoint] = field(default_factory=dict)
+    """Joints by the names of their axes, on a board that drives an arm."""
     note: Callable[[str, str | None], None] = lambda about, text: None
     """Sets a note for the operator on what the board cannot print: (topic, a line); None removes it."""
 

@@ -10,6 +10,7 @@ from typing import Any
 from hil.vocab.dialogue import Dialogue, Task
 from hil.vocab.firmware import MAIN, Board, Firmware
 from hil.vocab.framing import Framing
+from hil.vocab.recorded_session import SessionPlan
 from hil.vocab.terminal_axis import TerminalAxis
 from hil.vocab.verbs import Verb, table_of
 
@@ -100,6 +101,9 @@ class Profile:
     """Exchanges with it, one after the other from when it is ready on."""
     memory_file: MemoryFile | None = None
     """File that the board's memory may begin with; None: no file."""
+    session: Callable[[Mapping[str, Any]], SessionPlan | None] | None = None
+    """Reader of recorded sessions with it, for ``hil.testing.play``: None for one that is of something else;
+    raises ``SessionRefused``. None: it reads none."""
     commands: Callable[[], Commands] | None = None
     """Maker of the board's commands for the command line, which alone calls it; None: it has none."""
 

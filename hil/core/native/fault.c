@@ -65,6 +65,7 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
         f->is_frozen = value != 0;
         break;
     case HIL_FAULT_OPEN_LINE: f->is_line_open = value != 0; break;
+    case HIL_FAULT_SILENT: f->silent_rate = fmin(fmax(value, 0), 1); break;
     default: return -1;
     }
     a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0 ||

@@ -80,6 +80,12 @@ void hil_motion_xref_write(hil_core *c, int axis, int index, int slot);
 int hil_motion_xref(hil_core *c, int axis, int index);
 void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y);
 
+/* ---- a joint of Walter's Cortex, or its board's main loop ---- */
+
+/* What each call takes and answers: abi.def. It answers -1 where it means nothing; of the loop's own the board's
+   microseconds when it goes on. */
+double hil_walter_do(hil_core *c, int axis, hil_walter_call call, double x, double y, double z);
+
 /* Edges of these outputs (a bit each) from now on, others no more. For virtual time: the list grows in whichever
    thread advances. */
 void hil_axis_record_edges(hil_core *c, int axis, int outputs);
@@ -137,5 +143,23 @@ int hil_replay_set(hil_replay *p, hil_field field, double value);
 void hil_replay_step(hil_replay *p, int raw, hil_replay_row *row);
 void hil_replay_output(hil_replay *p, float theta_deg, int effort, hil_replay_row *row); /* commutation alone */
 void hil_replay_free(hil_replay *p);
+
+/* A joint of Walter's Cortex alone: its step generator, and the drive law in front of it. */
+typedef struct hil_joint_row {
+    float measured_deg, to_be_deg, integral, speed, acceleration, c0, cn, cmin;
+    int32_t position, target, n, interval_us, dir;
+} hil_joint_row;
+typedef struct hil_joint_replay hil_joint_replay;
+hil_joint_replay *hil_joint_replay_new(const hil_axis_params *params, double min_deg, double max_deg, double kP,
+                                       double speed_rpm, double acceleration_rpm_per_s); /* NULL: no memory */
+void hil_joint_replay_set(hil_joint_replay *p, int what, double value); /* 0: full speed, 1: acceleration, 2: target */
+void hil_joint_replay_set_up(hil_joint_replay *p); /* full speed and acceleration as its settings make them */
+void hil_joint_replay_move(hil_joint_replay *p, double to_deg, uint32_t now_ms, uint32_t duration_ms);
+/* A sample by an ideal encoder, or (measured not NaN) with this angle. */
+void hil_joint_replay_sample(hil_joint_replay *p, double measured_deg, uint32_t now_ms);
+/* Polls every 10 us from from_us on, before until_us, up to one step; answers its time, -1: none. *dir: 1 or -1. */
+int64_t hil_joint_replay_step(hil_joint_replay *p, int64_t from_us, int64_t until_us, int *dir);
+void hil_joint_replay_read(const hil_joint_replay *p, hil_joint_row *row);
+void hil_joint_replay_free(hil_joint_replay *p);
 
 #endif

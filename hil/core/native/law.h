@@ -25,6 +25,7 @@ struct law {
     void (*turn)(hil_axis *a); /* at a node, when is_turned: the currents of now. NULL: it never is */
     void (*pin)(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns); /* a level, which may be as it was */
     int (*set)(hil_axis *a, hil_field field, double value, int64_t now_ns); /* -1: no field that it can set */
+    void (*look)(hil_axis *a); /* into its view, after the plant has filled it. NULL: the plant shows all */
     int (*join)(hil_axis *a, const law_wire *wire, int64_t now_ns, int *level); /* *level: of that output now. -1: too many. NULL: it has no outputs */
 };
 

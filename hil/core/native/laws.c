@@ -2,6 +2,7 @@
 
 #include "law/servo.h"
 #include "law/stepper.h"
+#include "law/walter.h"
 
 const law *const laws[HIL_LAWS] = {
 #define LAW(name, value, python, meaning) [value] = &python##_law,

@@ -31,6 +31,7 @@ typedef struct axis_fault {
     double load_Nm;      /* beside the axis's own; no matter of is_faulty */
     int is_frozen, is_line_open; /* the encoder's count, and the line that it goes over */
     int32_t frozen_raw;
+    double silent_rate; /* of readings on a bus that get no answer */
     uint64_t noise_key;
     double told_a_A, told_b_A; /* the latest current commands */
 } axis_fault;

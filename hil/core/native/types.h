@@ -74,6 +74,8 @@ typedef struct hil_axis_params {
     double inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A;
     double sense_resistor_ohm, start_deg, load_torque_Nm;
     int32_t rotor_teeth;
+    int32_t driver_microsteps, counts_backwards; /* of a joint; microsteps 0: a servo turns it. 1: its pulses are counted the wrong way */
+    double gear_ratio, encoder_null_deg, encoder_offset_deg; /* of a joint; null + offset is what its encoder shows at 0 */
     int32_t is_full; /* the full plant; of the simple one what follows is ignored */
     hil_full_params full;
     hil_load load;

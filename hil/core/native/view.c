@@ -7,6 +7,7 @@
 #include "hil_core.h"
 #include "law/servo.h"
 #include "law/stepper.h"
+#include "law/walter.h"
 #include "motion/profile.h"
 
 const hil_field_info hil_field_table[HIL_FIELDS] = {
@@ -54,6 +55,7 @@ static void fill_view(hil_axis *a, int64_t now_ns)
         a->view.b_A = a->plant.current_b_A;
         a->view.raw = shaft_faulty_raw(a, shaft_count(s.rev), now_ns);
     }
+    if (a->law->look) a->law->look(a);
     int blind = shaft_blind_raw(a, now_ns);
     if (blind >= 0) a->view.raw = blind;
 }

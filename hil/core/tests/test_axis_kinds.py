@@ -25,6 +25,11 @@ MOTOR = {
     "sense_resistor_ohm": 0.15,
     "phase_current_A": 1.5,
     "driver": 0.0,
+    "gear_ratio": 9.0,
+    "driver_microsteps": 8.0,
+    "counts_backwards": 0.0,
+    "encoder_null_deg": 143.0,
+    "encoder_offset_deg": 0.0,
 }
 HORIZON_NS = 1 << 62
 

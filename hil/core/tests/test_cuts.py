@@ -256,7 +256,7 @@ def run(seed: int, looks: Random | None) -> list[Any]:
 
 
 def test_every_law_has_commands() -> None:
-    assert COMMANDS_OF.keys() == KINDS.keys()
+    assert COMMANDS_OF.keys() == KINDS.keys() - {"walter"}  # joints move together: test_joint_cuts
 
 
 @pytest.mark.parametrize("seed", range(SEEDS))

@@ -18,7 +18,7 @@ def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
     as one of its kind is.
     """
     state = dict.fromkeys(
-        ("jam", "open_a", "open_b", "noise_seed", "noise_counts", "freeze", "open_line"), 0.0
+        ("jam", "open_a", "open_b", "noise_seed", "noise_counts", "freeze", "open_line", "silent_rate"), 0.0
     )
     if supply_V:
         state["supply_V"] = supply_V
@@ -43,6 +43,8 @@ def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
                 state["freeze"] = 1
             case "encoder_disconnect":
                 state["open_line"] = 1
+            case "bus_no_answer":
+                state |= {"noise_seed": fault.number("seed"), "silent_rate": fault.number("rate")}
     return state | {"load_Nm": math.fsum(loads_Nm), "slip_counts": math.fmod(slips, COUNTS)}
 
 

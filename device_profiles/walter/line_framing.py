@@ -1,0 +1,72 @@
+"""Framing of the command port: lines that CR ends. ``hil.vocab.framing.Framing``."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from hil.vocab.framing import BurstItems, Item, Party, Transform
+from hil.vocab.time import FOREVER, SimTimeNs
+
+CR = 0x0D
+
+
+@dataclass(frozen=True)
+class TypedLine:
+    """TypedLine with its CR."""
+
+    at_ns: int
+    raw: bytes
+    is_packet: bool = True
+    fault: str = ""
+    origin: int | None = None
+
+
+class LineSplitter:
+    """Splitter of what is typed into lines."""
+
+    def __init__(self, held: bytes = b"") -> None:
+        self._held = held
+
+    def burst(self, data: bytes, start_ns: SimTimeNs, baud: int) -> BurstItems:
+        *lines, self._held = (self._held + data).split(bytes((CR,)))
+        return BurstItems([TypedLine(start_ns, line + bytes((CR,))) for line in lines], None, False, FOREVER)
+
+    def characters(self, data: bytes, times_ns: Sequence[int], baud: int) -> BurstItems:
+        return self.burst(data, SimTimeNs(times_ns[0]) if times_ns else SimTimeNs(0), baud)
+
+    def silence(self, now_ns: SimTimeNs) -> Sequence[Item]:
+        return ()
+
+    def copy(self) -> "LineSplitter":
+        return LineSplitter(self._held)
+
+
+class LineFraming:
+    """Lines without addresses, checksums or faults of their own."""
+
+    name = "walter"
+    faults: tuple[str, ...] = ()
+    has_ends = True
+
+    def splitter(self) -> LineSplitter:
+        return LineSplitter()
+
+    def ends(self, data: bytes, before: bytes | None) -> list[int]:
+        return [place for place, byte in enumerate(data) if byte == CR]
+
+    def may_end(self, data: bytes) -> bool:
+        return CR in data
+
+    def text(self, item: Item) -> str:
+        return item.raw.decode("latin-1").rstrip("\r")
+
+    def parties(self, item: Item) -> tuple[Party, Party]:
+        return None, None
+
+    def fault(self, kind: str, rate: float, seed: int) -> Transform:
+        raise ValueError(f"lines have no fault {kind}")
+
+    def answers(self, burst: bytes, address: int) -> Iterable[tuple[int, bytes]]:
+        return ()
+
+
+LINES = LineFraming()
