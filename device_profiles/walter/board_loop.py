@@ -47,7 +47,7 @@ class BoardLoop:
 
     def take_pass(self) -> Generator[Request, Any, int]:
         """Wait for the next pass and take it; answers when it began, in ms. It is taken a nanosecond late:
-        what comes at its very beginning belongs to it."""
+        what comes just as it begins belongs to it."""
         at_us = int(self._do("next_pass"))
         if (left_ns := at_us * NS_PER_US + 1 - int(self._do("clock_ns"))) > 0:
             yield Delay(left_ns)

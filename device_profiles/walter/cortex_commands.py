@@ -90,10 +90,12 @@ class CortexCommands:
             "PRINTLN": self._println,
         }
 
-    def take(self, byte: int) -> Steps:
-        """Take a byte; carry the command out if it ends one."""
-        if not self._text.feed(byte):
-            return
+    def feed(self, byte: int) -> bool:
+        """Take a byte; answer whether it ends a command, which is to be carried out."""
+        return self._text.feed(byte)
+
+    def carry_out(self) -> Steps:
+        """Carry out the command that stands there."""
         word = self._text.begin()
         if word is not None:
             found = next((name for name in self._table if is_same_name(word, name)), None)

@@ -110,7 +110,8 @@ class Cortex:
         """Carry out what has come, and what comes meanwhile."""
         while data := self._uart.read_all():
             for byte in data:
-                yield from self._commands.take(byte)
+                if self._commands.feed(byte):
+                    yield from self._commands.carry_out()
             self._tell()
 
     def _tell(self) -> None:
