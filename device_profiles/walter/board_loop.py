@@ -70,11 +70,11 @@ class BoardLoop:
         """Give the pass back after the servos: joints come next."""
         self._do("finish")
 
-    def hold(self, ms: int) -> Steps:
-        """Wait while pulses go on."""
+    def hold(self, ms: int, then_ms: int = 0) -> Steps:
+        """Wait while pulses go on, and then again: the looks for pulses count from the beginning of each."""
         if ms > 0:
-            self._do("hold")
-            yield Delay(ms * NS_PER_MS)
+            self._do("hold", float(ms if then_ms else 0))
+            yield Delay((ms + then_ms) * NS_PER_MS)
             self._do("stop")
 
     def pause_until_next_ms(self) -> Steps:

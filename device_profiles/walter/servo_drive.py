@@ -34,14 +34,14 @@ class ServoBus:
         self._uart, self._loop, self._twins, self._has_power = uart, loop, twins, has_power
         self._reply = b""
 
-    def send(self, sent: bytes) -> Steps:
-        """Send a packet; what was received before is dropped."""
+    def send(self, sent: bytes, wait_ms: int = 0) -> Steps:
+        """Send a packet, and wait a millisecond and ``wait_ms`` more; what was received before is dropped."""
         self._uart.read_all()
         self._uart.write(sent)
         self._reply = b""
         if self._has_power():
             self._reply = b"".join(twin.take(sent) for twin in self._twins)
-        yield from self._loop.hold(1)
+        yield from self._loop.hold(1, wait_ms)
 
     def torque(self, servo_id: int, value: int) -> Steps:
         yield from self.send(packets.register_write(servo_id, packets.TORQUE, bytes((value,))))
@@ -62,8 +62,7 @@ class ServoBus:
         return int.from_bytes(data[2:4], "little", signed=True) if data else -1
 
     def _ask(self, sent: bytes, wait_ms: int, size: int) -> Generator[Request, Any, bytes | None]:
-        yield from self.send(sent)
-        yield from self._loop.hold(wait_ms)
+        yield from self.send(sent, wait_ms)
         for _ in range(_REPLY_MS):
             if len(self._reply) + self._uart.available() >= size:
                 break

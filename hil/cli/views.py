@@ -172,6 +172,8 @@ def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
     told = {"shaft": shot["position_deg"], "board": shot.get("commanded_deg")}
     if "enabled" in shot:
         told = {"shaft": None, "board": shot["position_deg"]}
+    elif "measured_deg" in shot:
+        told["board"] = shot["measured_deg"]
     elif "yw" in shot:
         told["board"] = shot["yw"] if shot["loop_on"] else None
     speed = shot.get("velocity_rpm")
@@ -180,9 +182,11 @@ def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
 
 
 def _mode(shot: dict[str, Any]) -> str:
-    """State of an axis: a servo's mode and loop, a stepper's state."""
+    """State of an axis: a servo's mode and loop, a stepper's state, whether a joint is on."""
     if "enabled" in shot:
         return "real" if shot["enabled"] else "real off"
+    if "to_be_deg" in shot:
+        return "on" if shot["is_enabled"] else "off"
     if "motion_state" in shot:
         return MOTION_STATES[int(shot["motion_state"])]
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")

@@ -211,7 +211,7 @@ class WalterCall(IntEnum):
     stop = 2
     """nothing; nothing runs until the next call"""
     hold = 3
-    """nothing; pulses alone go on, until the next call"""
+    """ms after which a second wait begins, or 0; pulses alone go on, until the next call"""
     poll = 4
     """nothing; one look for pulses, and the time that timers go by"""
     poll_again = 5

@@ -158,8 +158,8 @@ static int64_t turn_at_us(const walter_board *b, int64_t due_us)
     return b->cursor_us + (due_us - b->cursor_us + WALTER_PASS_US - 1) / WALTER_PASS_US * WALTER_PASS_US;
 }
 
-/* When something happens in the loop by itself; -1: never. */
-static int64_t next_us(const walter_board *b)
+/* When something happens in the loop from a time on that its turns count from; -1: never. */
+static int64_t next_from_us(const walter_board *b)
 {
     if (b->mode == WALTER_STOPPED || !b->steppers) return -1;
     int64_t least_us = INT64_MAX, now_ms = b->cursor_us / 1000;
@@ -175,11 +175,21 @@ static int64_t next_us(const walter_board *b)
     return least_us == INT64_MAX ? -1 : turn_at_us(b, least_us);
 }
 
+/* The same; where a wait begins behind another, turns count from its beginning. */
+static int64_t next_us(walter_board *b)
+{
+    int64_t at_us = next_from_us(b);
+    if (!b->second_us || (at_us >= 0 && at_us < b->second_us)) return at_us;
+    b->cursor_us = b->second_us;
+    b->second_us = 0;
+    return next_from_us(b);
+}
+
 /* A turn begins two nanoseconds late: what comes from outside at its time is there before, and what the firmware does
    one nanosecond after it. */
 static void plan(hil_axis *first)
 {
-    const walter_board *b = &of(first)->board;
+    walter_board *b = &of(first)->board;
     int64_t at_us = next_us(b);
     first->law_next_ns = at_us < 0 ? HIL_FOREVER : b->origin_ns + at_us * 1000 + LATE_NS;
 }
@@ -311,6 +321,7 @@ static double run_loop(hil_core *c, hil_axis *first, int call, double x, int64_t
     case HIL_WALTER_HOLD:
         b->mode = call == HIL_WALTER_HOLD ? WALTER_POLLS : WALTER_STOPPED;
         b->cursor_us = now_us;
+        b->second_us = call == HIL_WALTER_HOLD && x > 0 ? now_us + (int64_t)(x * 1000) : 0;
         break;
     case HIL_WALTER_POLL:
         b->now_ms = now_us / 1000;

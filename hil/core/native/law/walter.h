@@ -15,6 +15,7 @@ typedef struct walter_board {
     int has_24V;
     int64_t origin_ns; /* the power-up, from which its clocks count */
     int64_t cursor_us; /* where it is: when its next pass or poll begins */
+    int64_t second_us; /* of a wait behind another: when it begins; 0: there is none */
     int64_t now_ms;    /* that timers and laws of the latest pass go by */
     hil_axis *axes[WALTER_STEPPERS];
 } walter_board;
