@@ -10,6 +10,7 @@ LINE_BYTES = 128
 """Most characters of a line; further ones are dropped."""
 _COMPARED = 8
 """Characters of a name that count."""
+_DROPPED = bytes(byte for byte in range(256) if not 0x20 <= byte <= 0x7E)
 _NUL, _BLANK, _EQUALS = 0, ord(" "), ord("=")
 
 
@@ -38,15 +39,14 @@ class CommandText:
         self.error = 0
         """Number of the error that the latest check has found."""
 
-    def feed(self, byte: int) -> bool:
-        """Take a byte; answer whether it ends the line."""
-        if byte == 0x0D:
-            return True
-        if 0x20 <= byte <= 0x7E and self._length < LINE_BYTES:
-            self._buffer[self._length] = byte
-            self._length += 1
-            self._buffer[self._length] = _NUL
-        return False
+    def feed(self, data: bytes) -> None:
+        """Take what is typed before the line's end: printable characters, as far as there is room."""
+        taken = data.translate(None, _DROPPED)[: LINE_BYTES - self._length]
+        if taken:
+            end = self._length + len(taken)
+            self._buffer[self._length : end] = taken
+            self._buffer[end] = _NUL
+            self._length = end
 
     def begin(self) -> bytes | None:
         """Take the command's own word; None: the line is blank."""

@@ -90,9 +90,9 @@ class CortexCommands:
             "PRINTLN": self._println,
         }
 
-    def feed(self, byte: int) -> bool:
-        """Take a byte; answer whether it ends a command, which is to be carried out."""
-        return self._text.feed(byte)
+    def feed(self, data: bytes) -> None:
+        """Take what is typed before the end of a command."""
+        self._text.feed(data)
 
     def carry_out(self) -> Steps:
         """Carry out the command that stands there."""

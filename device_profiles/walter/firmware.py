@@ -109,9 +109,11 @@ class Cortex:
     def _read(self) -> Steps:
         """Carry out what has come, and what comes meanwhile."""
         while data := self._uart.read_all():
-            for byte in data:
-                if self._commands.feed(byte):
-                    yield from self._commands.carry_out()
+            *lines, rest = data.split(b"\r")
+            for line in lines:
+                self._commands.feed(line)
+                yield from self._commands.carry_out()
+            self._commands.feed(rest)
             self._tell()
 
     def _tell(self) -> None:

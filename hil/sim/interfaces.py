@@ -40,6 +40,8 @@ class Interfaces:
         """Number of these that are on the line."""
         self._sent: list[tuple[DeviceUart, SimTimeNs, bytes]] = []
         self._is_paced = any(bauds.values())
+        self._busy_ns = 0
+        """Time at which all that was written so far is out."""
         first = next(iter(bauds), "")
         self.by_name = DeviceParts(
             {
@@ -106,7 +108,7 @@ class Interfaces:
 
     def print_returns(self, now_ns: SimTimeNs) -> SimTimeNs:
         """Time at which what was written so far lets the firmware go on."""
-        if self._is_paced:
+        if self._is_paced and (self._busy_ns > now_ns or self._put < len(self.written)):
             if self._put < len(self.written):
                 with self._guard.aside():
                     self._put_written()
@@ -148,6 +150,8 @@ class Interfaces:
     def _put_written(self) -> None:
         for uart, baud, data in self.written[self._put :]:
             uart.tx.put(uart.now_ns, baud, data)
+            if uart.tx.free_ns > self._busy_ns:
+                self._busy_ns = uart.tx.free_ns
         self._put = len(self.written)
 
     def _hand_on(self) -> None:
