@@ -10,8 +10,8 @@ CR = 0x0D
 
 
 @dataclass(frozen=True)
-class TypedLine:
-    """TypedLine with its CR."""
+class EndedLine:
+    """EndedLine with its CR."""
 
     at_ns: int
     raw: bytes
@@ -28,7 +28,7 @@ class LineSplitter:
 
     def burst(self, data: bytes, start_ns: SimTimeNs, baud: int) -> BurstItems:
         *lines, self._held = (self._held + data).split(bytes((CR,)))
-        return BurstItems([TypedLine(start_ns, line + bytes((CR,))) for line in lines], None, False, FOREVER)
+        return BurstItems([EndedLine(start_ns, line + bytes((CR,))) for line in lines], None, False, FOREVER)
 
     def characters(self, data: bytes, times_ns: Sequence[int], baud: int) -> BurstItems:
         return self.burst(data, SimTimeNs(times_ns[0]) if times_ns else SimTimeNs(0), baud)

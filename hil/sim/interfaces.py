@@ -113,7 +113,9 @@ class Interfaces:
                 with self._guard.aside():
                     self._put_written()
             for uart in self.all:
-                if uart.tx.free_ns > now_ns:  # asked here: most have nothing on the line, and it is a call less
+                if (
+                    uart.tx.free_ns > now_ns
+                ):  # asked here: most have nothing on the line, and it is a call less
                     now_ns = uart.tx.print_returns(now_ns, uart.baud)
         return now_ns
 
