@@ -172,8 +172,8 @@ SEEN = {
 
 
 def test_each_kind_of_the_table_has_its_test():
-    # Those of Modbus nodes are seen in test_kit_modbus_faults.py, those of CAN nodes in test_kit_canbus.py, those
-    # of parts on an arm's bus in test_walter_arm.py.
+    # Those of Modbus nodes are seen in test_kit_modbus_faults.py, those of CAN nodes in test_kit_canbus.py,
+    # those of parts on an arm's bus in test_walter_arm.py.
     others = (MODBUS_NODE, CAN_NODE, BUS_PART)
     assert set(SEEN) == {kind.name for kind in FAULT_KINDS.values() if kind.target not in others}
 

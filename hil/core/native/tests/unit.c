@@ -17,6 +17,7 @@ void packet_tests(void);
 void fault_tests(void);
 void trajectory_tests(void);
 void spline_tests(void);
+void joint_tests(void);
 void pty_lines_tests(void);
 
 int main(int argc, char **argv)
@@ -36,6 +37,7 @@ int main(int argc, char **argv)
     fault_tests();
     trajectory_tests();
     spline_tests();
+    joint_tests();
     pty_lines_tests();
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }
