@@ -24,6 +24,8 @@ ENUMS = {
     "FAULT": ("Fault", "Faults of an axis that are set to a value; 0: right again."),
     "SERVO_INPUT": ("ServoInput", "Inputs of a servo; two names of one number are the same pin."),
     "STEPPER_INPUT": ("StepperInput", "Inputs of a stepper's controller."),
+    "DRIVER_INPUT": ("DriverInput", "Inputs of a driver that steps by its pins."),
+    "BANK_PIN": ("BankPin", "Pins of a microcontroller; each can be an input and an output."),
     "OUTPUT": ("Output", "Outputs of a stepper's controller."),
     "STATE": ("MotionState", "States of a motion engine."),
     "CALL": ("Call", "Calls of a motion engine, with what they take."),

@@ -195,7 +195,7 @@ complete -c hil -n '__hil_in \'step\'' -l bench -s b -x -a '(__hil_names benches
 complete -c hil -n '__hil_in \'step\'' -l runtime-dir -x -a '(__fish_complete_directories)' -d 'Folder of running benches\' ports and sockets. [default: $XDG_RUNTIME_DIR/hil; commands that ask look in /run/hil too]'
 complete -c hil -n '__hil_in \'step\'' -s h -l help -d 'Show a summary and exit.'
 complete -c hil -n '__hil_at \'step\' -eq 0' -x -a '(__hil_names axes)'
-complete -c hil -n '__hil_in \'drive\'' -l steps -x -d 'How many, of 1/32 full step each; negative: towards smaller counts.'
+complete -c hil -n '__hil_in \'drive\'' -l steps -x -d 'How many, of a Mechaduino 1/32 full step each; negative: with the direction input high.'
 complete -c hil -n '__hil_in \'drive\'' -l rate -x -d 'Steps per second, up to 200000.'
 complete -c hil -n '__hil_in \'drive\'' -l acceleration -x -d 'Steps/s2 up to the rate and down from it. [default: none]'
 complete -c hil -n '__hil_in \'drive\'' -l file -r -F -d 'A pulse train in CSV: at_s,steps,duration_s or at_s,step,dir,...'

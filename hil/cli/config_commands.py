@@ -34,9 +34,11 @@ def check(
     if diff is None:
         from hil.cli.profile_commands import say_what_is_spoilt
 
-        besides = say_what_is_spoilt(bench)
+        besides, said = say_what_is_spoilt(bench), _what_boards_say(bench)
         text = f"{config}: bench {bench.bench}, {counted(len(bench.devices), 'device')}, no problems{besides}"
-        return CommandAnswer({"bench": bench.bench, "devices": list(bench.devices), "problems": []}, text)
+        answer = {"bench": bench.bench, "devices": list(bench.devices), "problems": [], "said": said}
+        lines = [f"{axis}: {line}" for axis, each in said.items() for line in each]
+        return CommandAnswer(answer, "\n".join([text, *lines]))
     from hil.config import diff as difference
 
     changes = difference(read_config(diff, opens_bridges=False), bench)
@@ -47,6 +49,21 @@ def check(
         for each in changes
     ]
     return CommandAnswer({"bench": bench.bench, "changes": rows}, "\n".join(lines))
+
+
+def _what_boards_say(bench: "BenchConfig") -> dict[str, list[str]]:
+    """Lines of boards on what follows from their numbers, by the axis's address."""
+    from hil.compose import find_catalogue
+    from hil.vocab.address import DeviceParts
+
+    catalogue, said = find_catalogue(path=bench.profile_path), {}
+    for name, device in bench.twins.items():
+        profile, says = catalogue.profiles[device.profile], catalogue.boards[device.profile].says
+        axes = DeviceParts(profile.axes)
+        for axis, plan in device.axis_plans(profile, 0).items():
+            if lines := [*says(plan)]:
+                said[axes.label(name, axis)] = lines
+    return said
 
 
 def _table_problems(bench: "BenchConfig", config: Path) -> list[str]:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 _POLL_S = 0.1
 _PATIENCE_NS = 3_000_000_000
 """Simulated time in which a board at its main menu has taken a command."""
+_LOOP, _LAG = ("r", "yw", "e"), ("commanded_deg", "position_deg", "lag_steps")
+"""What is drawn of a pulse train: of a servo, and of a driver without an encoder. The last is the error."""
 _SETTLE_NS = 300_000_000
 """Time between switching the loop on and the step."""
 _STEP_INTERVAL_MS = 0.25
@@ -153,7 +155,10 @@ def drive(
     device: DeviceName,
     steps: Annotated[
         int | None,
-        typer.Option("--steps", help="How many, of 1/32 full step each; negative: towards smaller counts."),
+        typer.Option(
+            "--steps",
+            help="How many, of a Mechaduino 1/32 full step each; negative: with the direction input high.",
+        ),
     ] = None,
     rate_Hz: Annotated[float, typer.Option("--rate", help="Steps per second, up to 200000.")] = 1000.0,
     acceleration: Annotated[
@@ -174,7 +179,7 @@ def drive(
 ) -> CommandAnswer:
     """Play a pulse train on the step/dir inputs of a board, at exact simulated times.
 
-    The board has to be in x mode with its loop on to follow.
+    A Mechaduino has to be in x mode with its loop on to follow.
 
     Example: hil drive m1 --steps 3200 --rate 1000
     """
@@ -183,11 +188,13 @@ def drive(
         raise fail("hil: give one of --steps, --file and --stop", 2)
     train = _train(file, steps, rate_Hz, acceleration)
     rows = [(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train]
-    recording = _recorded(("r", "yw", "e"))
+    draws = draw or output is not None
+    has_loop = not draws or "e" in ask_bench(bench, runtime_dir, "state", device=device)
+    recording = _recorded(_LOOP if has_loop else _LAG)
     watching = _watching(bench, runtime_dir, device, recording.signals, 1.0)
     answer: dict[str, Any] = {}
     try:
-        with watching if draw or output else nullcontext() as watched:
+        with watching if draws else nullcontext() as watched:
             with noted() as interrupts:  # the bench may have the train before its answer is here
                 answer = ask_bench(bench, runtime_dir, "drive", device=device, train=rows)
             length = _length(answer, train)
@@ -204,9 +211,10 @@ def drive(
             typer.echo(pasteable(f"the train goes on; `hil drive {device} --stop` ends it"), err=True)
         raise
     worst = max(abs(row[3]) for row in recording.rows)
-    notes = f"largest following error {worst:.3f} deg"
+    notes = f"largest following error {worst:.3f} {'deg' if has_loop else 'full steps'}"
     text = _shown(recording, output, f"{device}: following a pulse train", notes)
-    return CommandAnswer({**answer, "following_error_max_deg": worst}, text)
+    key = "following_error_max_deg" if has_loop else "lag_max_steps"
+    return CommandAnswer({**answer, key: worst}, text)
 
 
 def _train(file: Path | None, steps: int | None, rate_Hz: float, acceleration: float | None) -> "Train":

@@ -129,7 +129,7 @@ def _device_verbs() -> str:
         " those of all boards. A verb's role is the least that may use it.\n",
     ]
     tables: dict[str, tuple[Verb, ...]] = {"All boards": COMMON}
-    tables |= {f"`{name}`": board.verbs for name, board in sorted(find_boards().items())}
+    tables |= {f"`{name}`": board.verbs for name, board in sorted(find_boards().items()) if board.verbs}
     for title, verbs in tables.items():
         parts.append(f"### {title}\n\n| verb | role | what it does | parameters |\n|---|---|---|---|")
         for verb in verbs:

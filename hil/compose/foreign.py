@@ -153,7 +153,7 @@ def _axis_problem(device: Device, part: str, given: inputs.Input) -> str | None:
         case inputs.ScriptEncoder(points, _):
             return _script_problem(points)
         case inputs.Drive(train):
-            return train_problem(train) if "step" in axis.pins else "it has no step input"
+            return train_problem(train, axis.pins)
         case inputs.Follow(start_ns, path):
             return _path_problem(start_ns, path)
     return None

@@ -9,6 +9,7 @@ from hil.config.catalogue import AxisInfo, HardwareVersion, ProfileInfo
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
 from hil.config.shaft_load import LOAD_KINDS, EndStopsLoad
+from hil.core.kinds import KINDS
 from hil.vocab.axis_plan import FULL_PARAMETERS
 
 SUPPLY = "supply_V"
@@ -33,6 +34,11 @@ class AxisCheck:
 
     def check(self, profile: ProfileInfo, info: AxisInfo, hardware: object) -> None:
         """Check all keys. ``hardware``: the device's version."""
+        if info.law in KINDS and not KINDS[info.law].has_motor:
+            why = f"profile {profile.name} has no motor"
+            places = [(*self.path, key) for key in AXIS_KEYS if key in self.raw]
+            self.findings += [Finding(place, why, "leave this key out", at_key=True) for place in places]
+            return
         self._parameters(info)
         self._plant(profile, info)
         self.check_load(info)

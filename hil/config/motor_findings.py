@@ -22,6 +22,7 @@ def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Findin
         Address(name, axis): (device, plan)
         for name, device in config.twins.items()
         for axis, plan in device.axis_plans(catalogue.profiles[device.profile], 0).items()
+        if KINDS[plan.law].has_motor
     }
     refused = catalogue.refused_motors({str(at): plan for at, (_, plan) in motors.items()})
     for at, (device, plan) in motors.items():

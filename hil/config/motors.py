@@ -199,6 +199,19 @@ MOTORS: Mapping[str, Motor] = {
         detent_torque_Nm=0.042,
         coulomb_torque_Nm=0.02,
     ),
+    "nema17-0.33A": _as_sold(
+        "SM-42BYG011-25",
+        "42 x 34 mm, coils for 12 V",
+        holding="0.23 Nm",
+        rated="0.33 A",
+        torque_constant_Nm_per_A=0.48,
+        inertia_kg_m2=3.5e-6,
+        viscous_Nm_s_per_rad=(0.0009, 4.0e-5),
+        phase_resistance_ohm=34.0,
+        phase_inductance_H=46e-3,
+        detent_torque_Nm=0.0077,
+        coulomb_torque_Nm=0.004,
+    ),
 }
 
 

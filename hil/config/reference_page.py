@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hil.config.catalogue import AxisInfo, Catalogue, ProfileInfo
+from hil.config.catalogue import ANY_SUPPLY, AxisInfo, Catalogue, ProfileInfo
 from hil.config.motor_bounds import BOUNDS
 from hil.config.motors import MEANINGS, MOTORS
 from hil.config.schema import schema
@@ -158,7 +158,8 @@ def _profile(profile: ProfileInfo) -> list[str]:
         ),
     )
     axes = (_axis(name if len(profile.axes) > 1 else "", info) for name, info in profile.axes.items())
-    return [f"### `{profile.name}`: {profile.title}", hardware, *(table for each in axes for table in each)]
+    supplies = [hardware] if [*profile.hardware.values()] != [ANY_SUPPLY] else []
+    return [f"### `{profile.name}`: {profile.title}", *supplies, *(table for each in axes for table in each)]
 
 
 def _axis(name: str, info: AxisInfo) -> list[str]:
@@ -175,7 +176,7 @@ def _axis(name: str, info: AxisInfo) -> list[str]:
         (f"`{keys}registers`", "Default"),
         ((f"`{each}`", f"`0x{value:04X}`") for each, value in info.registers.items()),
     )
-    return [axis, registers]
+    return [table for table, rows in ((axis, info.axis), (registers, info.registers)) if rows]
 
 
 def _two(value: float, full: float | None) -> str:

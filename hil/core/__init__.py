@@ -6,7 +6,7 @@ May import: hil.vocab, the pure standard library.
 """
 
 from hil.core.abi import WATCHES
-from hil.core.core import Core, CoreAxis, CoreMotion
+from hil.core.core import Core, CoreAxis, CoreBank, CoreMotion
 from hil.core.fields import FIELDS, Snapshot
 from hil.core.kinds import KINDS, AxisKind
 
@@ -17,6 +17,7 @@ __all__ = [
     "AxisKind",
     "Core",
     "CoreAxis",
+    "CoreBank",
     "CoreMotion",
     "Snapshot",
 ]

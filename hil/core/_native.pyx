@@ -78,6 +78,7 @@ cdef class NativeCore:
         p.counts_backwards = int(motor.get("counts_backwards", 0))
         p.encoder_null_deg = motor.get("encoder_null_deg", 0.0)
         p.encoder_offset_deg = motor.get("encoder_offset_deg", 0.0)
+        p.ambient_degC = motor.get("ambient_degC", 0.0)
         if full is not None:
             p.is_full = 1
             p.full = full  # by name: every member has to be there
@@ -221,6 +222,29 @@ cdef class NativeCore:
     def wire(self, int from_axis, int from_pin, int to_axis, int to_pin):
         if hil_wire(self.core, from_axis, from_pin, to_axis, to_pin):
             raise MemoryError("no more wires at this axis")
+
+    def bank_write(self, int axis, int pin, int level):
+        hil_bank_write(self.core, axis, pin, level)
+
+    def bank_read(self, int axis, int pin):
+        return hil_bank_read(self.core, axis, pin)
+
+    def bank_pulses(self, int axis, int pin, list rows):
+        cdef hil_pulses *pulses = <hil_pulses *>malloc(max(len(rows), 1) * sizeof(hil_pulses))
+        cdef int i, failed
+        if pulses is NULL:
+            raise MemoryError("no memory for the pulses")
+        try:
+            for i in range(len(rows)):
+                count, period_ns, high_ns = rows[i]
+                if not (count >= 0 and 0 < high_ns < period_ns):
+                    raise ValueError(f"{count} pulses of {high_ns} in {period_ns} ns")
+                pulses[i] = hil_pulses(count, period_ns, high_ns)
+            failed = hil_bank_pulses(self.core, axis, pin, <int>len(rows), pulses)
+        finally:
+            free(pulses)
+        if failed:
+            raise MemoryError("no memory for the pulses")
 
     def drive(self, int axis, list rows):
         cdef hil_edges *edges = <hil_edges *>malloc(max(len(rows), 1) * sizeof(hil_edges))

@@ -39,19 +39,31 @@ class Law(IntEnum):
     """the SAC's motion engine"""
     walter = 2
     """a joint of Walter's Cortex, and its main loop"""
+    a3967 = 3
+    """a driver that steps by its pins, with the translator of an A3967"""
+    pin_bank = 4
+    """a microcontroller's pins, and no motor"""
 
 
 class Kind(IntEnum):
     """Kinds of axis that have a field."""
 
     any = 0
-    """a field of every axis"""
+    """a field of every axis; the others are bits, which may be set together"""
     servo = 1
     """of axes with a loop and an encoder"""
     stepper = 2
     """of axes with a motion engine"""
-    joint = 3
+    joint = 16
     """of joints that pulses turn through a gear, with an encoder behind it"""
+    driver = 4
+    """of axes whose driver steps by its pins"""
+    pin_bank = 8
+    """of pins without a motor, which have no field of ANY but the time"""
+    servo_driver = 5
+    """of both"""
+    stepper_driver = 6
+    """of both"""
 
 
 class Event(IntEnum):
@@ -69,6 +81,8 @@ class Event(IntEnum):
     """value: level of a stepper's Estop input after a change"""
     reading_failed = 6
     """a joint's encoder did not answer; value: readings that have failed in a row"""
+    pulses_ended = 7
+    """the last pulse of a train at a pin has ended; value: the pin"""
 
 
 class Fault(IntEnum):
@@ -132,6 +146,66 @@ class StepperInput(IntEnum):
     """an encoder's channel A"""
     EnB = 4
     """and B"""
+
+
+class DriverInput(IntEnum):
+    """Inputs of a driver that steps by its pins."""
+
+    dir = 0
+    """high: towards larger angles"""
+    step = 1
+    """rising edge; the number is that of a servo's, which sources of runs drive"""
+    enable = 2
+    """active low"""
+    MS1 = 3
+    """microsteps, lower bit"""
+    MS2 = 4
+    """and higher"""
+    sleep = 5
+    """active low"""
+    reset = 6
+    """active low"""
+
+
+class BankPin(IntEnum):
+    """Pins of a microcontroller; each can be an input and an output."""
+
+    D2 = 2
+    """digital pin"""
+    D3 = 3
+    """digital pin"""
+    D4 = 4
+    """digital pin"""
+    D5 = 5
+    """digital pin"""
+    D6 = 6
+    """digital pin"""
+    D7 = 7
+    """digital pin"""
+    D8 = 8
+    """digital pin"""
+    D9 = 9
+    """digital pin"""
+    D10 = 10
+    """digital pin"""
+    D11 = 11
+    """digital pin"""
+    D12 = 12
+    """digital pin"""
+    D13 = 13
+    """digital pin"""
+    A0 = 14
+    """analogue pin as a digital one"""
+    A1 = 15
+    """analogue pin as a digital one"""
+    A2 = 16
+    """analogue pin as a digital one"""
+    A3 = 17
+    """analogue pin as a digital one"""
+    A4 = 18
+    """analogue pin as a digital one"""
+    A5 = 19
+    """analogue pin as a digital one"""
 
 
 class Output(IntEnum):

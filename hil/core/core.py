@@ -13,6 +13,7 @@ from hil.core.kinds import CLOCK_OUT, CLOCK_OUT_HZ, KINDS, AxisKind, speed_limit
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 from hil.vocab.path import PathPiece
+from hil.vocab.pins import Pulses
 from hil.vocab.time import SimTimeNs
 
 SEED_MASK = (1 << 64) - 1
@@ -75,6 +76,11 @@ class CoreAxis:
     @property
     def joint(self) -> "CoreJoint | None":
         """The same axis as a joint of an arm; None: it is none."""
+        return None
+
+    @property
+    def bank(self) -> "CoreBank | None":
+        """The same as the pins of a microcontroller; None: it moves a motor."""
         return None
 
     def get(self, field: str) -> float:
@@ -175,6 +181,18 @@ class CoreAxis:
         """State as of the last release, in real time of the last 20 ms; from any thread, owner or not."""
         return Snapshot(self._native.published(self.id), self.kind.fields)
 
+    def record_edges(self, on: bool, outputs: Iterable[str] | None = None) -> None:
+        """Keep the edges of these outputs, or of all, from now on for ``take_edges``, or of none. For virtual
+        time."""
+        numbers = self.kind.outputs
+        names = numbers if outputs is None else outputs
+        self._native.record_edges(self.id, sum(1 << numbers[name] for name in names) if on else 0)
+
+    def take_edges(self) -> list[tuple[int, str, int]]:
+        """Edges since the last call: (at_ns, output, level)."""
+        names = {number: name for name, number in self.kind.outputs.items()}
+        return [(at_ns, names[pin], level) for at_ns, pin, level in self._native.take_edges(self.id)]
+
 
 class CoreMotion(CoreAxis):
     """Axis of a stepper; a firmware sees it as ``hil.vocab.motion.Motion``."""
@@ -251,18 +269,6 @@ class CoreMotion(CoreAxis):
     def report(self, on: bool) -> None:
         self._do(Call.report, on)
 
-    def record_edges(self, on: bool, outputs: Iterable[str] | None = None) -> None:
-        """Keep the edges of these outputs, or of all, from now on for ``take_edges``, or of none. For virtual
-        time."""
-        numbers = self.kind.outputs
-        names = numbers if outputs is None else outputs
-        self._native.record_edges(self.id, sum(1 << numbers[name] for name in names) if on else 0)
-
-    def take_edges(self) -> list[tuple[int, str, int]]:
-        """Edges since the last call: (at_ns, output, level)."""
-        names = {number: name for name, number in self.kind.outputs.items()}
-        return [(at_ns, names[pin], level) for at_ns, pin, level in self._native.take_edges(self.id)]
-
     def _do(self, call: int, x: int = 0, y: int = 0) -> None:
         self._native.motion_do(self.id, call, int(x), int(y))
 
@@ -284,7 +290,48 @@ class CoreJoint(CoreAxis):
 
 
 _WALTER_CALLS = {name: int(call) for name, call in WalterCall.__members__.items()}
-_FACES = {Law.mechaduino: CoreAxis, Law.sac: CoreMotion, Law.walter: CoreJoint}
+
+
+class CoreBank(CoreAxis):
+    """Pins of a microcontroller; a firmware sees them as ``hil.vocab.pins.Pins``."""
+
+    @property
+    def bank(self) -> "CoreBank":
+        return self
+
+    def loop(self, on: bool) -> None:
+        """End all pulses where a control loop would be stopped."""
+        if not on:
+            self._native.bank_pulses(self.id, 0, [])
+
+    def write(self, pin: str, level: int) -> None:
+        self._native.bank_write(self.id, self.pins[pin], level)
+
+    def let_go(self, pin: str) -> None:
+        self._native.bank_write(self.id, self.pins[pin], -1)
+
+    def read(self, pin: str) -> int:
+        return self._native.bank_read(self.id, self.pins[pin])
+
+    def pulse(self, pin: str, rows: Sequence[Pulses]) -> None:
+        self._native.bank_pulses(self.id, self.pins[pin], [(r.number, r.period_ns, r.high_ns) for r in rows])
+
+    @property
+    def pulses_left(self) -> int:
+        return int(self.get("pulses_left"))
+
+
+_FACES = {
+    Law.mechaduino: CoreAxis,
+    Law.sac: CoreMotion,
+    Law.walter: CoreJoint,
+    Law.a3967: CoreAxis,
+    Law.pin_bank: CoreBank,
+}
+_NO_MOTOR = dict.fromkeys(("inertia_kg_m2", "torque_constant_Nm_per_A", "rotor_teeth"), 1.0) | dict.fromkeys(
+    ("viscous_Nm_s_per_rad", "start_deg", "load_torque_Nm"), 0.0
+)
+"""Numbers that the native core wants where nothing turns."""
 
 
 class Core:
@@ -301,7 +348,7 @@ class Core:
             ValueError: such a motor is too stiff to be integrated.
         """
         kind = KINDS[plan.law]
-        motor = {name: plan.parameters[name] for name in kind.parameters}
+        motor = {name: plan.parameters[name] for name in kind.parameters} or _NO_MOTOR
         full = None
         if plan.plant == "full":
             full = {name: plan.parameters[name] for name in FULL_PARAMETERS}

@@ -19,7 +19,7 @@ class Field:
     writable: bool
     meaning: str
     kind: int = Kind.any
-    """Kind of axis that has it, of ``hil.core.abi.Kind``."""
+    """Kinds of axis that have it, as bits of ``hil.core.abi.Kind``."""
 
 
 FIELDS: dict[str, Field] = {row[0]: Field(*row) for row in _native.FIELDS}
@@ -27,8 +27,12 @@ INDEX: dict[str, int] = {name: index for index, name in enumerate(FIELDS)}
 
 
 def fields_of(kind: Kind) -> dict[str, int]:
-    """Indices in the table, by name, of the fields that a kind of axis has."""
-    return {name: INDEX[name] for name, field in FIELDS.items() if field.kind in (Kind.any, kind)}
+    """Indices in the table, by name, of the fields that a kind of axis has. One without a motor has the time
+    and its own."""
+    shared = [name for name, field in FIELDS.items() if field.kind == Kind.any]
+    if kind is Kind.pin_bank:
+        shared = ["at_ns"]
+    return {name: INDEX[name] for name, field in FIELDS.items() if name in shared or field.kind & kind}
 
 
 class Snapshot:

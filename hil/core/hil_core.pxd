@@ -67,10 +67,15 @@ cdef extern from "native/hil_core.h" nogil:
         int64_t duration_ns
         int32_t pin
         int32_t level
+    ctypedef struct hil_pulses:
+        int64_t pulses
+        int64_t period_ns
+        int64_t high_ns
     ctypedef struct hil_axis_params:
         int32_t law
         int32_t driver
         double phase_current_A
+        double ambient_degC
         double inertia_kg_m2
         double viscous_Nm_s_per_rad
         double torque_constant_Nm_per_A
@@ -209,6 +214,9 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_axis_record_edges(hil_core *c, int axis, int outputs)
     int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
     int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
+    void hil_bank_write(hil_core *c, int axis, int pin, int level)
+    int hil_bank_read(const hil_core *c, int axis, int pin)
+    int hil_bank_pulses(hil_core *c, int axis, int pin, int n, const hil_pulses *rows)
     int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int capacity)
     int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, int max)
     int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot)

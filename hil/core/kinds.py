@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from hil.core._native import axis_bytes
-from hil.core.abi import LIMIT_RPM, LIMIT_TEETH_RPM, Kind, Law, Output, ServoInput, StepperInput
+from hil.core.abi import (
+    LIMIT_RPM,
+    LIMIT_TEETH_RPM,
+    BankPin,
+    DriverInput,
+    Kind,
+    Law,
+    Output,
+    ServoInput,
+    StepperInput,
+)
 from hil.core.fields import INDEX, Snapshot, fields_of
 from hil.vocab.axis import AxisState
 from hil.vocab.faults import BUS_PART, SERVO, SHAFT
@@ -25,7 +35,7 @@ TURNS_RPM = 5.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AxisKind:
-    """Kind of axis. Fields are names of ``hil.core.FIELDS``."""
+    """Kind of axis, or of pins without a motor. Fields are names of ``hil.core.FIELDS``."""
 
     title: str
     """Word for the kind in messages."""
@@ -37,7 +47,7 @@ class AxisKind:
     has_clock: bool
     """True if the axis also gives and takes a clock (``CLOCK_OUT``, ``CLOCK_IN``)."""
     parameters: tuple[str, ...]
-    """Numbers that a profile gives for its motor, driver and load."""
+    """Numbers that a profile gives for its motor, driver and load; empty: there is no motor."""
     fields: Mapping[str, int]
     """Indices of the kind's fields in the table, by name."""
     default_signals: tuple[str, ...]
@@ -47,8 +57,8 @@ class AxisKind:
     follows_paths: bool
     """True if the set-point follows paths; if not, the axis makes ramps of its own to the angles it is sent
     to."""
-    course: tuple[str, str]
-    """Fields of the set-point and of the position, in degrees."""
+    course: tuple[str, ...]
+    """Fields of the set-point and of the position, in degrees; empty without a motor."""
     motion: Callable[[Snapshot], AxisState]
     """Reads an axis's state as motion."""
     max_current_A: Callable[[Mapping[str, float]], float]
@@ -62,13 +72,20 @@ class AxisKind:
         return next((name for name in same if name in self.fields), None)
 
     def holding_Nm(self, parameters: Mapping[str, float]) -> float:
-        """Maximum torque of the motor, without that of its magnets."""
+        """Maximum torque of the motor, without that of its magnets; 0: there is none."""
+        if not self.has_motor:
+            return 0.0
         return parameters["torque_constant_Nm_per_A"] * self.max_current_A(parameters)
+
+    @property
+    def has_motor(self) -> bool:
+        """True if it moves a motor; if not, it is the pins of a microcontroller."""
+        return bool(self.parameters)
 
 
 def speed_limit_rpm(parameters: Mapping[str, float]) -> float:
     """Maximum speed of a shaft, whatever drags it: the native core's, by the teeth of its rotor."""
-    return min(LIMIT_RPM, LIMIT_TEETH_RPM / parameters["rotor_teeth"])
+    return min(LIMIT_RPM, LIMIT_TEETH_RPM / parameters.get("rotor_teeth", 1.0))
 
 
 _LOOP_ON, _FOLLOWING, _MODE, _R, _YW, _VELOCITY = (
@@ -116,6 +133,22 @@ def _joint_motion(said: Snapshot) -> AxisState:
         is_under_way=said.ramp_left_ms > 0 or is_stepping,
         is_on=bool(said.is_enabled and (said.is_powered or not said.has_driver)),
     )
+
+
+def _driver_motion(said: Snapshot) -> AxisState:
+    return AxisState(
+        at_ns=said.at_ns,
+        commanded_deg=said.commanded_deg,
+        position_deg=said.position_deg,
+        is_moving=False,  # pulses come from elsewhere: it knows of none to come
+        is_under_way=False,
+        is_on=bool(said.outputs_on),
+    )
+
+
+def _pin_bank_motion(said: Snapshot) -> AxisState:
+    is_pulsing = bool(said.pulses_left)
+    return AxisState(said.at_ns, None, None, is_moving=is_pulsing, is_under_way=is_pulsing, is_on=True)
 
 
 _MOTOR = (
@@ -189,5 +222,41 @@ WALTER = AxisKind(
 )
 """A joint that pulses turn through a gear, or a servo at once; a board has several, and one main loop."""
 
-KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC, WALTER)}
+A3967 = AxisKind(
+    title="step/dir driver",
+    law=Law.a3967,
+    inputs=_numbers(DriverInput),
+    outputs={},
+    has_clock=False,
+    parameters=(*_MOTOR, "phase_current_A", "ambient_degC"),
+    fields=fields_of(Kind.driver),
+    default_signals=("commanded_deg", "position_deg", "lag_steps"),
+    fault_targets=frozenset({SHAFT}),
+    follows_paths=False,
+    course=("commanded_deg", "position_deg"),
+    motion=_driver_motion,
+    max_current_A=lambda parameters: parameters["phase_current_A"],
+    memory_bytes=axis_bytes(Law.a3967),
+)
+"""A driver that steps by its pins, and its motor, without an encoder."""
+
+PIN_BANK = AxisKind(
+    title="pins",
+    law=Law.pin_bank,
+    inputs=_numbers(BankPin),
+    outputs=_numbers(BankPin),
+    has_clock=False,
+    parameters=(),
+    fields=fields_of(Kind.pin_bank),
+    default_signals=("pin_levels",),
+    fault_targets=frozenset(),
+    follows_paths=False,
+    course=(),
+    motion=_pin_bank_motion,
+    max_current_A=lambda parameters: 0.0,
+    memory_bytes=axis_bytes(Law.pin_bank),
+)
+"""Pins of a microcontroller, each an input or an output, and no motor."""
+
+KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC, WALTER, A3967, PIN_BANK)}
 """Kinds of axis by their laws' names in ``profile.yaml``."""

@@ -159,8 +159,11 @@ class BoardOperations:
     async def drive(self, asked: Asked, train: list[Any]) -> Done:
         """Play a pulse train; answers when it began, and its length."""
         rows = await off_loop(train, _train, train)
-        if "step" not in self._axis(asked).pins:  # the bench may have changed while the rows were read
+        inputs = self._axis(asked).pins  # now: the bench may have changed while the rows were read
+        if "step" not in inputs:
             raise VerbRefused("cannot", f"{asked.target} has no step input")
+        if wrong := next((row.pin for row in rows if row.pin not in inputs), None):
+            raise VerbRefused("cannot", f"{asked.target} has no input {wrong}; it has {', '.join(inputs)}")
         return self._give(asked, Drive(rows), {"length_ns": train_length_ns(rows)})
 
     async def play(self, asked: Asked, bursts: list[Any]) -> Done:

@@ -109,6 +109,7 @@ class Hardware:
             axes=self.axes,
             motions={name: axis.motion for name, axis in axes.items() if axis.motion},
             joints={name: axis.joint for name, axis in axes.items() if axis.joint},
+            banks={name: axis.bank for name, axis in axes.items() if axis.bank},
             nvm=self.memory.content,
             facts=spec.facts,
             note=self.note,

@@ -230,12 +230,12 @@ class Outputs:
     def __init__(self, runtime: BenchRuntime, device: Device, axis: str) -> None:
         self._runtime = runtime
         at = device.axes.get(axis)
-        self._motion = at.motion if at else None
+        self._axis = at if at and at.kind.outputs else None
         self._edges: list[tuple[SimTimeNs, str, int]] = []
         self._busy: list[tuple[SimTimeNs, SimTimeNs]] = []
         self.names = [*at.kind.outputs] if at else []
-        if self._motion:
-            self._motion.record_edges(True)
+        if self._axis:
+            self._axis.record_edges(True)
         if len(device.uarts) > 1 and axis == device.axes.first:
             self.names.append(TX_ENABLE)
             for uart in device.uarts.values():
@@ -245,8 +245,8 @@ class Outputs:
         """Edges of an output so far: (simulated time, level)."""
         if output == TX_ENABLE:
             return self._transmissions()
-        if self._motion:
-            self._edges += [(SimTimeNs(at), name, level) for at, name, level in self._motion.take_edges()]
+        if self._axis:
+            self._edges += [(SimTimeNs(at), name, level) for at, name, level in self._axis.take_edges()]
         return [(at_ns, level) for at_ns, name, level in self._edges if name == output]
 
     def _transmissions(self) -> list[tuple[SimTimeNs, int]]:

@@ -12,6 +12,7 @@ from hil.vocab.address import DeviceParts
 from hil.vocab.framing import Framing, Item
 from hil.vocab.motion import Motion
 from hil.vocab.path import PathPiece
+from hil.vocab.pins import Pins
 from hil.vocab.time import SimTimeNs
 
 
@@ -151,6 +152,8 @@ class Board:
     """Axes by name; a board without a motor has none."""
     motions: Mapping[str, Motion]
     """Motion engines by the names of the axes that they make step pulses for."""
+    banks: Mapping[str, Pins]
+    """Pins of the microcontroller, by the names of the axes that have them instead of a motor."""
     nvm: Mapping[str, bytes]
     """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
     facts: Mapping[str, int] = field(default_factory=dict)
@@ -177,6 +180,11 @@ class Board:
     def motion(self) -> Motion:
         """The first axis's motion engine. Raises KeyError: it makes no step pulses."""
         return self.motions[self.axes.first]
+
+    @property
+    def pins(self) -> Pins:
+        """Pins of the first axis. Raises KeyError: it has a motor instead."""
+        return self.banks[self.axes.first]
 
 
 class Firmware(Protocol):

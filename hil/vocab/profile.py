@@ -3,10 +3,11 @@
 The numbers of the board, its motor and its encoder are in the ``profile.yaml`` beside it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.dialogue import Dialogue, Task
 from hil.vocab.firmware import MAIN, Board, Firmware
 from hil.vocab.framing import Framing
@@ -97,6 +98,8 @@ class Profile:
     """Maker of what lets a real board be an axis of runs; None: nothing does."""
     shown_first: tuple[str, ...] = ("at_ns", "position_deg", "velocity_rpm", "torque_Nm")
     """Fields of an axis that its short state has."""
+    says: Callable[[AxisPlan], Sequence[str]] = lambda plan: ()
+    """Says in lines what follows from the numbers of an axis, for `hil check`."""
     examples: tuple[Example, ...] = ()
     """Exchanges with it, one after the other from when it is ready on."""
     memory_file: MemoryFile | None = None

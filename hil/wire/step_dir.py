@@ -1,7 +1,7 @@
 """Pulse trains for a step/dir interface: generated, or read from a file. Pure; times count from the start."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from math import isqrt
@@ -20,7 +20,7 @@ more."""
 MAX_NS = 1 << 60
 MAX_FILE_VALUE = 1_000_000_000
 _NS_PER_S = 1_000_000_000
-LEVEL_COLUMNS = ("step", "dir", "enable", "D3")
+LEVEL_COLUMNS = ("step", "dir", "enable", "D3", "MS1", "MS2", "sleep", "reset")
 
 
 class TrainError(Exception):
@@ -53,12 +53,15 @@ def train_length_ns(train: Sequence[Edges]) -> int:
     return train[-1].end_ns if train else 0
 
 
-def train_problem(train: Sequence[Edges]) -> str | None:
-    """Reason why rows from outside are no train, or None."""
+def train_problem(train: Sequence[Edges], inputs: Collection[str] = LEVEL_COLUMNS) -> str | None:
+    """Reason why rows from outside are no train, or None. ``inputs``: those that the board has."""
+    pins = [pin for pin in LEVEL_COLUMNS if pin in inputs]
+    if "step" not in pins:
+        return "it has no step input"
     end_ns = 0
     for i, e in enumerate(train, start=1):
-        if e.pin not in LEVEL_COLUMNS or e.level not in (0, 1) or e.steps < 0:
-            return f"row {i}: pins are {', '.join(LEVEL_COLUMNS)}; levels are 0 and 1; steps are 0 or more"
+        if e.pin not in pins or e.level not in (0, 1) or e.steps < 0:
+            return f"row {i}: pins are {', '.join(pins)}; levels are 0 and 1; steps are 0 or more"
         if not end_ns <= e.at_ns <= MAX_NS:
             return f"row {i}: it begins before the row above has ended, or too late"
         if e.steps and (problem := _run_problem(e.steps, e.duration_ns)):
@@ -124,7 +127,7 @@ def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = N
 
 def parse_train(text: str, name: str) -> Train:
     """Parse a train from CSV text with a header. Either levels, one row for each time at which something
-    changes: ``at_s`` and one or more of step, dir, enable, D3 (as logic analysers export; the first column
+    changes: ``at_s`` and one or more of ``LEVEL_COLUMNS`` (as logic analysers export; the first column
     may have any name that holds "time"); or runs: ``at_s, steps, duration_s``, negative steps for the other
     direction.
 

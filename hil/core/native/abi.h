@@ -30,7 +30,7 @@ enum {
 #include "abi.def"
 };
 
-/* Pins: inputs of a servo and of a stepper, and a stepper's outputs. */
+/* Pins: inputs of a servo, a stepper and a driver, those of a microcontroller, and a stepper's outputs. */
 enum {
 #define SERVO_INPUT(name, value, python, meaning) HIL_SERVO_IN_##name = value,
 #include "abi.def"
@@ -38,6 +38,16 @@ enum {
 enum {
 #define STEPPER_INPUT(name, value, python, meaning) HIL_IN_##name = value,
 #include "abi.def"
+};
+enum {
+#define DRIVER_INPUT(name, value, python, meaning) HIL_DRIVER_IN_##name = value,
+#include "abi.def"
+    HIL_DRIVER_INPUTS /* after the last, which is the largest */
+};
+enum {
+#define BANK_PIN(name, value, python, meaning) HIL_PIN_##name = value,
+#include "abi.def"
+    HIL_BANK_PINS /* after the last, which is the largest; there are less */
 };
 enum {
 #define OUTPUT(name, value, python, meaning) HIL_OUT_##name = value,

@@ -121,7 +121,7 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     hil_axis *a = core_axis_stirred(c, axis, &now_ns);
     if (field >= HIL_FIELDS) return -1;
     int kind = hil_field_table[field].kind;
-    if (kind != HIL_KIND_ANY && kind != a->law->kind) return -1;
+    if (kind != HIL_KIND_ANY && !(kind & a->law->kind)) return -1;
     if (field == HIL_FIELD_position_deg) {
         (void)hil_axis_get(c, axis, field); /* a look, which does not move the plant's nodes */
         a->zero_rev = a->view.rev - value / 360;

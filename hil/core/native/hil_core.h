@@ -86,13 +86,22 @@ void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64
    microseconds when it goes on. */
 double hil_walter_do(hil_core *c, int axis, hil_walter_call call, double x, double y, double z);
 
-/* Edges of these outputs (a bit each) from now on, others no more. For virtual time: the list grows in whichever
+/* Of an axis with outputs: edges of these (a bit each) from now on, others no more. For virtual time: the list grows in whichever
    thread advances. */
 void hil_axis_record_edges(hil_core *c, int axis, int outputs);
 int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max);
 /* A wire from an output of one axis to an input of another of the same group: from now on the input has the
    output's level, its edges at the same ns. -1: too many, or an axis without outputs. */
 int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin);
+
+/* ---- a microcontroller's pins ---- */
+
+/* The board drives a pin to a level from now on, or no longer (-1): then it has the level that comes from outside. */
+void hil_bank_write(hil_core *c, int axis, int pin, int level);
+int hil_bank_read(const hil_core *c, int axis, int pin);
+/* Pulses at a pin from now on, instead of those before, which end at once; n = 0: none. Their end is an event.
+   -1: no memory. */
+int hil_bank_pulses(hil_core *c, int axis, int pin, int n, const hil_pulses *rows);
 
 /* Samples: watch `slot` of HIL_WATCHES takes a snapshot at each floor(k * num_ns / den), after all that happens at
    that time. Its ring keeps the first `capacity` that nobody has taken and counts the others as lost. num_ns at

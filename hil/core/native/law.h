@@ -4,13 +4,8 @@
 #ifndef HIL_LAW_H
 #define HIL_LAW_H
 
+#include "outputs.h"
 #include "shaft.h"
-
-/* From an output to an input, which `set` sets. */
-typedef struct law_wire {
-    int out, to_axis, to_pin;
-    void (*set)(hil_core *c, int to_axis, int to_pin, int level, int64_t at_ns);
-} law_wire;
 
 struct law {
     size_t bytes; /* of its memory, which is locked with the axis */
@@ -25,8 +20,9 @@ struct law {
     void (*turn)(hil_axis *a); /* at a node, when is_turned: the currents of now. NULL: it never is */
     void (*pin)(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns); /* a level, which may be as it was */
     int (*set)(hil_axis *a, hil_field field, double value, int64_t now_ns); /* -1: no field that it can set */
-    void (*look)(hil_axis *a); /* into its view, after the plant has filled it. NULL: the plant shows all */
-    int (*join)(hil_axis *a, const law_wire *wire, int64_t now_ns, int *level); /* *level: of that output now. -1: too many. NULL: it has no outputs */
+    void (*show)(hil_axis *a); /* into its view, after the plant has filled it. NULL: the plant shows all */
+    outputs *(*outputs)(hil_axis *a); /* NULL: it has none */
+    void (*look)(hil_axis *a, int64_t now_ns); /* before and after others are who looks at the outputs. NULL: no matter */
 };
 
 /* The plant's whole steps up to t_ns. Currents that a law has turned change at the plant's own nodes, the first one

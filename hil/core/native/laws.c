@@ -1,5 +1,7 @@
 #include "laws.h"
 
+#include "law/a3967.h"
+#include "law/pin_bank.h"
 #include "law/servo.h"
 #include "law/stepper.h"
 #include "law/walter.h"

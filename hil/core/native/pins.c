@@ -36,14 +36,38 @@ int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows)
     return 0;
 }
 
+static void look(hil_axis *a, int64_t now_ns)
+{
+    if (a->law->look) a->law->look(a, now_ns);
+}
+
 int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
 {
     hil_axis *a = &c->axes[from_axis];
     law_wire wire = {.out = from_pin, .to_axis = to_axis, .to_pin = to_pin, .set = pins_set};
     int64_t now_ns = hil_group_now(c, a->group);
-    int level;
-    if (!a->law->join || a->law->join(a, &wire, now_ns, &level)) return -1;
+    if (!a->law->outputs) return -1;
+    outputs *o = a->law->outputs(a);
+    look(a, now_ns);
+    if (outputs_join(o, &wire)) return -1;
+    look(a, now_ns);
     core_stir(c, from_axis);
-    pins_set(c, to_axis, to_pin, level, now_ns);
+    pins_set(c, to_axis, to_pin, o->levels[from_pin], now_ns);
     return 0;
+}
+
+void hil_axis_record_edges(hil_core *c, int axis, int which)
+{
+    int64_t now_ns;
+    hil_axis *a = core_axis_stirred(c, axis, &now_ns);
+    if (!a->law->outputs) return;
+    look(a, now_ns);
+    outputs_record(a->law->outputs(a), which);
+    look(a, now_ns);
+}
+
+int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
+{
+    hil_axis *a = &c->axes[axis];
+    return a->law->outputs ? outputs_take(a->law->outputs(a), out, max) : 0;
 }

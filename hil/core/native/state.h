@@ -1,7 +1,7 @@
 /* What a core, its groups and its axes hold: data alone.
 
    The core's files are layers: what they include and call makes no circle (hil/core/tests checks it). From below:
-   what knows no axis (motion/, plant/, control/, encoder, source, follow, watch), this, core, shaft, law, the laws (law/),
+   what knows no axis (motion/, plant/, control/, encoder, source, follow, outputs, watch), this, core, shaft, law, the laws (law/),
    pins and view, axis, group and fault, batch, rt/thread, arena; beside them replay. */
 #ifndef HIL_STATE_H
 #define HIL_STATE_H

@@ -65,12 +65,19 @@ typedef struct hil_edges {
     int32_t pin, level;
 } hil_edges;
 
+/* Pulses one after the other: each rises period_ns after the one before, the first one after what was before it, and
+   is high for high_ns, which is less. */
+typedef struct hil_pulses {
+    int64_t pulses, period_ns, high_ns;
+} hil_pulses;
+
 /* The motor's and driver's parameters; the names carry the units. All finite; inertia, torque
    constant, sense resistor and rotor teeth above 0, friction at least 0 (the caller checks). */
 typedef struct hil_axis_params {
     int32_t law;
     int32_t driver; /* of a stepper: 0 A4988, 1 DRV8825 */
-    double phase_current_A; /* of a stepper: what the driver is set to */
+    double phase_current_A; /* of a stepper or a driver: what the driver is set to */
+    double ambient_degC;    /* of a driver */
     double inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A;
     double sense_resistor_ohm, start_deg, load_torque_Nm;
     int32_t rotor_teeth;

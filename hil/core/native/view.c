@@ -5,6 +5,8 @@
 
 #include "core.h"
 #include "hil_core.h"
+#include "law/a3967.h"
+#include "law/pin_bank.h"
 #include "law/servo.h"
 #include "law/stepper.h"
 #include "law/walter.h"
@@ -32,6 +34,52 @@ static int64_t motion_period_us(const motion *m) { return m->state ? m->period_u
 static int motion_loop_kind(const motion *m) { return m->array.is_on ? 2 : m->loop.is_on; }
 static int64_t motion_passes(const motion *m) { return m->array.is_on ? m->array.passes : m->loop.passes; }
 
+/* Where the currents of a stepper or a driver pull the rotor to, and the teeth of that; others have none. */
+static double commanded_rev(const hil_axis *a, int *teeth)
+{
+    const stepper *s = stepper_of(a);
+    const a3967 *d = driver_view(a);
+    *teeth = s ? s->teeth : d->teeth;
+    return s ? stepper_commanded_rev(s) : driver_commanded_rev(d);
+}
+
+static double commanded_deg(const hil_axis *a)
+{
+    int teeth;
+    double rev = commanded_rev(a, &teeth);
+    return teeth ? (rev - a->zero_rev) * 360 : 0;
+}
+
+static double lag_steps(const hil_axis *a)
+{
+    int teeth;
+    double rev = commanded_rev(a, &teeth);
+    return teeth ? (rev - a->view.rev) * 4 * teeth : 0;
+}
+
+/* A rotor that has lost its step rests a whole number of teeth away. */
+static int64_t lost_steps(const hil_axis *a) { return (int64_t)(4 * nearbyint(lag_steps(a) / 4)); }
+
+static int step_dir_level(const hil_axis *a, int pin)
+{
+    const a3967 *d = driver_of(a);
+    const servo *s = servo_view(a);
+    if (d) return d->pins[pin];
+    return pin == HIL_DRIVER_IN_STEP ? s->pins.step : pin == HIL_DRIVER_IN_DIR ? s->pins.dir : s->pins.enable;
+}
+
+static double reversal_us(const hil_axis *a)
+{
+    const a3967 *d = driver_of(a);
+    return d && a->is_full ? 2e6 * a->full.inductance_H * d->trip_A / a->full.motor.supply_V : 0;
+}
+
+static double most_steps_Hz(const hil_axis *a)
+{
+    double us = reversal_us(a);
+    return us > 0 ? 1e6 * driver_microsteps(driver_view(a)) / us : 0;
+}
+
 static void fill_view(hil_axis *a, int64_t now_ns)
 {
     if (a->is_turned) law_plant(a, now_ns);
@@ -55,7 +103,7 @@ static void fill_view(hil_axis *a, int64_t now_ns)
         a->view.b_A = a->plant.current_b_A;
         a->view.raw = shaft_faulty_raw(a, shaft_count(s.rev), now_ns);
     }
-    if (a->law->look) a->law->look(a);
+    if (a->law->show) a->law->show(a);
     int blind = shaft_blind_raw(a, now_ns);
     if (blind >= 0) a->view.raw = blind;
 }

@@ -30,6 +30,7 @@ MOTOR = {
     "counts_backwards": 0.0,
     "encoder_null_deg": 143.0,
     "encoder_offset_deg": 0.0,
+    "ambient_degC": 25.0,
 }
 HORIZON_NS = 1 << 62
 

@@ -12,10 +12,11 @@ import pytest
 
 from hil.core import KINDS, Core, CoreAxis
 from hil.core.abi import TABLE_LEN, Law
-from hil.core.core import CoreMotion
+from hil.core.core import CoreBank, CoreMotion
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, MotionEntry, MotionSetup
 from hil.vocab.path import PathPiece
+from hil.vocab.pins import Pulses
 
 SEEDS = int(os.environ.get("HIL_CUT_SEEDS", "60"))
 COMMANDS = 40
@@ -29,6 +30,7 @@ MOTOR = {
     "rotor_teeth": 50.0,
     "sense_resistor_ohm": 0.15,
     "phase_current_A": 1.5,
+    "ambient_degC": 25.0,
     "phase_resistance_ohm": 1.65,
     "phase_inductance_H": 0.0032,
     "supply_V": 12.0,
@@ -151,6 +153,32 @@ def a_steppers(random: Random) -> Do:
     )
 
 
+def a_drivers(random: Random) -> Do:
+    steps = random.choice((0, 0, 1, 50))
+    pin = "step" if steps else random.choice(("dir", "MS1", "MS2", "sleep", "reset", "enable"))
+    step_ns = random.choice((1000, 10_000, 900_000))
+    row = (random.randrange(40_000), pin, random.randrange(2), steps, steps * step_ns)
+    return lambda axis: axis.drive([row])
+
+
+def a_banks(random: Random) -> Do:
+    pin, level = random.choice(("D2", "D6", "A5")), random.randrange(2)
+    count, period_ns = random.randrange(30), random.randrange(1001, 300_000)
+    rows = [Pulses(count, period_ns, 1000), Pulses(count // 2, 2 * period_ns, 1000)][random.randrange(3) :]
+
+    def pulses(axis: CoreBank) -> None:
+        axis.pulse(pin, rows)
+
+    return random.choice(
+        (
+            *[pulses] * 2,
+            lambda axis: axis.write(pin, level),
+            lambda axis: axis.let_go(pin),
+            lambda axis: axis.loop(False),
+        )
+    )
+
+
 def anybodys(random: Random, axis: CoreAxis) -> Do:
     pin, level = random.choice([*axis.pins]), random.randrange(2)
     what, value = random.choice(FAULTS)
@@ -170,12 +198,17 @@ def anybodys(random: Random, axis: CoreAxis) -> Do:
     )
 
 
-COMMANDS_OF: dict[str, Callable[[Random], Do]] = {"mechaduino": a_servos, "sac": a_steppers}
+COMMANDS_OF: dict[str, Callable[[Random], Do]] = {
+    "mechaduino": a_servos,
+    "sac": a_steppers,
+    "a3967": a_drivers,
+    "pin_bank": a_banks,
+}
 
 
 class Group:
-    """Some axes of chance, wired to each other. What ``shown`` has is all that can be seen of them; the first
-    stepper's edges are recorded from the start where ``random`` says so."""
+    """Some axes of chance, wired to each other. What ``shown`` has is all that can be seen; the edges of
+    the first with outputs are recorded from the start where ``random`` says so."""
 
     def __init__(self, random: Random) -> None:
         self.core, self.shown = Core(3), []
@@ -186,12 +219,12 @@ class Group:
                 random.choice(("simple", "full")),
                 random.choice(LOADS),
                 random.randrange(100),
-                random.choice(("sac", "sac", "mechaduino")),
+                random.choice(("sac", "sac", "mechaduino", "a3967", "pin_bank")),
             )
             for _ in range(random.choice((1, 1, 2, 3)))
         ]
         self.axes: list[Any] = [self.core.open_axis(self.id, plan) for plan in plans]
-        self.unwatched = [axis for axis in self.axes if axis.motion]
+        self.unwatched = [axis for axis in self.axes if axis.kind.outputs]
         for axis in self.axes:
             if axis.kind.law == Law.mechaduino:
                 axis.write_table(IDENTITY)

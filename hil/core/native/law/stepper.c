@@ -1,8 +1,6 @@
 #include "stepper.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "../core.h"
 #include "../hil_core.h"
@@ -23,30 +21,15 @@ static int driver_exponent(int driver, int pins)
 
 /* ---- driver and motor ---- */
 
-static double commanded_rev(const stepper *s)
+double stepper_commanded_rev(const stepper *s)
 {
     return s->origin_rev + (double)s->position / MICROSTEPS / (4 * s->teeth);
 }
 
-double stepper_commanded_deg(const hil_axis *a)
-{
-    const stepper *s = stepper_of(a);
-    return s ? (commanded_rev(s) - a->zero_rev) * 360 : 0;
-}
-
-double stepper_lag_steps(const hil_axis *a)
-{
-    const stepper *s = stepper_of(a);
-    return s ? (commanded_rev(s) - a->view.rev) * 4 * s->teeth : 0;
-}
-
-/* A rotor that has lost its step rests a whole number of teeth away. */
-double stepper_lost_steps(const hil_axis *a) { return 4 * nearbyint(stepper_lag_steps(a) / 4); }
-
 int stepper_out(const hil_axis *a, int pin, int64_t now_ns)
 {
     const stepper *s = stepper_of(a);
-    return s && s->levels[pin] && (pin != HIL_OUT_CLK || now_ns < s->fall_ns);
+    return s && s->out.levels[pin] && (pin != HIL_OUT_CLK || now_ns < s->fall_ns);
 }
 
 /* Not those of a position that is new since the plant's last node. */
@@ -57,7 +40,7 @@ static void apply_currents(hil_axis *a)
 {
     const stepper *of = a->own;
     double s, c, amps = of->phase_current_A;
-    sincos_turns(of->teeth * commanded_rev(of), &s, &c);
+    sincos_turns(of->teeth * stepper_commanded_rev(of), &s, &c);
     shaft_set_currents(a, -amps * s, amps * c);
 }
 
@@ -72,33 +55,14 @@ static void turn(hil_axis *a, int64_t at_ns)
 
 /* ---- outputs ---- */
 
-static void record(stepper *s, int pin, int level, int64_t at_ns)
-{
-    if (s->edges_len == s->edges_room) {
-        int room = s->edges_room ? 2 * s->edges_room : 1024;
-        hil_edge *grown = realloc(s->edges, (size_t)room * sizeof *grown);
-        if (!grown) return;
-        s->edges = grown;
-        s->edges_room = room;
-    }
-    s->edges[s->edges_len++] = (hil_edge){.at_ns = at_ns, .pin = pin, .level = level};
-}
-
 static void out(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
 {
     stepper *s = a->own;
-    if (s->levels[pin] == level) return;
-    s->levels[pin] = level;
-    if (!(s->watched & 1 << pin)) return;
-    if (s->recorded & 1 << pin) record(s, pin, level, at_ns);
-    for (int i = 0; i < s->n_wires; i++) {
-        const law_wire *w = &s->wires[i];
-        if (w->out == pin) w->set(c, w->to_axis, w->to_pin, level, at_ns);
-    }
+    outputs_set(c, &s->out, pin, level, at_ns);
 }
 
 /* Pins that follow the engine's state; OP SB is OP SA's inverse. */
-static void outputs(hil_core *c, hil_axis *a, int64_t at_ns)
+static void follow_engine(hil_core *c, hil_axis *a, int64_t at_ns)
 {
     const stepper *s = a->own;
     const motion *m = &s->motion;
@@ -129,7 +93,7 @@ static counts counts_of(const motion *m) { return (counts){m->begun, m->ended}; 
    between two pulses, whoever asks for the level compares times; but an axis may not rest before. */
 static int64_t next_fall_ns(const stepper *s, int64_t engine_ns)
 {
-    int is_to_come = s->levels[HIL_OUT_CLK] && (is_clk_watched(s) || engine_ns == HIL_FOREVER);
+    int is_to_come = s->out.levels[HIL_OUT_CLK] && (is_clk_watched(s) || engine_ns == HIL_FOREVER);
     return is_to_come ? s->fall_ns : HIL_FOREVER;
 }
 
@@ -137,7 +101,7 @@ static int64_t next_fall_ns(const stepper *s, int64_t engine_ns)
 static void plan(hil_axis *a, int64_t now_ns)
 {
     stepper *s = a->own;
-    if (!is_clk_watched(s)) s->levels[HIL_OUT_CLK] = stepper_out(a, HIL_OUT_CLK, now_ns);
+    if (!is_clk_watched(s)) s->out.levels[HIL_OUT_CLK] = stepper_out(a, HIL_OUT_CLK, now_ns);
     int64_t next_ns = to_ns(motion_next(&s->motion)), fall_ns = next_fall_ns(s, next_ns);
     a->law_next_ns = fall_ns < next_ns ? fall_ns : next_ns;
 }
@@ -150,7 +114,7 @@ static void settle(hil_core *c, hil_axis *a, counts was, int64_t at_ns)
     int axis = (int)(a - c->axes);
     if (a->is_telling && m->ended != was.ended) core_post(c, axis, at_ns, HIL_EVENT_COMMAND_ENDED, 0);
     if (a->is_telling && m->begun != was.begun) core_post(c, axis, at_ns, HIL_EVENT_COMMAND_BEGUN, m->slot);
-    outputs(c, a, at_ns);
+    follow_engine(c, a, at_ns);
     plan(a, at_ns);
 }
 
@@ -183,7 +147,7 @@ static void single(hil_core *c, hil_axis *a, int is_ccw, int64_t at_ns)
     stepper *s = a->own;
     if (s->is_pulsing || !motion_single(&s->motion, is_ccw, half_us_after(at_ns))) return;
     s->is_pulsing = 1;
-    outputs(c, a, at_ns);
+    follow_engine(c, a, at_ns);
     rise(c, a, at_ns);
 }
 
@@ -254,8 +218,7 @@ static void open_stepper(hil_axis *a, const hil_axis_params *params)
 static void close_stepper(hil_axis *a)
 {
     stepper *s = a->own;
-    free(s->edges);
-    s->edges = NULL;
+    outputs_close(&s->out);
 }
 
 static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
@@ -271,7 +234,7 @@ static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     m->estop_level = estop;
     a->is_telling = s->is_set_up = s->quadrature = 0;
     out(c, a, HIL_OUT_CLK, 0, now_ns);
-    outputs(c, a, now_ns);
+    follow_engine(c, a, now_ns);
     plan(a, now_ns);
     law_plant(a, now_ns);
     shaft_node(a, now_ns);
@@ -341,44 +304,10 @@ void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64
     settle(c, a, was, now_ns);
 }
 
-/* ---- who looks at the outputs ---- */
-
-static void attend(hil_axis *a, int64_t now_ns)
+static outputs *outputs_of(hil_axis *a)
 {
     stepper *s = a->own;
-    plan(a, now_ns);
-    s->watched = s->recorded;
-    for (int i = 0; i < s->n_wires; i++) s->watched |= 1 << s->wires[i].out;
-    plan(a, now_ns);
-}
-
-void hil_axis_record_edges(hil_core *c, int axis, int outputs)
-{
-    stepper *s = of(c, axis);
-    core_stir(c, axis);
-    s->recorded = outputs;
-    s->edges_first = s->edges_len = 0;
-    attend(&c->axes[axis], hil_group_now(c, c->axes[axis].group));
-}
-
-int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
-{
-    stepper *s = of(c, axis);
-    int left = s->edges_len - s->edges_first, n = left < max ? left : max;
-    if (n > 0) memcpy(out, s->edges + s->edges_first, (size_t)n * sizeof *out);
-    s->edges_first += n;
-    if (s->edges_first == s->edges_len) s->edges_first = s->edges_len = 0;
-    return n;
-}
-
-static int join(hil_axis *a, const law_wire *wire, int64_t now_ns, int *level)
-{
-    stepper *s = a->own;
-    if (s->n_wires == HIL_WIRES) return -1;
-    s->wires[s->n_wires++] = *wire;
-    attend(a, now_ns);
-    *level = s->levels[wire->out];
-    return 0;
+    return &s->out;
 }
 
 const law sac_law = {
@@ -394,5 +323,6 @@ const law sac_law = {
     .turn = apply_currents,
     .pin = set_pin,
     .set = set,
-    .join = join,
+    .outputs = outputs_of,
+    .look = plan,
 };

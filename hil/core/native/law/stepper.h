@@ -12,17 +12,11 @@ typedef struct stepper {
     int driver, teeth;
     int is_set_up;   /* the firmware has got past its cold start */
     int is_pulsing;  /* it is in the middle of a pulse's edges */
-    int32_t watched; /* outputs that somebody looks at, a bit each: recorded or wired */
     double phase_current_A, origin_rev; /* the shaft's angle where the driver's position is 0 */
     int64_t position; /* of the driver, in microsteps: how far its currents have turned */
     int64_t fall_ns;  /* of clk's latest pulse */
-    int32_t levels[HIL_OUTPUTS]; /* clk's may stay high after fall_ns while nobody looks at it */
+    outputs out; /* clk's level may stay high after fall_ns while nobody looks at it */
     int32_t ena, enb, quadrature, rst_is_low;
-    law_wire wires[HIL_WIRES];
-    int n_wires;
-    int32_t recorded; /* outputs, a bit each */
-    hil_edge *edges;
-    int edges_first, edges_len, edges_room; /* first: that nobody has taken */
 } stepper;
 
 extern const law sac_law;
@@ -30,11 +24,9 @@ extern const law sac_law;
 /* NULL: the axis has another law. */
 static inline stepper *stepper_of(const hil_axis *a) { return a->law == &sac_law ? a->own : NULL; }
 
-static inline int is_clk_watched(const stepper *s) { return (s->watched & 1 << HIL_OUT_CLK) != 0; }
+static inline int is_clk_watched(const stepper *s) { return (s->out.watched & 1 << HIL_OUT_CLK) != 0; }
 
-double stepper_commanded_deg(const hil_axis *a);
-double stepper_lag_steps(const hil_axis *a);
-double stepper_lost_steps(const hil_axis *a);
+double stepper_commanded_rev(const stepper *s);
 int stepper_out(const hil_axis *a, int pin, int64_t now_ns);
 
 static inline int stepper_rst(const hil_axis *a) { return stepper_of(a) && !stepper_of(a)->rst_is_low; }

@@ -444,5 +444,5 @@ const law walter_law = {
     .drive = drive,
     .pin = set_pin,
     .set = set,
-    .look = look,
+    .show = look,
 };

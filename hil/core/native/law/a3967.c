@@ -1,0 +1,264 @@
+#include "a3967.h"
+
+#include <math.h>
+
+#include "../core.h"
+#include "../plant/trig.h"
+
+enum { EIGHTHS = 8, HOME = 4, CYCLE = 32 }; /* of a full step: a cycle of the translator turns the rotor by a tooth */
+
+/* Data sheet, timing at 5 V. */
+enum { PULSE_NS = 1000, SETUP_NS = 200, WAKE_NS = 1000000 };
+#define LONG_AGO (-HIL_FOREVER / 4)
+
+/* Source and sink of a coil drop about this at some hundred mA; thermal shutdown and its hysteresis are the data sheet's.
+   What leads the heat away is chosen: a board of this size in still air. */
+static const double DROP_V = 2.3, HOT_degC = 165, COOL_degC = 150, K_PER_W = 50, WARMING_S = 10;
+enum { LOOK_NS = 100000000 }; /* how often a driver on its way to a threshold is looked at */
+
+const a3967 *driver_view(const hil_axis *a)
+{
+    static const a3967 none = {0};
+    const a3967 *d = driver_of(a);
+    return d ? d : &none;
+}
+
+int driver_microsteps(const a3967 *d)
+{
+    static const int of[4] = {1, 2, 4, 8}; /* data sheet, table 1: MS2 MS1 */
+    return of[2 * d->pins[HIL_DRIVER_IN_MS2] + d->pins[HIL_DRIVER_IN_MS1]];
+}
+
+int driver_is_on(const a3967 *d)
+{
+    const int32_t *pins = d->pins;
+    return !pins[HIL_DRIVER_IN_ENABLE] && pins[HIL_DRIVER_IN_SLEEP] && pins[HIL_DRIVER_IN_RESET] && !d->is_too_hot;
+}
+
+double driver_commanded_rev(const a3967 *d) { return d->teeth ? d->origin_rev + (double)d->position / (CYCLE * d->teeth) : 0; }
+
+/* ---- currents ---- */
+
+/* Phase 1 and phase 2: cosine and sine of the translator's angle, of which the data sheet's table has eight a quarter. */
+static void currents(const a3967 *d, double *a_A, double *b_A)
+{
+    double s, c, amps = driver_is_on(d) ? d->trip_A : 0;
+    sincos_turns((double)driver_index(d) / CYCLE, &s, &c);
+    *a_A = -amps * s;
+    *b_A = amps * c;
+}
+
+static void apply_currents(hil_axis *a)
+{
+    double a_A, b_A;
+    currents(a->own, &a_A, &b_A);
+    shaft_set_currents(a, a_A, b_A);
+}
+
+/* Not those of a position that is new since the plant's last node. */
+static void drive(hil_axis *a) { shaft_set_currents(a, a->fault.told_a_A, a->fault.told_b_A); }
+
+/* ---- heat ---- */
+
+/* exp(-x) of plain operations: the same bits on every machine. */
+static double decay(double x)
+{
+    if (x > 40) return 0;
+    int halved = 0;
+    for (; x > 0.25; halved++) x *= 0.5;
+    double left = (12 - 6 * x + x * x) / (12 + 6 * x + x * x);
+    for (; halved; halved--) left *= left;
+    return left;
+}
+
+static double settled_degC(const a3967 *d)
+{
+    double a_A, b_A;
+    currents(d, &a_A, &b_A);
+    return d->ambient_degC + K_PER_W * DROP_V * (fabs(a_A) + fabs(b_A));
+}
+
+double driver_junction_degC(const a3967 *d, int64_t now_ns)
+{
+    double settled = settled_degC(d);
+    return settled + (d->junction_degC - settled) * decay((double)(now_ns - d->heated_ns) * 1e-9 / WARMING_S);
+}
+
+/* When the heat is to be looked at, if it leads past a threshold. */
+static void plan(hil_axis *a, int64_t now_ns)
+{
+    const a3967 *d = a->own;
+    int is_on_its_way = d->is_too_hot || settled_degC(d) > HOT_degC;
+    a->law_next_ns = is_on_its_way ? now_ns + LOOK_NS : HIL_FOREVER;
+}
+
+/* Before the currents change, or to look at the heat. */
+static void heat(a3967 *d, int64_t now_ns)
+{
+    d->junction_degC = driver_junction_degC(d, now_ns);
+    d->heated_ns = now_ns;
+    if (d->junction_degC > HOT_degC) d->is_too_hot = 1;
+    if (d->junction_degC < COOL_degC) d->is_too_hot = 0;
+}
+
+static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
+{
+    (void)c;
+    a3967 *d = a->own;
+    for (int64_t looks = 0;; looks++) {
+        int64_t at_ns = a->law_next_ns;
+        int was_on = driver_is_on(d);
+        law_plant(a, at_ns);
+        heat(d, at_ns);
+        if (driver_is_on(d) != was_on) a->is_turned = 1;
+        plan(a, at_ns);
+        if (a->law_next_ns > until_ns) return looks;
+    }
+}
+
+/* ---- pins ---- */
+
+/* The next place of the mode: in full steps both coils have current. */
+static int64_t next_place(const a3967 *d)
+{
+    int64_t step = EIGHTHS / driver_microsteps(d), first = step == EIGHTHS ? HOME : 0, at = d->position - first;
+    int64_t off = ((at % step) + step) % step; /* above a place of the mode */
+    int64_t next = d->pins[HIL_DRIVER_IN_DIR] ? at + step - off : at - (off ? off : step);
+    return next + first;
+}
+
+/* To home, by the shortest way: the currents are the same in each cycle. */
+static void go_home(a3967 *d)
+{
+    int64_t off = ((d->position - HOME) % CYCLE + CYCLE) % CYCLE;
+    d->position += off <= CYCLE / 2 ? -off : CYCLE - off;
+    d->is_step_high = 0;
+}
+
+static int is_listening(const a3967 *d, int64_t at_ns)
+{
+    return d->pins[HIL_DRIVER_IN_RESET] && d->pins[HIL_DRIVER_IN_SLEEP] && at_ns >= d->awake_ns;
+}
+
+static void rise(a3967 *d, int64_t at_ns)
+{
+    int is_long = at_ns - d->fall_ns >= PULSE_NS;
+    d->is_step_high = is_long && is_listening(d, at_ns);
+    d->timing_errors += !is_long || at_ns - d->changed_ns < SETUP_NS;
+    d->rise_ns = at_ns;
+    if (!d->is_step_high) {
+        d->ignored++;
+        return;
+    }
+    d->before_rise = d->position;
+    d->taken_before = d->taken;
+    d->position = next_place(d);
+    d->taken += d->pins[HIL_DRIVER_IN_DIR] ? 1 : -1;
+}
+
+/* A pulse is a step at its rise; one that turns out to be too short has been none. */
+static void fall(a3967 *d, int64_t at_ns)
+{
+    d->fall_ns = at_ns;
+    if (at_ns - d->rise_ns >= PULSE_NS) return;
+    d->timing_errors++;
+    if (!d->is_step_high) return;
+    d->position = d->before_rise;
+    d->taken = d->taken_before;
+    d->ignored++;
+}
+
+static void change(a3967 *d, int pin, int level, int64_t at_ns)
+{
+    switch (pin) {
+    case HIL_DRIVER_IN_STEP:
+        if (level) rise(d, at_ns);
+        else fall(d, at_ns);
+        return;
+    case HIL_DRIVER_IN_DIR:
+    case HIL_DRIVER_IN_MS1:
+    case HIL_DRIVER_IN_MS2:
+        d->changed_ns = at_ns;
+        d->timing_errors += at_ns - d->rise_ns < SETUP_NS;
+        return;
+    case HIL_DRIVER_IN_SLEEP:
+        if (level) d->awake_ns = at_ns + WAKE_NS;
+        go_home(d);
+        return;
+    case HIL_DRIVER_IN_RESET: go_home(d); return;
+    default: return;
+    }
+}
+
+static void set_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
+{
+    (void)c;
+    a3967 *d = a->own;
+    if (d->pins[pin] == level) return;
+    int64_t position = d->position;
+    int was_on = driver_is_on(d);
+    law_plant(a, at_ns);
+    heat(d, at_ns);
+    d->pins[pin] = level;
+    change(d, pin, level, at_ns);
+    if (d->position != position || driver_is_on(d) != was_on) a->is_turned = 1;
+    plan(a, at_ns);
+}
+
+/* ---- its life ---- */
+
+static double max_current_A(const hil_axis_params *params) { return params->phase_current_A; }
+
+static void open_driver(hil_axis *a, const hil_axis_params *params)
+{
+    a3967 *d = a->own;
+    d->teeth = params->rotor_teeth;
+    d->trip_A = params->phase_current_A;
+    d->ambient_degC = d->junction_degC = params->ambient_degC;
+    double start_teeth = params->start_deg / 360 * d->teeth;
+    d->origin_rev = nearbyint(start_teeth - (double)HOME / CYCLE) / d->teeth;
+    d->pins[HIL_DRIVER_IN_MS1] = d->pins[HIL_DRIVER_IN_MS2] = 1; /* pulled up on the board, as are SLEEP and RESET */
+    d->pins[HIL_DRIVER_IN_SLEEP] = d->pins[HIL_DRIVER_IN_RESET] = 1;
+    d->position = HOME;
+    d->heated_ns = HIL_FOREVER; /* until the power is on */
+    if (!a->is_full) plant_halve(&a->plant);
+}
+
+static void close_driver(hil_axis *a) { (void)a; }
+
+static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
+{
+    (void)c;
+    a3967 *d = a->own;
+    if (d->heated_ns == HIL_FOREVER) d->heated_ns = now_ns;
+    law_plant(a, now_ns);
+    shaft_node(a, now_ns);
+    heat(d, now_ns);
+    go_home(d);
+    d->taken = d->ignored = d->timing_errors = 0;
+    d->rise_ns = d->fall_ns = d->changed_ns = d->awake_ns = LONG_AGO;
+    apply_currents(a);
+    a->is_turned = 0;
+    plan(a, now_ns);
+}
+
+static int set(hil_axis *a, hil_field field, double value, int64_t now_ns)
+{
+    (void)a, (void)field, (void)value, (void)now_ns;
+    return -1;
+}
+
+const law a3967_law = {
+    .bytes = sizeof(a3967),
+    .kind = HIL_KIND_DRIVER,
+    .events = 1,
+    .max_current_A = max_current_A,
+    .open = open_driver,
+    .close = close_driver,
+    .power_up = power_up,
+    .step = step,
+    .drive = drive,
+    .turn = apply_currents,
+    .pin = set_pin,
+    .set = set,
+};
