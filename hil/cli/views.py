@@ -28,6 +28,8 @@ _ANGLES = {
     "r, y, yw: the board's own angles, by its calibration",
     "pulses": "position_deg: the shaft's angle, from start_deg or `hil zero`\n"
     "commanded_deg: the angle that the board has the shaft turn to, from the same zero",
+    "steps_taken": "position_deg: the shaft's angle, from start_deg or `hil zero`\n"
+    "commanded_deg: the angle that the coils pull it to, from the same zero",
     "enabled": "position_deg, commanded_deg: the drive's own angles, as it tells them",
 }
 """Meanings of angles, by a field that only such axes have."""
@@ -182,13 +184,16 @@ def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
 
 
 def _mode(shot: dict[str, Any]) -> str:
-    """State of an axis: a servo's mode and loop, a stepper's state, whether a joint is on."""
+    """State of an axis: a servo's mode and loop, a stepper's state, a driver's microsteps,
+    whether a joint is on."""
     if "enabled" in shot:
         return "real" if shot["enabled"] else "real off"
     if "to_be_deg" in shot:
         return "on" if shot["is_enabled"] else "off"
     if "motion_state" in shot:
         return MOTION_STATES[int(shot["motion_state"])]
+    if "outputs_on" in shot:
+        return f"1/{shot['microsteps']}" if shot["outputs_on"] else "off"
     return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
 
 

@@ -85,6 +85,9 @@ def _axis_finding(path: KeyPath, axis: str, devices: Devices, real: Collection[s
     if not profile.axes or (part and part not in profile.axes):
         message = no_part(device, "axis", part, profile.axes)
         return Finding(path, message, suggestion(part, [*profile.axes]), at_key=True)
+    if not KINDS[DeviceParts(profile.axes)[part].law].is_commanded:
+        message = f"a {profile.name} has no drive that a node could command"
+        return Finding(path, message, "leave it out", at_key=True)
     if CANOPEN in (*profile.uarts, *profile.axes):
         message = f"a {profile.name} has a part {CANOPEN} of its own"
         return Finding(path, message, "leave it out: its node would have the same name", at_key=True)

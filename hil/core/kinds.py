@@ -65,6 +65,8 @@ class AxisKind:
     """Maximum current of a coil, by its parameters."""
     memory_bytes: int
     """Locked memory in the core, of an axis that is alone in its group."""
+    is_commanded: bool = True
+    """True if its board's firmware moves it; if not, only what is at its pins does, or it has no motor."""
 
     def level_field(self, pin: str) -> str | None:
         """Field that tells the level of an input, by any of the input's names; None: none does."""
@@ -237,6 +239,7 @@ A3967 = AxisKind(
     motion=_driver_motion,
     max_current_A=lambda parameters: parameters["phase_current_A"],
     memory_bytes=axis_bytes(Law.a3967),
+    is_commanded=False,
 )
 """A driver that steps by its pins, and its motor, without an encoder."""
 
@@ -255,6 +258,7 @@ PIN_BANK = AxisKind(
     motion=_pin_bank_motion,
     max_current_A=lambda parameters: 0.0,
     memory_bytes=axis_bytes(Law.pin_bank),
+    is_commanded=False,
 )
 """Pins of a microcontroller, each an input or an output, and no motor."""
 

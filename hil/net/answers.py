@@ -36,6 +36,7 @@ _SHOT: Any = (
     {"position_deg": float, "velocity_rpm": float, "motion_state": (0, 1, 2, 3, 4)},
     {"position_deg": float, "velocity_rpm": float, "mode": (0, *range(32, 127)), "loop_on": int},
     {"position_deg": float, "velocity_rpm": float, "to_be_deg": float, "is_enabled": (0, 1)},
+    {"position_deg": float, "velocity_rpm": float, "outputs_on": int, "microsteps": int},
     {"position_deg": float, "enabled": int, "age_ms": float},
 )
 _FAULT: dict[str, Any] = {"number": int, "kind": str, "target": str, "parameters": dict}

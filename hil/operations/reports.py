@@ -129,7 +129,8 @@ class Reports:
 
     def _of_twin(self, name: str) -> dict[str, Any]:
         place, device = self.places.uarts.get(name), self.sim.devices[name]
-        shots = {axis: each.published().as_dict() for axis, each in device.axes.items()}
+        motors = {axis: each for axis, each in device.axes.items() if each.kind.has_motor}
+        shots = {axis: each.published().as_dict() for axis, each in motors.items()}
         note = self.notes.get(name)
         return {
             **_counters(place.port.stats() if place else NO_PORT),
@@ -170,8 +171,9 @@ class Reports:
 
 def _of_loads(device: Device, shots: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
     """Notes on the loads of a device's axes."""
-    for part, axis in device.axes.items():
-        for said in load_notes(shots[part], axis.holding_Nm, axis.speed_limit_rpm):
+    for part, shot in shots.items():
+        axis = device.axes[part]
+        for said in load_notes(shot, axis.holding_Nm, axis.speed_limit_rpm):
             yield said if part == device.axes.first else f"{part}: {said}"
 
 
