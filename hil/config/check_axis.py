@@ -36,7 +36,8 @@ class AxisCheck:
         """Check all keys. ``hardware``: the device's version."""
         if info.law in KINDS and not KINDS[info.law].has_motor:
             why = f"profile {profile.name} has no motor"
-            places = [(*self.path, key) for key in AXIS_KEYS if key in self.raw]
+            given = {key: self.raw.get(key) for key in AXIS_KEYS}
+            places = [(*self.path, key) for key, value in given.items() if value and value != "simple"]
             self.findings += [Finding(place, why, "leave this key out", at_key=True) for place in places]
             return
         self._parameters(info)
