@@ -63,7 +63,7 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         lines.append(f"{head}, then is silent until you {keys}" if keys else head)
         if not is_held(kinds[name]):
             monitor = shlex.join([_hil(), *options, "monitor", name])
-            lines += _clients(monitor, address, device.baud or 115200, profile.greeting)
+            lines += client_lines(monitor, address, device.baud or 115200, profile.greeting)
     for name, each in serving.live.sim.devices.items():
         if not each.uarts:
             lines.append(f"\n{name}: {each.profile}, without a serial port; {axis} {name}")
@@ -96,7 +96,7 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
     return lines
 
 
-def _clients(monitor: str, address: str, baud: int, greeting: str) -> Iterator[str]:
+def client_lines(monitor: str, address: str, baud: int, greeting: str) -> Iterator[str]:
     """Commands that reach a port."""
     scheme, is_url, place = address.rpartition("://")
     yield f"  {monitor}"
@@ -105,8 +105,9 @@ def _clients(monitor: str, address: str, baud: int, greeting: str) -> Iterator[s
         yield f"  telnet {host.strip('[]')} {number}"
     if not is_url:
         yield f"  picocom -b {baud} {address}"
-    client, typed = f"serial.serial_for_url('{address}', {baud}, timeout=1)", greeting.encode()
-    yield f'  {sys.executable} -c "import serial; s = {client}; s.write({typed!r}); print(s.read(99))"'
+    client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
+    typed = f"s.write({greeting.encode()!r}); " if greeting else ""
+    yield f'  {sys.executable} -c "import serial; s = {client}; {typed}print(s.read(99))"'
 
 
 def _options(runtime: Path | None, bench: str) -> list[str]:
