@@ -308,7 +308,8 @@ def test_a_port_that_is_taken(place: Place, server: Server) -> None:
 def test_insecure_is_said() -> None:
     with Place() as place:
         server = place.serve(config(bridges={"modbus": {"listen": "0.0.0.0:0", "insecure": True}}))
-        assert server.output.count("every program that can reach it can move all axes") == 2
+        said = "every program that can reach it can move all axes"
+        until(lambda: server.output.count(said) == 2, "the log's line and that of the start")
         assert "INSECURE: every program that can reach it can move all axes" in place.cli("status")
         assert server.ask("status")["bridges"]["modbus"]["insecure"]
 

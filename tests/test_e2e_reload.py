@@ -93,7 +93,7 @@ def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
     before = server.ask("list"), folder(place)
     path = place.folder / "t.yaml"
     path.write_text(
-        "bench: t\nspede: 3\ndevices:\n  m1: {profile: walter}\n  m9: {profile: mechaduino, baud: 1}\n"
+        "bench: t\nspede: 3\ndevices:\n  m1: {profile: waltz}\n  m9: {profile: mechaduino, baud: 1}\n"
     )
     said = place.cli("reload", "--runtime-dir", str(place.runtime), code=2)
     assert [line.partition(": ")[0] for line in said.splitlines() if ".yaml:" in line] == [

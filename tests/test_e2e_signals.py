@@ -189,9 +189,9 @@ def test_a_run_that_was_just_submitted_is_cancelled(number: int) -> None:
 @pytest.mark.parametrize(
     ("words", "verbs", "is_played"),
     [
-        (("--steps", "3600", "--plot"), ["watch", "drive", "unwatch"], True),
+        (("--steps", "3600", "--plot"), ["state", "watch", "drive", "unwatch"], True),
         (("--steps", "3600"), ["drive"], True),
-        (("--stop", "--plot"), ["watch", "drive", "unwatch"], False),
+        (("--stop", "--plot"), ["state", "watch", "drive", "unwatch"], False),
     ],
 )
 def test_a_train_that_was_just_taken_goes_on_and_the_command_says_so(
@@ -199,6 +199,7 @@ def test_a_train_that_was_just_taken_goes_on_and_the_command_says_so(
 ) -> None:
     def results(asked: list[str]) -> object:
         return {
+            "state": {"e": 0.0},
             "watch": {"watch": 1, "signals": ["r", "yw", "e"]},
             "drive": {"effective_at_ns": 0, "length_ns": 3_600_000_000},
             "unwatch": {},

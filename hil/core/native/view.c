@@ -77,7 +77,7 @@ static double reversal_us(const hil_axis *a)
 static double most_steps_Hz(const hil_axis *a)
 {
     double us = reversal_us(a);
-    return us > 0 ? 1e6 * driver_microsteps(driver_view(a)) / us : 0;
+    return us > 0 ? 1e6 * driver_resolution(driver_view(a)) / us : 0;
 }
 
 static void fill_view(hil_axis *a, int64_t now_ns)

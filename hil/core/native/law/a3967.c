@@ -23,7 +23,7 @@ const a3967 *driver_view(const hil_axis *a)
     return d ? d : &none;
 }
 
-int driver_microsteps(const a3967 *d)
+int driver_resolution(const a3967 *d)
 {
     static const int of[4] = {1, 2, 4, 8}; /* data sheet, table 1: MS2 MS1 */
     return of[2 * d->pins[HIL_DRIVER_IN_MS2] + d->pins[HIL_DRIVER_IN_MS1]];
@@ -121,7 +121,7 @@ static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
 /* The next place of the mode: in full steps both coils have current. */
 static int64_t next_place(const a3967 *d)
 {
-    int64_t step = EIGHTHS / driver_microsteps(d), first = step == EIGHTHS ? HOME : 0, at = d->position - first;
+    int64_t step = EIGHTHS / driver_resolution(d), first = step == EIGHTHS ? HOME : 0, at = d->position - first;
     int64_t off = ((at % step) + step) % step; /* above a place of the mode */
     int64_t next = d->pins[HIL_DRIVER_IN_DIR] ? at + step - off : at - (off ? off : step);
     return next + first;

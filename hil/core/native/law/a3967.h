@@ -25,7 +25,7 @@ extern const law a3967_law;
 static inline a3967 *driver_of(const hil_axis *a) { return a->law == &a3967_law ? a->own : NULL; }
 
 const a3967 *driver_view(const hil_axis *a); /* of another law: all zeros */
-int driver_microsteps(const a3967 *d);
+int driver_resolution(const a3967 *d);
 int driver_is_on(const a3967 *d);
 double driver_commanded_rev(const a3967 *d);
 double driver_junction_degC(const a3967 *d, int64_t now_ns);
