@@ -89,7 +89,7 @@ NOMINAL_V = 24.0
 
 @st.composite
 def begun(draw: st.DrawFn) -> tuple[str, str, dict[str, float | str]]:
-    """Random fault: its kind, where it is, all its parameters. No part here is on a bus, as an arm has them."""
+    """Random fault: its kind, where it is, all its parameters. No part here is on a bus, as an arm's."""
     here = sorted(name for name, kind in FAULT_KINDS.items() if kind.target in PLACES)
     kind = FAULT_KINDS[draw(st.sampled_from(here))]
     parameters: dict[str, float | str] = {
