@@ -79,6 +79,7 @@ cdef class NativeCore:
         p.encoder_null_deg = motor.get("encoder_null_deg", 0.0)
         p.encoder_offset_deg = motor.get("encoder_offset_deg", 0.0)
         p.ambient_degC = motor.get("ambient_degC", 0.0)
+        p.fast_decay_pct = motor.get("fast_decay_pct", 100.0)
         if full is not None:
             p.is_full = 1
             p.full = full  # by name: every member has to be there

@@ -76,6 +76,7 @@ cdef extern from "native/hil_core.h" nogil:
         int32_t driver
         double phase_current_A
         double ambient_degC
+        double fast_decay_pct
         double inertia_kg_m2
         double viscous_Nm_s_per_rad
         double torque_constant_Nm_per_A

@@ -13,7 +13,7 @@ def config(supply_V: float, inductance_H: float, current_A: float, **axis: float
 
 
 def stall(supply_V: float, inductance_H: float, current_A: float, *, load: float, **axis: float) -> float:
-    """Full steps a second at which the motor stalls, by those of the formula V / (2 L I).
+    """Full steps a second at which the motor stalls, by those of the formula V / (2 L I): up to three times.
 
     It turns in eighth steps against ``load``, a part of what it holds, and reaches the formula's rate
     in 0.5 s.
@@ -26,10 +26,10 @@ def stall(supply_V: float, inductance_H: float, current_A: float, *, load: float
             bench.run(ms=10)
         bench.run(ms=40)
         lags = bench.axis("d1").record("lag_steps")
-        rate_Hz, ramp_s = 2.4 * 8 * full_Hz, 1.2
+        rate_Hz, ramp_s = 3 * 8 * full_Hz, 1.5
         bench.device("d1").drive(generate(-int(rate_Hz * ramp_s), rate_Hz, rate_Hz / ramp_s))
         bench.run(ms=ramp_s * 1e3)
         start_ns = lags.rows[0][0]
         lost_ns = next((at_ns for at_ns, lag in lags.rows if abs(lag) > LOST_STEPS), None)
         assert lost_ns is not None, "it does not stall"
-        return 2.4 * (lost_ns - start_ns) * 1e-9 / ramp_s
+        return 3 * (lost_ns - start_ns) * 1e-9 / ramp_s

@@ -126,6 +126,16 @@ def test_direction_and_mode_stand_still_around_a_step(
     assert (field(bench, "timing_errors"), field(bench, "steps_taken") != 0) == (errors, True)
 
 
+@pytest.mark.parametrize(("after_ns", "errors"), [(-200, 0), (-199, 1), (199, 1), (200, 0)])
+def test_reset_stands_still_around_a_step(bench: Bench, after_ns: int, errors: int) -> None:
+    driver(bench).pin("reset", int(after_ns > 0))
+    bench.run(ms=1)
+    change, rise = (5000 + after_ns, "reset", int(after_ns < 0)), (5000, "step", 1)
+    rows = [rise, change] if after_ns > 0 else [change, rise]
+    edges(bench, *rows, (9000, "step", 0))
+    assert (field(bench, "timing_errors"), field(bench, "steps_taken")) == (errors, -1)
+
+
 def test_reset_goes_home_and_takes_the_current_off(bench: Bench) -> None:
     driver(bench).pin("dir", 1)
     for _ in range(3):

@@ -78,6 +78,7 @@ typedef struct hil_axis_params {
     int32_t driver; /* of a stepper: 0 A4988, 1 DRV8825 */
     double phase_current_A; /* of a stepper or a driver: what the driver is set to */
     double ambient_degC;    /* of a driver */
+    double fast_decay_pct;  /* of a driver: part of the supply that a falling current gets */
     double inertia_kg_m2, viscous_Nm_s_per_rad, torque_constant_Nm_per_A;
     double sense_resistor_ohm, start_deg, load_torque_Nm;
     int32_t rotor_teeth;

@@ -31,6 +31,7 @@ MOTOR = {
     "encoder_null_deg": 143.0,
     "encoder_offset_deg": 0.0,
     "ambient_degC": 25.0,
+    "fast_decay_pct": 39.0,
 }
 HORIZON_NS = 1 << 62
 

@@ -31,6 +31,7 @@ MOTOR = {
     "sense_resistor_ohm": 0.15,
     "phase_current_A": 1.5,
     "ambient_degC": 25.0,
+    "fast_decay_pct": 39.0,
     "phase_resistance_ohm": 1.65,
     "phase_inductance_H": 0.0032,
     "supply_V": 12.0,

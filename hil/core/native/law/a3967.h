@@ -1,5 +1,5 @@
 /* A driver that steps by its pins: the translator, the pins and the heat of an Allegro A3967, with the currents that its
-   outputs have in a motor. Data sheet A3967SLB; what it leaves open: device_profiles/easydriver/README.md */
+   outputs have in a motor. Data sheet 26184.24F; what it leaves open: device_profiles/easydriver/README.md */
 #ifndef HIL_LAW_A3967_H
 #define HIL_LAW_A3967_H
 
@@ -7,7 +7,8 @@
 
 typedef struct a3967 {
     int teeth;
-    double trip_A, origin_rev, ambient_degC; /* origin: the shaft's angle where the position is 0 */
+    double trip_A, fast_decay, fall_a, fall_b; /* parts of the supply, 0 to 1; fall: of the present step, full.h */
+    double origin_rev, ambient_degC; /* origin: the shaft's angle where the position is 0 */
     int32_t pins[HIL_DRIVER_INPUTS];
     int64_t position;   /* of the translator, in eighths of a full step, turns of its cycle included */
     int64_t before_rise; /* the position before the latest step, which a pulse that is too short takes back */

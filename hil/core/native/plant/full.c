@@ -53,13 +53,37 @@ static void hold(full *p)
     p->moving.state.rev_per_s = 0;
 }
 
+/* What a step leaves of a coil's current. Less than this part of the supply brings it down only while it flows the way it
+   is driven; the other way the bridge gives all. */
+static double left_A(const full *p, const full_rate *r, double fall, double before_A, double command_A, double after_A,
+                     double given_V)
+{
+    double way = copysign(1, command_A != 0 ? command_A : before_A), least_V = -fall * p->motor.supply_V;
+    if (way * before_A <= 0 || way * given_V >= least_V) return command_A;
+    double emf_V = given_V - p->motor.R * 0.5 * (before_A + after_A) - r->henry_per_s * (after_A - before_A);
+    return r->fade * before_A + r->feed * (way * least_V - emf_V);
+}
+
+/* A step that took more of the supply than a falling current gets is made again, with what is left of that current. */
+static void step_falling(full *p, const full_rate *r, double load)
+{
+    full_moving before = p->moving, *x = &p->moving;
+    full_step(&p->motor, r, x, p->command_a_A, p->command_b_A, load);
+    double a_A = left_A(p, r, p->fall_a, before.state.a_A, p->command_a_A, x->state.a_A, x->a_V);
+    double b_A = left_A(p, r, p->fall_b, before.state.b_A, p->command_b_A, x->state.b_A, x->b_V);
+    if (a_A == p->command_a_A && b_A == p->command_b_A) return;
+    *x = before;
+    full_step(&p->motor, r, x, a_A, b_A, load);
+}
+
 static void step(full *p, const full_rate *r)
 {
     full_moving *x = &p->moving;
     if (p->steps++ == 0) full_open(&p->motor, x);
     double load = p->steady_Nm;
     if (p->load_varies) load = load_Nm(p, x->state.rev + r->half_s * x->state.rev_per_s, x->state.rev_per_s);
-    full_step(&p->motor, r, x, p->command_a_A, p->command_b_A, load);
+    if (p->fall_a < 1 || p->fall_b < 1) step_falling(p, r, load);
+    else full_step(&p->motor, r, x, p->command_a_A, p->command_b_A, load);
     hold(p);
 }
 
@@ -102,7 +126,7 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
 {
     const hil_full_params *m = &params->full;
     const hil_load *l = &params->load;
-    *p = (full){.moving.state.rev = params->start_deg / 360, .node_ns = now_ns, .load = *l,
+    *p = (full){.moving.state.rev = params->start_deg / 360, .node_ns = now_ns, .load = *l, .fall_a = 1, .fall_b = 1,
                 .noise_key = full_hash(params->seed), .noise_counts = m->encoder_noise_counts, .part_ns = {-1, -1},
                 .inertia_kg_m2 = params->inertia_kg_m2 + l->inertia_kg_m2, .inductance_H = m->phase_inductance_H,
                 .load_varies = l->stiffness_Nm_per_rad > 0 || l->pendulum_Nm > 0 || l->end_stops,
@@ -191,6 +215,13 @@ void full_set_currents(full *p, double a_A, double b_A)
     wake(p);
     p->command_a_A = a_A;
     p->command_b_A = b_A;
+}
+
+void full_set_fall(full *p, double a, double b)
+{
+    wake(p);
+    p->fall_a = a;
+    p->fall_b = b;
 }
 
 void full_jam(full *p, int is_jammed)

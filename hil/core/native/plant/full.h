@@ -34,6 +34,7 @@ typedef struct full {
     uint64_t noise_key;
     double noise_counts, load_torque_Nm, inertia_kg_m2, inductance_H; /* inertia: rotor and load */
     hil_load load;
+    double fall_a, fall_b; /* how much of the supply brings a coil's current down: 0 none to 1 all */
     double stop_Nm_per_rad, stop_Nm_s_per_rad;
 } full;
 
@@ -42,6 +43,7 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
 void full_advance(full *p, int64_t t_ns); /* the whole steps up to t_ns */
 void full_node(full *p, int64_t t_ns);    /* makes t_ns a node: call it before full_set_* */
 void full_set_currents(full *p, double a_A, double b_A); /* what the driver is told */
+void full_set_fall(full *p, double a, double b); /* of the supply, 0 to 1: what a falling current gets; 1 until then */
 void full_jam(full *p, int is_jammed); /* at a node */
 void full_set_load(full *p, double torque_Nm);
 full full_at(const full *p, int64_t t_ns); /* the plant at t_ns, not before the node; t_ns is a node */
