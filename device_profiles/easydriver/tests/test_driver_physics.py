@@ -103,7 +103,11 @@ def test_a_falling_current_gets_the_part_of_the_supply_that_pfd_sets(
 ) -> None:
     """Half a step from home with a heavy rotor: one coil's current falls to 0, the other one's rises."""
     inductance_H, resistance_ohm, supply_V = 0.05, 0.5, 12.0
-    numbers = {"phase_resistance_ohm": resistance_ohm, "fast_decay_pct": fast_decay_pct, "inertia_kg_m2": 0.02}
+    numbers = {
+        "phase_resistance_ohm": resistance_ohm,
+        "fast_decay_pct": fast_decay_pct,
+        "inertia_kg_m2": 0.02,
+    }
     with Bench(config(supply_V, inductance_H, 0.3, **numbers)) as bench:
         bench.run(ms=50)
         bench.device("d1").pin("MS2", 0)

@@ -76,7 +76,7 @@ def test_the_manuals_motor_stalls_at_the_formulas_rate_under_half_its_load() -> 
 def test_how_a_current_falls_matters_where_the_coil_does_not_brake_it(
     supply_V: float, resistance_ohm: float, by_decay: tuple[float, float, float]
 ) -> None:
-    """Slow, mixed and fast decay, against half the load: what a coil's own voltage does not, PFD has to do."""
+    """Slow, mixed and fast decay against half the load: what a coil's own voltage does not do, PFD has to."""
     numbers = {"phase_resistance_ohm": resistance_ohm, "load": 0.5}
     seen = [stall(supply_V, 0.05, 0.135, fast_decay_pct=pct, **numbers) for pct in (0.0, 39.4, 100.0)]
     assert seen == pytest.approx(by_decay, abs=0.06)
