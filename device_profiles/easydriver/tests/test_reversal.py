@@ -42,9 +42,13 @@ def test_the_board_says_it() -> None:
     ("supply_V", "inductance_H", "current_A"),
     [MANUAL, (24.0, 0.050, 0.135), (12.0, 0.100, 0.135), (12.0, 0.050, 0.6), (30.0, 0.020, 0.3)],
 )
-def test_a_coil_is_turned_round_in_this_time(supply_V: float, inductance_H: float, current_A: float) -> None:
+@pytest.mark.parametrize("fast_decay_pct", [0.0, 39.4, 100.0])
+def test_a_coil_is_turned_round_in_this_time(
+    supply_V: float, inductance_H: float, current_A: float, fast_decay_pct: float
+) -> None:
     """With full steps and a clamped rotor: no back-EMF, and both coils at 70.7 % of the current."""
-    with Bench(config(supply_V, inductance_H, current_A, phase_resistance_ohm=1.0)) as bench:
+    numbers = {"phase_resistance_ohm": 1.0, "fast_decay_pct": fast_decay_pct}
+    with Bench(config(supply_V, inductance_H, current_A, **numbers)) as bench:
         bench.run(ms=50)
         bench.fault("shaft_jam", "d1")
         for pin in ("MS1", "MS2"):
