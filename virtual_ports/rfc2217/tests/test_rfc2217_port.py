@@ -176,8 +176,8 @@ def is_its_own(each):
     st.lists(st.tuples(st.sampled_from(VERBS), st.integers(0, 255)), unique_by=is_its_own),
 )
 def test_a_client_that_keeps_to_rfc_854_is_answered_once(wants, asked):
-    """It agrees to what it wants, refuses the rest, and answers what changes alone. It takes back nothing that
-    it has asked: two such sides go round by RFC 854, which is RFC 1143's subject and the next test's."""
+    """It agrees to what it wants, refuses the rest, and answers changes alone. It takes back nothing that
+    it asked for: two such sides go round by RFC 854, as RFC 1143 says; the next test has the bound."""
     telnet = Telnet("x")
     is_on = dict.fromkeys((is_ours, option) for is_ours in (True, False) for option in range(256))
     sent = telnet.decode(b"".join(bytes((255, *each)) for each in asked))[1]
