@@ -84,11 +84,11 @@ class CanFaults:
     def _set_noises(self, noises: dict[int, Fault]) -> None:
         """Set all noises of the wire; those that were there before draw on from where they are."""
         with self._bus.main_line.change() as wire:
-            states = dict(zip(self._noises, wire.noise_states(), strict=True))
+            states = dict(zip(_drawing(self._noises), wire.noise_states(), strict=True))
             wire.set_noise(
                 [
-                    (_draws(fault), states.get(number, int(fault.number("seed"))))
-                    for number, fault in noises.items()
+                    (draws, states.get(number, int(noises[number].number("seed"))))
+                    for number, draws in _drawing(noises).items()
                 ]
             )
         self._noises = noises
@@ -134,6 +134,11 @@ class CanFaults:
                 self._bus.send(name, frame)
         again: Callable[[SimTimeNs], None] = partial(self._babble, number, name, every_ns, chance)
         self._bus.clock.at(now_ns + every_ns, again)
+
+
+def _drawing(noises: dict[int, Fault]) -> dict[int, int]:
+    """What each noise that may hit a bit draws below, by its number: one of rate 0 never does."""
+    return {number: draws for number, fault in noises.items() if (draws := _draws(fault))}
 
 
 def _draws(fault: Fault) -> int:

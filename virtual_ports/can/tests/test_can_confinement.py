@@ -113,6 +113,22 @@ def test_noise_depends_on_its_seed_alone() -> None:
     assert played(1, True) != played(2, True)
 
 
+def test_noise_of_rate_0_hits_nothing_and_leaves_others_as_they_are() -> None:
+    def played(quiet: int) -> object:
+        bus = Bench("a", "b")
+        bus.run()
+        bus.inject(quiet, "wire_noise", rate=0.0, seed=9)
+        fault = bus.inject(5, "wire_noise", rate=2e-3, seed=1)
+        for number in range(50):
+            bus.send("a", CanFrame(number, bytes(4)))
+        bus.later(10**7)
+        bus.faults.clear(5, fault)
+        bus.later(10**8)
+        return bus.everything()
+
+    assert played(1) == played(8)
+
+
 def test_two_nodes_with_one_identifier_disturb_each_other() -> None:
     """The one that sends a recessive bit where the other's is dominant finds a bit error. Both count until
     they are passive; then the flag of one disturbs nobody, and the other gets through, and then the first."""
