@@ -34,6 +34,8 @@ SAC_READY_NS = 1_150_000_000
 Q_BYTES = 126_682
 """Length of the answer to q with the identity table."""
 LOOKUP_HEAD = b"lookup[16384] = {\r\n"
+LAST_WORDS = "Ctrl-C ends the bench."
+"""Last line of what a daemon says at its start."""
 NEEDS_RUNTIME_DIR = (
     "list",
     "status",
@@ -211,7 +213,7 @@ class Server:
         return os.pread(self._out.fileno(), 1 << 24, 0).decode()
 
     def started(self, timeout_s: float = PATIENCE_S) -> "Server":
-        """Wait until the daemon answers, and has said how to reach its ports."""
+        """Wait until the daemon answers, and has begun to say how to reach its ports."""
         until(lambda: self.serves or self.process.poll() is not None, "the start", timeout_s)
         assert self.process.poll() is None, self.output
         return self
@@ -312,8 +314,11 @@ class Place:
         return server
 
     def serve(self, text: str, *options: str, **launch: Any) -> Server:
-        """Start ``hil serve`` and wait until its ports are there."""
-        return self.launch(text, *options, **launch).started()
+        """Start ``hil serve`` and wait until its ports are there and it has said all of it."""
+        server = self.launch(text, *options, **launch).started()
+        if "--json" not in options:
+            until(lambda: LAST_WORDS in server.output or server.process.poll() is not None, "its words")
+        return server
 
     def script(self, source: str, *arguments: str, bench: str = "t", **popen: Any) -> Server:
         """Start a Python program instead of ``hil serve`` that says the same when it has started."""
