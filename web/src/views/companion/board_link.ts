@@ -1,0 +1,288 @@
+// Line to a SAC's terminal, as its companion uses it: a line is typed when the prompt has come, its answer is
+// known by its echo, and the signals of soft_ops are taken out of the text with their times.
+// Source: SAC user manual, communications, soft_ops. Without a screen; time is an argument.
+
+export const PROMPT = "SAC>";
+const DC1 = 0x11;
+const DC2 = 0x12;
+/** Time for a start: opening a port may start a board, and a byte in its first second restores the factory's
+ * settings. */
+export const START_UP_MS = 1300;
+/** Maximum wait for an answer. The longest, 30 rows, takes 0.4 s at 38400 baud, 30 s at 488. */
+export const ANSWER_MS = 5000;
+const UNREAD_MAX = 20_000;
+const BANNER = /(?:^|\n)SAC \S[^\r\n]*\r\n$/;
+
+/** `opening`: no byte is sent yet; `starting`: the board is, and no byte may be sent; `silent`: it does not
+ * answer; `closed`: the port has gone. */
+export type LinkState = "opening" | "starting" | "asking" | "ready" | "silent" | "closed";
+
+export interface Operation {
+  readonly kind: "begins" | "ends";
+  readonly at_ms: number;
+}
+
+export interface LinkEvents {
+  /** Write bytes to the board. */
+  send(bytes: Uint8Array): void;
+  now_ms(): number;
+  state(state: LinkState, why: string): void;
+  /** Text of the board as it came, without what the page asked for itself. */
+  incoming(text: string): void;
+  sent(line: string): void;
+  operation(operation: Operation): void;
+}
+
+export interface AskOptions {
+  /** True: a question of the page's own, shown in no history. */
+  readonly isQuiet?: boolean;
+  readonly timeout_ms?: number;
+}
+
+interface Asked {
+  readonly line: string;
+  readonly isQuiet: boolean;
+  readonly timeout_ms: number;
+  deadline_ms: number;
+  readonly done: (lines: string[]) => void;
+  readonly failed: (error: Error) => void;
+}
+
+/** Dialogue that did not come to its end. */
+export class LinkError extends Error {}
+
+/** Line to a board. Feed it what comes, and call `tick` some times a second. */
+export class BoardLink {
+  private phase: LinkState = "opening";
+  private unread = "";
+  private shown = 0;
+  private quietSince_ms: number;
+  private strange = "";
+  private readonly waiting: Asked[] = [];
+  private readonly inFlight: Asked[] = [];
+
+  constructor(private readonly events: LinkEvents) {
+    this.quietSince_ms = events.now_ms();
+  }
+
+  get state(): LinkState {
+    return this.phase;
+  }
+
+  /** True if nothing is asked or waits to be. */
+  get isIdle(): boolean {
+    return this.phase === "ready" && !this.waiting.length && !this.inFlight.length;
+  }
+
+  // ---- out ----
+
+  /** Type a line when its turn comes; answers the lines up to the prompt, without the echo. */
+  ask(line: string, options: AskOptions = {}): Promise<string[]> {
+    return this.put(line, options, (asked) => this.waiting.push(asked));
+  }
+
+  /** Type a line at once, before what waits: it stops a motor. What waits is given up. */
+  urgent(line: string): Promise<string[]> {
+    for (const asked of this.waiting.splice(0)) asked.failed(new LinkError(`"${asked.line}" was given up for ${line}`));
+    return this.put(line, {}, (asked) => {
+      if (this.phase === "ready" || this.phase === "asking" || this.phase === "silent") this.type(asked);
+      else this.waiting.push(asked);
+    });
+  }
+
+  /** Make a single pulse: `+` or `-` as the first byte of a line, without its end. */
+  pulse(sign: "+" | "-"): void {
+    if (!this.isIdle) throw new LinkError("the board is busy: a pulse needs an empty line");
+    this.events.sent(sign);
+    this.events.send(new TextEncoder().encode(sign));
+  }
+
+  private put(line: string, options: AskOptions, place: (asked: Asked) => void): Promise<string[]> {
+    return new Promise((done, failed) => {
+      if (this.phase === "closed") {
+        failed(new LinkError("the port is closed"));
+        return;
+      }
+      const { isQuiet = false, timeout_ms = ANSWER_MS } = options;
+      place({ line, isQuiet, timeout_ms, deadline_ms: 0, done, failed });
+      this.pump();
+    });
+  }
+
+  private pump(): void {
+    if (this.phase !== "ready" || this.inFlight.length) return;
+    const next = this.waiting.shift();
+    if (next) this.type(next);
+  }
+
+  private type(asked: Asked): void {
+    asked.deadline_ms = this.events.now_ms() + asked.timeout_ms;
+    this.inFlight.push(asked);
+    if (!asked.isQuiet) this.events.sent(asked.line);
+    this.events.send(new TextEncoder().encode(`${asked.line}\r`));
+  }
+
+  // ---- in ----
+
+  feed(bytes: Uint8Array): void {
+    const at_ms = this.events.now_ms();
+    let text = "";
+    for (const byte of bytes) {
+      if (byte === DC1) this.events.operation({ kind: "begins", at_ms });
+      else if (byte === DC2) this.events.operation({ kind: "ends", at_ms });
+      else text += String.fromCharCode(byte);
+    }
+    if (!text || this.phase === "closed") return;
+    this.quietSince_ms = at_ms;
+    this.unread += text;
+    this.takeBlocks();
+    if (BANNER.test(this.unread)) this.starting();
+    if (this.unread.length > UNREAD_MAX) this.dropUnread();
+    if (!this.isQuietNow()) this.show();
+    this.pump();
+  }
+
+  private takeBlocks(): void {
+    let end: number;
+    while ((end = promptEnd(this.unread)) > 0) {
+      const block = this.unread.slice(0, end);
+      const asked = this.askedIn(block.slice(0, -PROMPT.length));
+      if (!asked?.isQuiet) this.events.incoming(block.slice(this.shown));
+      this.unread = this.unread.slice(end);
+      this.shown = 0;
+      this.take(block.slice(0, -PROMPT.length), asked);
+    }
+  }
+
+  private take(text: string, asked: Asked | undefined): void {
+    if (asked) {
+      this.inFlight.splice(this.inFlight.indexOf(asked), 1);
+      asked.done(text.split("\r\n").slice(1, -1));
+      return;
+    }
+    this.failIfGarbled(text.split("\r\n", 1)[0]!);
+    if (this.phase === "starting" || this.phase === "silent") this.leaveModes();
+  }
+
+  private askedIn(text: string): Asked | undefined {
+    const echo = text.split("\r\n", 1)[0]!;
+    const typed = echo.replace(/^[+-]+/, "");
+    return this.inFlight.find(({ line }) => line === echo || line === typed);
+  }
+
+  /** Fail what was asked if its echo lacks characters. Another echo is another client's line. */
+  private failIfGarbled(echo: string): void {
+    this.strange = echo;
+    const [head] = this.inFlight;
+    if (!head || echo.length * 2 < head.line.length || !echo || !isPartOf(echo, head.line)) return;
+    this.inFlight.shift();
+    head.failed(new LinkError(`"${head.line}" came back as "${echo.slice(0, 80)}": characters were lost on the line`));
+  }
+
+  private starting(): void {
+    this.failAll("the board has started again");
+    this.setState("starting", "the board is starting");
+  }
+
+  private dropUnread(): void {
+    this.events.incoming(this.unread.slice(this.shown));
+    this.unread = "";
+    this.shown = 0;
+  }
+
+  private show(): void {
+    if (this.unread.length > this.shown) this.events.incoming(this.unread.slice(this.shown));
+    this.shown = this.unread.length;
+  }
+
+  /** True if what is coming may be the answer to a question of the page's own. */
+  private isQuietNow(): boolean {
+    const [head] = this.inFlight;
+    return head?.isQuiet === true && this.shown === 0;
+  }
+
+  // ---- time ----
+
+  /** Let time pass: the opening ends, and what has had no answer fails. */
+  tick(): void {
+    const now_ms = this.events.now_ms();
+    if (this.phase === "opening" && now_ms - this.quietSince_ms >= START_UP_MS) this.knock();
+    for (const asked of this.inFlight.filter(({ deadline_ms }) => now_ms >= deadline_ms)) {
+      this.inFlight.splice(this.inFlight.indexOf(asked), 1);
+      const instead = this.strange && this.strange !== asked.line ? `; it said "${this.strange.slice(0, 80)}"` : "";
+      asked.failed(new LinkError(`no answer to "${asked.line}" within ${asked.timeout_ms / 1000} s${instead}`));
+    }
+    this.pump();
+  }
+
+  /** Try again whether somebody answers. */
+  knock(): void {
+    this.setState("asking", "");
+    const options = { isQuiet: true, timeout_ms: START_UP_MS };
+    this.askNow("", options).then(
+      () => this.leaveModes(),
+      () => this.silent(),
+    );
+  }
+
+  /** Leave a program mode; `x` means nothing outside one. */
+  private leaveModes(): void {
+    this.setState("asking", "");
+    this.askNow("x", { isQuiet: true }).then(
+      () => this.ready(),
+      () => this.silent(),
+    );
+  }
+
+  private askNow(line: string, options: AskOptions): Promise<string[]> {
+    return this.put(line, options, (asked) => this.type(asked));
+  }
+
+  private ready(): void {
+    if (this.phase !== "asking") return;
+    this.setState("ready", "");
+    this.pump();
+  }
+
+  private silent(): void {
+    if (this.phase !== "asking") return;
+    const heard = this.unread || this.strange;
+    const why = heard
+      ? `the answer is not from a SAC at its prompt: "${heard.slice(-60)}"`
+      : "nothing answers: is it on, is this its terminal, is the baud right?";
+    this.failAll(why);
+    this.setState("silent", why);
+  }
+
+  /** Take note that the port has gone. */
+  close(why: string): void {
+    this.failAll(why);
+    this.setState("closed", why);
+  }
+
+  private failAll(why: string): void {
+    const all = [...this.inFlight.splice(0), ...this.waiting.splice(0)];
+    for (const asked of all) asked.failed(new LinkError(why));
+  }
+
+  private setState(state: LinkState, why: string): void {
+    if (this.phase === state || this.phase === "closed") return;
+    this.phase = state;
+    this.events.state(state, why);
+  }
+}
+
+/** Place behind the first prompt, 0 if there is none. A prompt stands at a line's beginning. */
+function promptEnd(text: string): number {
+  for (let at = text.indexOf(PROMPT); at >= 0; at = text.indexOf(PROMPT, at + 1)) {
+    if (at === 0 || text[at - 1] === "\n") return at + PROMPT.length;
+  }
+  return 0;
+}
+
+/** True if a text is what is left of another one when some of its characters are lost. */
+function isPartOf(text: string, whole: string): boolean {
+  let at = 0;
+  for (const character of whole) if (character === text[at]) at += 1;
+  return at === text.length;
+}
