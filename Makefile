@@ -7,7 +7,7 @@ NATIVE := $(shell find hil/core/native hil/host/native device_profiles/sac/nativ
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ hil device_profiles virtual_ports bridges
 
-.PHONY: demo abi test test-quick test-native wheels test-load test-system lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -24,6 +24,25 @@ test-quick: $(VENV)/.dev
 	@$(SIDE_BY_SIDE) -n $$(nproc) -m "not long" hil device_profiles virtual_ports bridges
 
 SIDE_BY_SIDE = $(BIN)/python -m pytest -q --dist loadfile --no-loadscope-reorder
+
+# The page of the web door, built into the door's folder: commit what it writes. Needs Node 20.
+web: web/node_modules
+	cd web && npm run -s build
+
+# The page's unit tests, and whether what is built is what the sources make. Needs Node 20.
+web-check: web/node_modules
+	cd web && npm -s test
+	out=$$(mktemp -d) && trap 'rm -rf "$$out"' EXIT && cd web && HIL_WEB_OUT="$$out" npm run -s build && diff -r "$$out" ../bridges/web/static
+
+web/node_modules: web/package-lock.json
+	@command -v npm >/dev/null || { echo "npm is missing: sudo apt install nodejs npm"; exit 1; }
+	cd web && npm ci --no-audit --no-fund
+	@touch $@
+
+# The page in a browser, with a door and without. Needs Chromium: sudo apt install chromium
+test-web: $(VENV)/.dev
+	@command -v chromium >/dev/null || { echo "skipped: chromium is missing (sudo apt install chromium)"; exit 0; }; \
+	  $(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/browser/browser_*.py
 
 # The C alone: no Python, under the address, undefined-behaviour and thread sanitizers.
 test-native:

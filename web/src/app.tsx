@@ -1,0 +1,149 @@
+import { useEffect, useRef } from "preact/hooks";
+import { Notices } from "./parts/notices";
+import { HelpDialog, openHelp } from "./parts/help";
+import { go, href, path } from "./router";
+import { hello, link, otherVersion, status } from "./store";
+import { theme, toggleTheme } from "./theme";
+import { Login } from "./login";
+import { VIEWS } from "./views";
+import type { ViewEntry } from "./views/view";
+
+function shownViews(): ViewEntry[] {
+  const bench = hello.value;
+  return VIEWS.filter((view) => !view.isShown || (bench !== null && view.isShown(bench)));
+}
+
+function LinkState() {
+  const state = link.state.value;
+  const words = { connecting: "connecting", open: "connected", lost: "no connection", login: "login" };
+  return (
+    <span class={`pill is-${state}`} role="status" aria-label={`Connection: ${words[state]}`}>
+      {words[state]}
+    </span>
+  );
+}
+
+function Health() {
+  const health = status.value.health;
+  if (!health) return null;
+  const time_s = (status.value.sim_ns ?? 0) / 1e9;
+  const title = [`late ${health.late_ms} ms`, ...health.problems.map(problemText)].join("\n");
+  return (
+    <>
+      <span class={`pill is-${health.state}`} title={title}>
+        {health.state}
+      </span>
+      <span class="clock" title="simulated time">
+        {time_s.toFixed(1)} s
+      </span>
+    </>
+  );
+}
+
+function problemText(problem: unknown): string {
+  return typeof problem === "string" ? problem : JSON.stringify(problem);
+}
+
+function Header({ current }: { current: ViewEntry | undefined }) {
+  const bench = hello.value;
+  const other = theme.value === "dark" ? "light" : "dark";
+  return (
+    <header class="top">
+      <h1>
+        <span class="brand">hil</span> <span class="bench-name">{bench?.bench ?? ""}</span>
+      </h1>
+      <nav aria-label="Views">
+        {shownViews().map((view) => (
+          <a key={view.id} href={href(view.id)} aria-current={view === current ? "page" : undefined}>
+            {view.title}
+          </a>
+        ))}
+      </nav>
+      <div class="state">
+        <Health />
+        <LinkState />
+        {bench && link.login.value !== "none" && (
+          <button type="button" class="plain" onClick={() => void link.logOut()} title={`Log out ${bench.user}`}>
+            {bench.user} ({bench.role})
+          </button>
+        )}
+        <button type="button" class="plain" aria-label={`Change to ${other}`} title={`Change to ${other}`} onClick={toggleTheme}>
+          ◐
+        </button>
+        <button type="button" class="plain" aria-label="Help: what the words mean" title="Help (?)" onClick={openHelp}>
+          ?
+        </button>
+      </div>
+    </header>
+  );
+}
+
+/** What is said across the page: the connection is gone, or page and server do not belong together. */
+function Banner() {
+  if (otherVersion.value) {
+    return (
+      <div class="banner" role="alert">
+        This page is of another version than the server. Load it again without the cache (Ctrl-Shift-R).
+      </div>
+    );
+  }
+  if (link.state.value !== "lost") return null;
+  const since = link.lostAt.value ? new Date(link.lostAt.value).toLocaleTimeString() : "";
+  return (
+    <div class="banner" role="alert">
+      No connection to the bench since {since}. What you see is from then; the page connects again by itself.{" "}
+      <button type="button" onClick={() => link.tryNow()}>
+        Try now
+      </button>
+    </div>
+  );
+}
+
+/** Keys of the whole page: ? for help, 1 to 9 for the views. Not while something is typed. */
+function onKey(event: KeyboardEvent): void {
+  const target = event.target as HTMLElement;
+  if (event.ctrlKey || event.altKey || event.metaKey || isTyping(target)) return;
+  if (event.key === "?") openHelp();
+  const view = /^[1-9]$/.test(event.key) ? shownViews()[Number(event.key) - 1] : undefined;
+  if (view) go(view.id);
+  if (event.key === "?" || view) event.preventDefault();
+}
+
+function isTyping(element: HTMLElement): boolean {
+  return element.matches?.("input, textarea, select, [contenteditable]") || element.closest?.(".terminal") !== null;
+}
+
+export function App() {
+  useEffect(() => {
+    window.addEventListener("keydown", onKey);
+    return () => window.removeEventListener("keydown", onKey);
+  }, []);
+  const views = shownViews();
+  const current = views.find((view) => view.id === path.value[0]) ?? views[0];
+  const main = useRef<HTMLElement>(null);
+  const bench = hello.value?.bench;
+  useEffect(() => {
+    document.title = bench ? `${bench} · hil` : "hil";
+  }, [bench]);
+  const isLogin = link.state.value === "login";
+  return (
+    <>
+      <a class="skip" href="#main" onClick={(event) => (event.preventDefault(), main.current?.focus())}>
+        Skip to the content
+      </a>
+      <Header current={current} />
+      <Banner />
+      <main id="main" ref={main} tabIndex={-1}>
+        {isLogin && <Login />}
+        {!isLogin && !hello.value && <p class="empty">Waiting for the bench …</p>}
+        {hello.value && current && (
+          <div class="view" hidden={isLogin}>
+            <current.View key={current.id} path={path.value.slice(1)} />
+          </div>
+        )}
+      </main>
+      <HelpDialog />
+      <Notices />
+    </>
+  );
+}

@@ -1,0 +1,4 @@
+declare const BUILD_VERSION: string;
+
+/** Checksum of the sources that this page was built from. */
+export const VERSION = BUILD_VERSION;

@@ -1,0 +1,390 @@
+/** The connection to the door. It comes back by itself; what was watched and open is watched and open again. */
+
+import { signal } from "@preact/signals";
+import { type Hello, readBinary, readText, Refused, terminalFrame } from "./protocol";
+
+export type LinkState = "connecting" | "open" | "lost" | "login";
+
+export interface LoginKind {
+  login: "none" | "token" | "password";
+}
+
+export interface SampleSink {
+  /** Take rows of at_s and the fields in the order asked; `lost`: samples lost since the beginning. */
+  samples?(values: Float64Array, rows: number, columns: number, lost: number): void;
+  items?(items: unknown[], lost: number): void;
+  value?(value: unknown): void;
+  /** The bench refused the watch, now or after a connection came back. */
+  refused?(error: Refused): void;
+  /** A new connection: the watch begins again, and there is a gap in what it told. */
+  again?(): void;
+}
+
+export interface WatchRequest {
+  what: "samples" | "packets" | "frames" | "bytes" | "runs" | "status" | "faults";
+  target?: string;
+  fields?: string[];
+  rate_Hz?: number;
+}
+
+export interface WatchHandle {
+  /** Number of the watch at the server, for `export`; 0: not begun. */
+  readonly number: number;
+  close(): void;
+}
+
+export interface TerminalSink {
+  bytes(bytes: Uint8Array): void;
+  /** The port is open, for the first time or again. */
+  opened(baud: number): void;
+  closed(why: string): void;
+}
+
+export interface TerminalHandle {
+  send(bytes: Uint8Array): void;
+  close(): void;
+}
+
+interface Pending {
+  resolve(answer: unknown): void;
+  reject(error: Refused): void;
+}
+
+interface Watching extends WatchHandle {
+  number: number;
+  request: WatchRequest;
+  sink: SampleSink;
+  isClosed: boolean;
+}
+
+interface Terminal extends TerminalHandle {
+  number: number;
+  port: string;
+  sink: TerminalSink;
+  isClosed: boolean;
+}
+
+const FIRST_WAIT_MS = 250;
+const LONGEST_WAIT_MS = 4000;
+/** The status comes twice a second: after this long without anything the connection is dead. */
+const SILENCE_MS = 8000;
+const GONE = () => new Refused("gone", "the connection was lost before the answer came");
+
+export class Link {
+  readonly state = signal<LinkState>("connecting");
+  /** Description of the bench; it stays while the connection is lost. */
+  readonly hello = signal<Hello | null>(null);
+  readonly login = signal<LoginKind["login"]>("none");
+  /** Number of connections so far: 2 and more are returns. */
+  readonly connections = signal(0);
+  /** Wall time at which the connection was lost, in ms since 1970. */
+  readonly lostAt = signal(0);
+  /** Frames that were no message of the protocol. */
+  readonly garbage = signal(0);
+
+  private socket: WebSocket | null = null;
+  private nextId = 1;
+  private waitMs = FIRST_WAIT_MS;
+  private timer = 0;
+  private heardAt = 0;
+  private isTrying = false;
+  private readonly pending = new Map<number, Pending>();
+  private readonly watches = new Set<Watching>();
+  private readonly byNumber = new Map<number, Watching>();
+  private readonly terminals = new Set<Terminal>();
+  private readonly terminalByNumber = new Map<number, Terminal>();
+
+  /** `versionDiffers`: called with the server's version if it is another than this page's. */
+  constructor(
+    private readonly version: string,
+    private readonly versionDiffers: (server: string) => void,
+  ) {}
+
+  start(): void {
+    window.addEventListener("online", () => this.tryNow());
+    document.addEventListener("visibilitychange", () => {
+      this.heardAt = performance.now(); // timers and frames of a hidden page come late
+      if (!document.hidden) this.tryNow();
+    });
+    window.setInterval(() => this.endIfSilent(), 1000);
+    void this.connect();
+  }
+
+  /** Ask the bench for an operation of its table. Throws Refused. */
+  ask<T = unknown>(operation: string, target = "", given: Record<string, unknown> = {}): Promise<T> {
+    return this.request<T>({ do: "ask", operation, target, given });
+  }
+
+  /** Send a request of the protocol; answers its answer. Throws Refused, also where the connection goes. */
+  request<T = unknown>(message: Record<string, unknown>): Promise<T> {
+    const socket = this.socket;
+    if (!socket || socket.readyState !== WebSocket.OPEN || this.state.peek() !== "open") {
+      return Promise.reject(new Refused("gone", "there is no connection to the bench now"));
+    }
+    const id = this.nextId++;
+    return new Promise<T>((resolve, reject) => {
+      this.pending.set(id, { resolve: resolve as (answer: unknown) => void, reject });
+      socket.send(JSON.stringify({ id, ...message }));
+    });
+  }
+
+  /** Watch something until `close`, over all connections. */
+  watch(request: WatchRequest, sink: SampleSink): WatchHandle {
+    const watching: Watching = {
+      number: 0,
+      request,
+      sink,
+      isClosed: false,
+      close: () => this.unwatch(watching),
+    };
+    this.watches.add(watching);
+    if (this.state.peek() === "open") void this.begin(watching);
+    return watching;
+  }
+
+  /** Open a port as a client, until `close`, over all connections. */
+  open(port: string, sink: TerminalSink): TerminalHandle {
+    const terminal: Terminal = {
+      number: 0,
+      port,
+      sink,
+      isClosed: false,
+      send: (bytes) => {
+        if (terminal.number && this.socket?.readyState === WebSocket.OPEN) {
+          this.socket.send(terminalFrame(terminal.number, bytes));
+        }
+      },
+      close: () => this.closeTerminal(terminal),
+    };
+    this.terminals.add(terminal);
+    if (this.state.peek() === "open") void this.beginTerminal(terminal);
+    return terminal;
+  }
+
+  /** Log in; returns why not, or null. */
+  async logIn(given: Record<string, string>): Promise<string | null> {
+    try {
+      const answer = await fetch("api/login", {
+        method: "POST",
+        headers: { "Content-Type": "application/json" },
+        body: JSON.stringify(given),
+      });
+      if (answer.status === 429) return "Too many attempts. Wait a little, then try again.";
+      if (answer.status === 401 || answer.status === 403) return "That is not known here.";
+      if (!answer.ok) return `The server answered ${answer.status}.`;
+    } catch {
+      return "The server does not answer.";
+    }
+    this.tryNow(true);
+    return null;
+  }
+
+  async logOut(): Promise<void> {
+    await fetch("api/logout", { method: "POST" }).catch(() => undefined);
+    this.socket?.close();
+  }
+
+  /** Try to connect now instead of after the wait. */
+  tryNow(isLoggedIn = false): void {
+    if (this.state.peek() === "open" || (this.state.peek() === "login" && !isLoggedIn)) return;
+    window.clearTimeout(this.timer);
+    this.waitMs = FIRST_WAIT_MS;
+    void this.connect();
+  }
+
+  private async connect(): Promise<void> {
+    if (this.isTrying) return;
+    this.isTrying = true;
+    try {
+      const answer = await fetch("api/hello", { cache: "no-store" });
+      const told = (await answer.json()) as { version?: string; login?: LoginKind["login"] };
+      this.login.value = told.login ?? "none";
+      this.checkVersion(told.version);
+    } catch {
+      this.isTrying = false;
+      this.lost();
+      return;
+    }
+    this.openSocket();
+  }
+
+  private checkVersion(server: string | undefined): void {
+    if (server && server !== this.version) this.versionDiffers(server);
+  }
+
+  private openSocket(): void {
+    const url = new URL("ws", document.baseURI);
+    url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(url, "hil.v1");
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    let isGreeted = false;
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
+      if (socket !== this.socket) return;
+      this.heardAt = performance.now();
+      if (typeof event.data !== "string") this.takeBinary(event.data);
+      else isGreeted = this.takeText(event.data) || isGreeted;
+    };
+    socket.onclose = () => {
+      this.isTrying = false;
+      if (socket !== this.socket) return;
+      this.socket = null;
+      const wantsLogin = !isGreeted && this.login.peek() !== "none";
+      this.forget();
+      if (wantsLogin) this.state.value = "login";
+      else this.lost();
+    };
+  }
+
+  /** The connection is gone: requests fail, watches and terminals wait for the next one. */
+  private forget(): void {
+    for (const request of this.pending.values()) request.reject(GONE());
+    this.pending.clear();
+    this.byNumber.clear();
+    this.terminalByNumber.clear();
+    for (const watching of this.watches) watching.number = 0;
+    for (const terminal of this.terminals) {
+      if (terminal.number) terminal.sink.closed("the connection to the bench was lost");
+      terminal.number = 0;
+    }
+  }
+
+  private lost(): void {
+    if (this.state.peek() !== "lost") {
+      this.lostAt.value = Date.now();
+      this.state.value = "lost";
+    }
+    window.clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => void this.connect(), this.waitMs * (0.75 + Math.random() / 2));
+    this.waitMs = Math.min(this.waitMs * 2, LONGEST_WAIT_MS);
+  }
+
+  private endIfSilent(): void {
+    if (this.state.peek() !== "open" || document.hidden) return;
+    if (performance.now() - this.heardAt > SILENCE_MS) {
+      const socket = this.socket;
+      this.socket = null;
+      socket?.close();
+      this.isTrying = false;
+      this.forget();
+      this.lost();
+    }
+  }
+
+  private greet(hello: Hello, isChange: boolean): void {
+    this.checkVersion(hello.version);
+    this.hello.value = hello;
+    if (isChange) return;
+    this.isTrying = false;
+    this.waitMs = FIRST_WAIT_MS;
+    this.state.value = "open";
+    this.connections.value += 1;
+    for (const watching of this.watches) {
+      if (this.connections.peek() > 1) watching.sink.again?.();
+      void this.begin(watching);
+    }
+    for (const terminal of this.terminals) void this.beginTerminal(terminal);
+  }
+
+  private async begin(watching: Watching): Promise<void> {
+    const socket = this.socket;
+    try {
+      const answer = await this.request<{ watch: number }>({ do: "watch", ...watching.request });
+      if (socket !== this.socket) return;
+      watching.number = answer.watch;
+      if (watching.isClosed) this.endWatch(watching);
+      else this.byNumber.set(answer.watch, watching);
+    } catch (error) {
+      if (error instanceof Refused && error.code !== "gone") watching.sink.refused?.(error);
+    }
+  }
+
+  private unwatch(watching: Watching): void {
+    watching.isClosed = true;
+    this.watches.delete(watching);
+    if (watching.number) this.endWatch(watching);
+  }
+
+  private endWatch(watching: Watching): void {
+    this.byNumber.delete(watching.number);
+    this.request({ do: "unwatch", watch: watching.number }).catch(() => undefined);
+    watching.number = 0;
+  }
+
+  private async beginTerminal(terminal: Terminal): Promise<void> {
+    const socket = this.socket;
+    try {
+      const answer = await this.request<{ terminal: number; baud: number }>({ do: "open", port: terminal.port });
+      if (socket !== this.socket) return;
+      terminal.number = answer.terminal;
+      if (terminal.isClosed) return this.endTerminal(terminal);
+      this.terminalByNumber.set(answer.terminal, terminal);
+      terminal.sink.opened(answer.baud);
+    } catch (error) {
+      if (error instanceof Refused && error.code !== "gone") terminal.sink.closed(error.message);
+    }
+  }
+
+  private closeTerminal(terminal: Terminal): void {
+    terminal.isClosed = true;
+    this.terminals.delete(terminal);
+    if (terminal.number) this.endTerminal(terminal);
+  }
+
+  private endTerminal(terminal: Terminal): void {
+    this.terminalByNumber.delete(terminal.number);
+    this.request({ do: "close", terminal: terminal.number }).catch(() => undefined);
+    terminal.number = 0;
+  }
+
+  /** Take a text frame; true if it was the greeting. */
+  private takeText(frame: string): boolean {
+    const message = readText(frame);
+    switch (message.kind) {
+      case "hello":
+        this.greet(message.hello, message.isChange);
+        return true;
+      case "answer":
+        this.take(message.id)?.resolve(message.answer);
+        break;
+      case "error":
+        this.take(message.id)?.reject(message.error);
+        break;
+      case "push": {
+        const sink = this.byNumber.get(message.watch)?.sink;
+        if (message.items) sink?.items?.(message.items, message.lost);
+        else sink?.value?.(message.value);
+        break;
+      }
+      case "closed": {
+        const terminal = this.terminalByNumber.get(message.terminal);
+        this.terminalByNumber.delete(message.terminal);
+        if (terminal) {
+          terminal.number = 0;
+          terminal.sink.closed(message.why);
+        }
+        break;
+      }
+      default:
+        this.garbage.value += 1;
+    }
+    return false;
+  }
+
+  private take(id: number): Pending | undefined {
+    const request = this.pending.get(id);
+    this.pending.delete(id);
+    return request;
+  }
+
+  private takeBinary(data: ArrayBuffer): void {
+    const frame = readBinary(data);
+    if (frame.kind === "samples") {
+      this.byNumber.get(frame.watch)?.sink.samples?.(frame.values, frame.rows, frame.columns, frame.lost);
+    } else if (frame.kind === "terminal") {
+      this.terminalByNumber.get(frame.terminal)?.sink.bytes(frame.bytes);
+    } else {
+      this.garbage.value += 1;
+    }
+  }
+}

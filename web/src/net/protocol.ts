@@ -1,0 +1,222 @@
+/** The protocol between door and page: its types, and the decoding of frames. Pure: no socket here. */
+
+export interface ParameterRow {
+  name: string;
+  about?: string;
+  type?: string;
+  unit?: string;
+  minimum?: number | null;
+  maximum?: number | null;
+  default?: unknown;
+  choices?: string[];
+  is_text?: boolean;
+  is_whole?: boolean;
+  is_optional?: boolean;
+  limits?: string;
+}
+
+export interface VerbRow {
+  summary: string;
+  role: Role;
+  parameters: ParameterRow[];
+}
+
+export interface FieldRow {
+  name: string;
+  type: string;
+  unit: string;
+  meaning: string;
+  is_settable: boolean;
+  is_state: boolean;
+}
+
+export interface DeviceRow {
+  name: string;
+  profile: string;
+  is_real: boolean;
+  verbs: Record<string, VerbRow>;
+  fields: FieldRow[];
+  /** Pins that may be driven, and the field that tells each one's level; empty: none does. */
+  inputs: Record<string, string>;
+}
+
+export interface FaultKindRow {
+  name: string;
+  layer: string;
+  target: string;
+  about: string;
+  is_once?: boolean;
+  parameters: ParameterRow[];
+}
+
+export type Role = "viewer" | "operator" | "admin";
+
+export interface Hello {
+  protocol: number;
+  version: string;
+  bench: string;
+  user: string;
+  role: Role;
+  devices: DeviceRow[];
+  segments: string[];
+  buses: string[];
+  ports: string[];
+  operations: Record<string, unknown>;
+  fault_kinds: FaultKindRow[];
+}
+
+/** A refusal by the bench, or "gone": the connection went before the answer came. */
+export class Refused extends Error {
+  constructor(
+    readonly code: string,
+    message: string,
+    readonly problems: unknown[] = [],
+  ) {
+    super(message);
+  }
+}
+
+export type ServerMessage =
+  | { kind: "hello"; hello: Hello; isChange: boolean }
+  | { kind: "answer"; id: number; answer: unknown }
+  | { kind: "error"; id: number; error: Refused }
+  | { kind: "push"; watch: number; items?: unknown[]; value?: unknown; lost: number }
+  | { kind: "closed"; terminal: number; why: string }
+  | { kind: "unknown" };
+
+type Json = Record<string, unknown>;
+
+function isObject(value: unknown): value is Json {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
+}
+
+function list<T>(value: unknown): T[] {
+  return Array.isArray(value) ? (value as T[]) : [];
+}
+
+function text(value: unknown): string {
+  return typeof value === "string" ? value : "";
+}
+
+/** Read what the server told about the bench; what is missing is empty. */
+export function readHello(raw: unknown): Hello {
+  const told = isObject(raw) ? raw : {};
+  const role = told["role"];
+  return {
+    protocol: Number(told["protocol"] ?? 0),
+    version: text(told["version"]),
+    bench: text(told["bench"]),
+    user: text(told["user"]),
+    role: role === "operator" || role === "admin" ? role : "viewer",
+    devices: list<Json>(told["devices"]).filter(isObject).map(readDevice),
+    segments: list(told["segments"]),
+    buses: list(told["buses"]),
+    ports: list(told["ports"]),
+    operations: isObject(told["operations"]) ? told["operations"] : {},
+    fault_kinds: list<Json>(told["fault_kinds"]).filter(isObject).map(readFaultKind),
+  };
+}
+
+function readDevice(raw: Json): DeviceRow {
+  const verbs: Record<string, VerbRow> = Object.create(null) as Record<string, VerbRow>;
+  for (const [name, verb] of Object.entries(isObject(raw["verbs"]) ? raw["verbs"] : {})) {
+    if (isObject(verb)) {
+      verbs[name] = {
+        summary: text(verb["summary"]),
+        role: (text(verb["role"]) || "operator") as Role,
+        parameters: list<ParameterRow>(verb["parameters"]),
+      };
+    }
+  }
+  return {
+    name: text(raw["name"]),
+    profile: text(raw["profile"]),
+    is_real: raw["is_real"] === true,
+    verbs,
+    fields: list(raw["fields"]),
+    inputs: isObject(raw["inputs"]) ? (raw["inputs"] as Record<string, string>) : {},
+  };
+}
+
+function readFaultKind(raw: Json): FaultKindRow {
+  return {
+    name: text(raw["name"]),
+    layer: text(raw["layer"]),
+    target: text(raw["target"]),
+    about: text(raw["about"] ?? raw["summary"] ?? raw["meaning"]),
+    is_once: raw["is_once"] === true,
+    parameters: list(raw["parameters"]),
+  };
+}
+
+/** Decode a text frame. What is no message of the protocol is "unknown", never an exception. */
+export function readText(frame: string): ServerMessage {
+  let told: unknown;
+  try {
+    told = JSON.parse(frame);
+  } catch {
+    return { kind: "unknown" };
+  }
+  if (!isObject(told)) return { kind: "unknown" };
+  if (isObject(told["hello"])) return { kind: "hello", hello: readHello(told["hello"]), isChange: false };
+  if (isObject(told["changed"])) return { kind: "hello", hello: readHello(told["changed"]), isChange: true };
+  if (isObject(told["closed"])) {
+    return { kind: "closed", terminal: Number(told["closed"]["terminal"]), why: text(told["closed"]["why"]) };
+  }
+  const id = told["id"];
+  if (typeof id === "number" && isObject(told["error"])) {
+    const error = told["error"];
+    const refused = new Refused(text(error["code"]), text(error["message"]), list(error["problems"]));
+    return { kind: "error", id, error: refused };
+  }
+  if (typeof id === "number" && "answer" in told) return { kind: "answer", id, answer: told["answer"] };
+  if (typeof told["watch"] === "number") {
+    const push: ServerMessage = { kind: "push", watch: told["watch"], lost: Number(told["lost"] ?? 0) };
+    if (Array.isArray(told["items"])) push.items = told["items"];
+    if ("value" in told) push.value = told["value"];
+    return push;
+  }
+  return { kind: "unknown" };
+}
+
+const SAMPLES = 1;
+const TERMINAL = 2;
+const SAMPLES_HEAD = 16;
+const TERMINAL_HEAD = 8;
+
+export type StreamFrame =
+  | { kind: "samples"; watch: number; lost: number; columns: number; rows: number; values: Float64Array }
+  | { kind: "terminal"; terminal: number; bytes: Uint8Array }
+  | { kind: "unknown" };
+
+/** Decode a binary frame. A samples frame's `values` are rows of at_s and the fields; a frame whose length
+ * does not fit its head is "unknown". Little endian, as the computers of browsers are. */
+export function readBinary(frame: ArrayBuffer): StreamFrame {
+  if (frame.byteLength < TERMINAL_HEAD) return { kind: "unknown" };
+  const head = new DataView(frame);
+  const kind = head.getUint8(0);
+  if (kind === TERMINAL) {
+    return { kind: "terminal", terminal: head.getUint32(4, true), bytes: new Uint8Array(frame, TERMINAL_HEAD) };
+  }
+  if (kind !== SAMPLES || frame.byteLength < SAMPLES_HEAD) return { kind: "unknown" };
+  const columns = 1 + head.getUint8(1);
+  const rows = head.getUint32(12, true);
+  if (frame.byteLength !== SAMPLES_HEAD + rows * columns * 8) return { kind: "unknown" };
+  return {
+    kind: "samples",
+    watch: head.getUint32(4, true),
+    lost: head.getUint32(8, true),
+    columns,
+    rows,
+    values: new Float64Array(frame, SAMPLES_HEAD, rows * columns),
+  };
+}
+
+/** Encode bytes typed at a terminal. */
+export function terminalFrame(terminal: number, bytes: Uint8Array): Uint8Array<ArrayBuffer> {
+  const frame = new Uint8Array(TERMINAL_HEAD + bytes.length);
+  frame[0] = TERMINAL;
+  new DataView(frame.buffer).setUint32(4, terminal, true);
+  frame.set(bytes, TERMINAL_HEAD);
+  return frame;
+}

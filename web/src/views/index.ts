@@ -1,0 +1,8 @@
+/** The views of the page, in the order of their tabs: one line each. */
+
+import { benchView } from "./bench";
+import { faultsView } from "./faults";
+import { runsView } from "./runs";
+import type { ViewEntry } from "./view";
+
+export const VIEWS: ViewEntry[] = [benchView, runsView, faultsView];

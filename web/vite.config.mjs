@@ -1,0 +1,38 @@
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { defineConfig } from "vite";
+import { buildVersion } from "./build_version.mjs";
+
+const here = import.meta.dirname;
+const out = process.env.HIL_WEB_OUT ?? join(here, "../bridges/web/static");
+const version = buildVersion(here);
+
+/** Write build.json beside the page: the server tells it, and the page compares it with its own. */
+const tellVersion = {
+  name: "tell-version",
+  apply: "build",
+  closeBundle() {
+    writeFileSync(join(out, "build.json"), `${JSON.stringify({ version })}\n`);
+  },
+};
+
+export default defineConfig({
+  base: "./",
+  define: { BUILD_VERSION: JSON.stringify(version) },
+  plugins: [tellVersion],
+  build: {
+    outDir: out,
+    emptyOutDir: true,
+    target: "es2022",
+    cssCodeSplit: false,
+    modulePreload: { polyfill: false },
+    assetsInlineLimit: 0,
+    rolldownOptions: {
+      output: {
+        codeSplitting: false,
+        entryFileNames: "page.js",
+        assetFileNames: "page[extname]",
+      },
+    },
+  },
+});
