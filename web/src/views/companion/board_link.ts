@@ -1,6 +1,6 @@
-// Line to a SAC's terminal, as its companion uses it: a line is typed when the prompt has come, its answer is
-// known by its echo, and the signals of soft_ops are taken out of the text with their times.
-// Source: SAC user manual, communications, soft_ops. Without a screen; time is an argument.
+/** Line to a SAC's terminal, as its companion uses it: a line is typed when the prompt has come, its answer is
+ * known by its echo, and the signals of soft_ops are taken out of the text with their times.
+ * Source: SAC user manual, communications, soft_ops. Without a screen; time is an argument. */
 
 export const PROMPT = "SAC>";
 const DC1 = 0x11;

@@ -1,5 +1,5 @@
-// Calibration of a SAC's clock: it runs for a minute at a speed, and soft_ops tells when.
-// Source: SAC user manual, companion app.
+/** Calibration of a SAC's clock: it runs for a minute at a speed, and soft_ops tells when.
+ * Source: SAC user manual, companion app. */
 
 import type { Configuration } from "./queue_screen";
 import { stepAtOneRpm_us, WORD } from "./queue_row";

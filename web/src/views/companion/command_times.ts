@@ -1,4 +1,4 @@
-// Times of a board's commands, from DC1 to DC2 of soft_ops.
+/** Times of a board's commands, from DC1 to DC2 of soft_ops. */
 
 import type { Operation } from "./board_link";
 

@@ -1,4 +1,4 @@
-// Problems of a file, each with its place.
+/** Problems of a file, each with its place. */
 
 export interface FileProblem {
   readonly file: string;

@@ -1,5 +1,5 @@
-// One-shot files of the SAC's companion program: a command a line, 100 lines, an empty line an empty slot.
-// Source: SAC user manual, companion app; a file that it saved.
+/** One-shot files of the SAC's companion program: a command a line, 100 lines, an empty line an empty slot.
+ * Source: SAC user manual, companion app; a file that it saved. */
 
 import { FileRefusal, fileLines, type FileProblem } from "./file_problem";
 

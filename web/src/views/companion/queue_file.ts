@@ -1,6 +1,6 @@
-// Queue files of the SAC's companion program: 30 rows of twelve numbers, each between blanks, with commas
-// between; lines end CR LF; a fraction under 1 has no zero before its point.
-// Source: SAC user manual, companion app; files that it saved.
+/** Queue files of the SAC's companion program: 30 rows of twelve numbers, each between blanks, with commas
+ * between; lines end CR LF; a fraction under 1 has no zero before its point.
+ * Source: SAC user manual, companion app; files that it saved. */
 
 import { FileRefusal, fileLines, type FileProblem } from "./file_problem";
 import { decimal, ROWS, WORD, type QueueRow } from "./queue_row";

@@ -1,4 +1,4 @@
-// Editor of a queue's 30 rows: pure changes, each of which can be taken back.
+/** Editor of a queue's 30 rows: pure changes, each of which can be taken back. */
 
 import { COLUMNS, readNumber, readRow, writeRow } from "./queue_file";
 import {

@@ -1,5 +1,5 @@
-// Row of a SAC's queue: its limits, and the command that writes it into a board.
-// Source: SAC user manual, motion, queue, Appendix C.
+/** Row of a SAC's queue: its limits, and the command that writes it into a board.
+ * Source: SAC user manual, motion, queue, Appendix C. */
 
 export const ROWS = 30;
 export const WORD = 2 ** 32;

@@ -1,5 +1,5 @@
-// Screens of a SAC that its companion reads: the queue's listing, the configuration, the session.
-// Source: SAC user manual, queue, configure; `q`, `cc` and `cf` at the prompt.
+/** Screens of a SAC that its companion reads: the queue's listing, the configuration, the session.
+ * Source: SAC user manual, queue, configure; `q`, `cc` and `cf` at the prompt. */
 
 import { ROWS, type QueueRow } from "./queue_row";
 

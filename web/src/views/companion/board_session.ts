@@ -1,0 +1,394 @@
+/** A board of the companion: its line, and all that its view shows. It outlives the view, so that nothing is lost
+ * when another one is looked at. */
+
+import { signal } from "@preact/signals";
+import { notify, notifyError } from "../../parts/notices";
+import { link as door } from "../../store";
+import type { TerminalHandle } from "../../net/link";
+import { BoardLink, LinkError, type LinkState, type Operation } from "./board_link";
+import {
+  CALIBRATION_S, calibrationLine, factorText, judged, LONGEST_S, type Calibration,
+} from "./calibration";
+import { withName, withOperation, type CommandTime } from "./command_times";
+import {
+  changed, newQueue, replacedByBoard, seenOnBoard, sentToBoard, unsent, type QueueState,
+} from "./queue_model";
+import { isPossible, rowCommand, sameRow, stepAtOneRpm_us } from "./queue_row";
+import {
+  readConfiguration, readListing, readSession, readSpeed, type Configuration,
+} from "./queue_screen";
+import { ONE_SHOTS } from "./oneshot_file";
+import {
+  afterBegin, afterEnd, afterLine, afterListing, runningText, STANDING, type Motion,
+} from "./running_row";
+import { withIncoming, withSent, type SentLine } from "./text_log";
+
+const TICK_MS = 100;
+/** Interval of looks at a moving board that does not tell by soft_ops when it is done. */
+const LOOK_MS = 700;
+/** Time without motion after which nobody looks any more. */
+const STANDS_MS = 10_000;
+/** Pause after which the queue is read again, when something was typed. */
+const SETTLED_MS = 250;
+/** Lines after which a queue is another one, or a board's settings. */
+const CHANGES_QUEUE = /^(m|z|q(\d|[rc]))/i;
+const CHANGES_SETTINGS = /^[$gab]|^[vdl]\d?/i;
+
+export interface CalibrationState {
+  readonly rpm: number;
+  readonly elapsed_s: number;
+}
+
+export class BoardSession {
+  readonly state = signal<{ state: LinkState; why: string }>({ state: "opening", why: "" });
+  readonly queue = signal<QueueState>(newQueue());
+  readonly motion = signal<Motion>(STANDING);
+  readonly configuration = signal<Configuration | undefined>(undefined);
+  /** Defaults and flags of `cf`. */
+  readonly settings = signal<ReadonlyMap<string, string>>(new Map());
+  readonly incoming = signal("");
+  readonly sent = signal<readonly SentLine[]>([]);
+  readonly times = signal<readonly CommandTime[]>([]);
+  readonly isOffline = signal(false);
+  readonly oneShots = signal<readonly string[]>(Array.from({ length: ONE_SHOTS }, () => ""));
+  readonly calibrating = signal<CalibrationState | undefined>(undefined);
+  readonly calibrations = signal<ReadonlyMap<number, Calibration>>(new Map());
+  readonly isSending = signal(false);
+
+  private line: BoardLink;
+  private readonly terminal: TerminalHandle;
+  private readonly sinceStart_ms = performance.now();
+  private lookedAt_ms = 0;
+  private movedAt_ms = -Infinity;
+  private isStale = false;
+  private areSettingsStale = false;
+  private typedAt_ms = 0;
+  private isWorking = false;
+  private waiter: ((operation: Operation | Error) => void) | undefined;
+
+  constructor(readonly port: string) {
+    this.line = this.newLine();
+    this.line.close("the port is not open yet");
+    this.terminal = door.open(port, {
+      bytes: (bytes) => this.line.feed(bytes),
+      opened: () => {
+        this.line = this.newLine();
+        this.setState("opening", "");
+      },
+      closed: (why) => this.line.close(why),
+    });
+    window.setInterval(() => this.tick(), TICK_MS);
+  }
+
+  private newLine(): BoardLink {
+    const line: BoardLink = new BoardLink({
+      send: (bytes) => this.terminal.send(bytes),
+      now_ms: () => performance.now(),
+      state: (state, why) => line === this.line && this.setState(state, why),
+      incoming: (text) => {
+        this.incoming.value = withIncoming(this.incoming.peek(), text);
+        this.typed("");
+      },
+      sent: (text) => {
+        this.sent.value = withSent(this.sent.peek(), text, Date.now());
+        this.typed(text);
+      },
+      operation: (operation) => this.operate(operation),
+    });
+    return line;
+  }
+
+  private setState(state: LinkState, why: string): void {
+    this.state.value = { state, why };
+    if (state === "closed" || state === "starting") this.waiter?.(new LinkError(why));
+    if (state === "starting") this.motion.value = STANDING;
+    if (state === "ready") {
+      this.isStale = true;
+      this.areSettingsStale = true;
+      this.typedAt_ms = 0;
+    }
+  }
+
+  get isReady(): boolean {
+    return this.state.value.state === "ready";
+  }
+
+  get isOpsOn(): boolean {
+    return this.settings.value.get("soft_ops") === "1";
+  }
+
+  // ---- what is typed ----
+
+  /** Type a line, and tell when it goes wrong. Answers whether it went. */
+  async type(text: string): Promise<boolean> {
+    try {
+      await this.line.ask(text);
+      return true;
+    } catch (error) {
+      notifyError(error);
+      return false;
+    }
+  }
+
+  /** Stop: `S` at once, `s` with the session's deceleration. */
+  async stop(letter: "S" | "s"): Promise<void> {
+    this.waiter?.(new LinkError("stopped"));
+    try {
+      await this.line.urgent(letter);
+    } catch (error) {
+      notifyError(error);
+    }
+  }
+
+  pulse(sign: "+" | "-"): void {
+    try {
+      this.line.pulse(sign);
+    } catch (error) {
+      notifyError(error);
+    }
+  }
+
+  retry(): void {
+    this.line.knock();
+  }
+
+  /** A line was typed here, or something was said that nobody here asked for: look at the board again. */
+  private typed(text: string): void {
+    const now_ms = performance.now();
+    this.typedAt_ms = now_ms;
+    this.movedAt_ms = now_ms;
+    if (text) this.motion.value = afterLine(this.motion.peek(), text);
+    if (!text || CHANGES_QUEUE.test(text)) this.isStale = true;
+    if (!text || CHANGES_SETTINGS.test(text)) this.areSettingsStale = true;
+  }
+
+  private operate(operation: Operation): void {
+    this.movedAt_ms = operation.at_ms;
+    const motion = this.motion.peek();
+    this.motion.value = operation.kind === "begins" ? afterBegin(motion) : afterEnd(motion);
+    const what = runningText(this.motion.peek().running);
+    this.times.value = withOperation(this.times.peek(), operation, what);
+    this.waiter?.(operation);
+  }
+
+  // ---- looking at the board ----
+
+  private tick(): void {
+    this.line.tick();
+    const now_ms = performance.now();
+    if (!this.line.isIdle || this.isWorking || this.calibrating.peek()) return;
+    const isSettled = now_ms - this.typedAt_ms >= SETTLED_MS;
+    if (this.areSettingsStale && isSettled) void this.work(() => this.readSettings());
+    else if (this.isStale && isSettled && !this.isTimed()) void this.work(() => this.readQueue());
+    else if (this.wantsLook(now_ms)) void this.work(() => this.look(now_ms));
+  }
+
+  /** True while a command is timed by soft_ops: a listing would hold up the signal of its end. */
+  private isTimed(): boolean {
+    const { running } = this.motion.peek();
+    return this.isOpsOn && running !== undefined && running !== "unknown";
+  }
+
+  private wantsLook(now_ms: number): boolean {
+    const { running, loop } = this.motion.peek();
+    if (this.isOpsOn) return running === "unknown" && now_ms - this.lookedAt_ms >= LOOK_MS;
+    const mayMove = loop.isOn || running !== undefined || now_ms - this.movedAt_ms < STANDS_MS;
+    return mayMove && now_ms - this.lookedAt_ms >= LOOK_MS;
+  }
+
+  private async work(does: () => Promise<void>): Promise<void> {
+    this.isWorking = true;
+    try {
+      await does();
+    } catch (error) {
+      if (!(error instanceof LinkError)) notifyError(error);
+    } finally {
+      this.isWorking = false;
+    }
+  }
+
+  private async look(now_ms: number): Promise<void> {
+    this.lookedAt_ms = now_ms;
+    const speed = readSpeed(await this.line.ask("vd", { isQuiet: true }));
+    if (!speed) return;
+    const motion = this.motion.peek();
+    if (speed.rpm === 0 && speed.period_us === 0) {
+      if (!this.isOpsOn && motion.running !== undefined) this.motion.value = afterEnd(motion);
+      return;
+    }
+    this.movedAt_ms = performance.now();
+    if (!this.isOpsOn && motion.running === undefined) this.motion.value = { ...motion, running: motion.urgent[0] ?? "unknown", urgent: motion.urgent.slice(1) };
+    await this.readQueue(true);
+    this.times.value = withName(this.times.peek(), runningText(this.motion.peek().running));
+  }
+
+  private async readSettings(): Promise<void> {
+    this.areSettingsStale = false;
+    const found = readConfiguration(await this.line.ask("cc", { isQuiet: true }));
+    if (!found) throw new Error(`${this.port}: its answers are no SAC's; is another board there?`);
+    this.configuration.value = found;
+    this.settings.value = readSession(await this.line.ask("cf", { isQuiet: true }));
+  }
+
+  /** Read the queue: the editor follows it, but for what was edited and not sent. */
+  private async readQueue(isMoving?: boolean): Promise<void> {
+    this.isStale = false;
+    const speed = isMoving === undefined ? readSpeed(await this.line.ask("vd", { isQuiet: true })) : undefined;
+    const listing = readListing(await this.line.ask("q", { isQuiet: true }));
+    if (typeof listing === "string") throw new Error(`${this.port}: ${listing}`);
+    const steps = this.configuration.peek()?.steps_per_rev ?? this.queue.peek().steps_per_rev;
+    this.queue.value = seenOnBoard(this.queue.peek(), listing.rows, steps);
+    this.motion.value = afterListing(this.motion.peek(), listing.at, isMoving ?? (speed?.period_us ?? 0) > 0);
+  }
+
+  // ---- the queue ----
+
+  /** Take an edit; it is sent at once unless the editor is offline. */
+  edit(queue: QueueState): void {
+    const before = this.queue.peek();
+    if (queue === before) return;
+    this.queue.value = queue;
+    if (!this.isOffline.peek() && before.board) void this.sendRows();
+  }
+
+  /** Take a file's rows into the editor, in one step that can be undone. */
+  take(rows: QueueState["rows"]): void {
+    this.edit(changed(this.queue.peek(), rows));
+  }
+
+  setOffline(isOffline: boolean): void {
+    this.isOffline.value = isOffline;
+    if (!isOffline) void this.sendRows();
+  }
+
+  /** Send the rows that the board does not have yet, and read them back. Answers whether it has them now. */
+  async sendRows(): Promise<boolean> {
+    if (this.isSending.peek()) return false;
+    this.isSending.value = true;
+    try {
+      const sent = new Map<number, string>();
+      for (let [position] = unsent(this.queue.peek()); position !== undefined; [position] = unsent(this.queue.peek())) {
+        await this.sendRow(position);
+        sent.set(position, "");
+      }
+      if (sent.size) await this.readBack([...sent.keys()]);
+      return true;
+    } catch (error) {
+      this.isOffline.value = true;
+      notify(`${(error as Error).message}\nThe editor is offline now; "Update queue" sends what is missing.`, true);
+      return false;
+    } finally {
+      this.isSending.value = false;
+    }
+  }
+
+  private async sendRow(position: number): Promise<void> {
+    const { rows, steps_per_rev } = this.queue.peek();
+    const row = rows[position - 1]!;
+    if (!isPossible(row, steps_per_rev)) {
+      const cycle_us = Math.floor(stepAtOneRpm_us(steps_per_rev) / row.rpm);
+      throw new Error(
+        `row ${position}: RPM ${row.rpm} and cycle ${row.cycle_us} contradict each other at ${steps_per_rev} steps` +
+          ` a turn; write cycle ${cycle_us}`,
+      );
+    }
+    await this.line.ask(rowCommand(position, row, steps_per_rev));
+    this.queue.value = sentToBoard(this.queue.peek(), position, row);
+  }
+
+  private async readBack(positions: readonly number[]): Promise<void> {
+    const wanted = this.queue.peek().rows;
+    const listing = readListing(await this.line.ask("q", { isQuiet: true }));
+    if (typeof listing === "string") throw new Error(`the rows were sent, but could not be read back: ${listing}`);
+    const wrong = positions.filter((p) => !sameRow(wanted[p - 1]!, listing.rows[p - 1]!));
+    if (wrong.length) throw new Error(`the board does not have what was sent: row ${wrong.join(", ")}`);
+    this.isStale = false;
+  }
+
+  /** Throw away what was not sent: the editor has what the board has. */
+  async revert(): Promise<void> {
+    try {
+      const listing = readListing(await this.line.ask("q", { isQuiet: true }));
+      if (typeof listing === "string") throw new Error(listing);
+      const steps = this.configuration.peek()?.steps_per_rev ?? this.queue.peek().steps_per_rev;
+      this.queue.value = replacedByBoard(this.queue.peek(), listing.rows, steps);
+    } catch (error) {
+      notifyError(error);
+    }
+  }
+
+  // ---- calibration ----
+
+  /** Run for a minute at a speed and time it. The motor turns, without a ramp. */
+  async calibrate(rpm: number): Promise<void> {
+    const board = this.configuration.peek();
+    if (!board || this.calibrating.peek()) return;
+    const begin = calibrationLine(rpm, board);
+    if ("refused" in begin) return notify(begin.refused, true);
+    this.calibrating.value = { rpm, elapsed_s: 0 };
+    const wasOn = this.isOpsOn;
+    try {
+      await this.checkStanding();
+      await this.line.ask("$O1");
+      const begun = this.signal("begins", 3);
+      await this.line.ask(begin.line);
+      const begun_ms = (await begun).at_ms;
+      const found = judged(rpm, board, (await this.minute(rpm)).at_ms - begun_ms);
+      this.calibrations.value = new Map(this.calibrations.peek()).set(rpm, found);
+      notify(`${rpm} RPM: factor ${factorText(found)}; ${found.judgement}`);
+    } catch (error) {
+      notify(`Calibration at ${rpm} RPM: ${(error as Error).message}`, true);
+      if (this.isReady) await this.stop("S");
+    } finally {
+      this.calibrating.value = undefined;
+      if (!wasOn && this.isReady) await this.type("$O0");
+    }
+  }
+
+  private async checkStanding(): Promise<void> {
+    const speed = readSpeed(await this.line.ask("vd", { isQuiet: true }));
+    if (!speed || speed.period_us > 0) throw new LinkError("the motor runs; stop it first");
+  }
+
+  private async minute(rpm: number): Promise<Operation> {
+    const start_ms = performance.now();
+    const timer = window.setInterval(() => {
+      const elapsed_s = Math.min((performance.now() - start_ms) / 1000, CALIBRATION_S);
+      this.calibrating.value = { rpm, elapsed_s };
+    }, 500);
+    try {
+      return await this.signal("ends", LONGEST_S);
+    } finally {
+      window.clearInterval(timer);
+    }
+  }
+
+  /** Wait for a signal of soft_ops. */
+  private signal(kind: Operation["kind"], timeout_s: number): Promise<Operation> {
+    return new Promise((done, failed) => {
+      const timer = window.setTimeout(() => settle(new LinkError(`no signal came within ${timeout_s} s`)), timeout_s * 1000);
+      const settle = (heard: Operation | Error) => {
+        if (!(heard instanceof Error) && heard.kind !== kind) return;
+        window.clearTimeout(timer);
+        if (this.waiter === settle) this.waiter = undefined;
+        if (heard instanceof Error) failed(heard);
+        else done(heard);
+      };
+      this.waiter = settle;
+    });
+  }
+
+  /** Seconds since the page knows the board, for the list of times. */
+  age_s(at_ms: number): number {
+    return (at_ms - this.sinceStart_ms) / 1000;
+  }
+}
+
+const sessions = new Map<string, BoardSession>();
+
+/** Session of a port, opened when it is first looked at. */
+export function boardSession(port: string): BoardSession {
+  const known = sessions.get(port) ?? new BoardSession(port);
+  sessions.set(port, known);
+  return known;
+}
