@@ -10,7 +10,11 @@ const DC2 = 0x12;
 export const START_UP_MS = 1300;
 /** Maximum wait for an answer. The longest, 30 rows, takes 0.4 s at 38400 baud, 30 s at 488. */
 export const ANSWER_MS = 5000;
+/** Time after which text without a prompt is shown. */
+const SHOWN_MS = 400;
 const UNREAD_MAX = 20_000;
+/** Lines that ask and change nothing, as other pages type them by themselves. */
+export const QUESTION = /^(q|vd|cc|cf|x)?$/;
 const BANNER = /(?:^|\n)SAC \S[^\r\n]*\r\n$/;
 
 /** `opening`: no byte is sent yet; `starting`: the board is, and no byte may be sent; `silent`: it does not
@@ -27,9 +31,11 @@ export interface LinkEvents {
   send(bytes: Uint8Array): void;
   now_ms(): number;
   state(state: LinkState, why: string): void;
-  /** Text of the board as it came, without what the page asked for itself. */
+  /** Text of the board as it came, without answers to the page's own questions and to those of other pages. */
   incoming(text: string): void;
   sent(line: string): void;
+  /** Line that another client typed, with its answer. */
+  others(line: string, answer: string[]): void;
   operation(operation: Operation): void;
 }
 
@@ -138,7 +144,6 @@ export class BoardLink {
     this.takeBlocks();
     if (BANNER.test(this.unread)) this.starting();
     if (this.unread.length > UNREAD_MAX) this.dropUnread();
-    if (!this.isQuietNow()) this.show();
     this.pump();
   }
 
@@ -146,11 +151,13 @@ export class BoardLink {
     let end: number;
     while ((end = promptEnd(this.unread)) > 0) {
       const block = this.unread.slice(0, end);
-      const asked = this.askedIn(block.slice(0, -PROMPT.length));
-      if (!asked?.isQuiet) this.events.incoming(block.slice(this.shown));
+      const text = block.slice(0, -PROMPT.length);
+      const asked = this.askedIn(text);
+      const isQuiet = asked ? asked.isQuiet : QUESTION.test(echoOf(text));
+      if (!isQuiet || this.shown) this.events.incoming(block.slice(this.shown));
       this.unread = this.unread.slice(end);
       this.shown = 0;
-      this.take(block.slice(0, -PROMPT.length), asked);
+      this.take(text, asked);
     }
   }
 
@@ -160,21 +167,25 @@ export class BoardLink {
       asked.done(text.split("\r\n").slice(1, -1));
       return;
     }
-    this.failIfGarbled(text.split("\r\n", 1)[0]!);
+    const [echo, ...answer] = text.split("\r\n");
+    this.failIfGarbled(echo!);
+    if (this.phase === "ready") this.events.others(echo!, answer.slice(0, -1));
     if (this.phase === "starting" || this.phase === "silent") this.leaveModes();
   }
 
   private askedIn(text: string): Asked | undefined {
-    const echo = text.split("\r\n", 1)[0]!;
+    const echo = echoOf(text);
     const typed = echo.replace(/^[+-]+/, "");
     return this.inFlight.find(({ line }) => line === echo || line === typed);
   }
 
-  /** Fail what was asked if its echo lacks characters. Another echo is another client's line. */
+  /** Fail what was asked if its echo lacks characters. Another echo is another client's line; and a message of
+   * the network cuts an echo, which is then drawn again. */
   private failIfGarbled(echo: string): void {
     this.strange = echo;
     const [head] = this.inFlight;
-    if (!head || echo.length * 2 < head.line.length || !echo || !isPartOf(echo, head.line)) return;
+    if (!head || echo.length * 2 < head.line.length) return;
+    if (head.line.startsWith(echo) || !isPartOf(echo, head.line)) return;
     this.inFlight.shift();
     head.failed(new LinkError(`"${head.line}" came back as "${echo.slice(0, 80)}": characters were lost on the line`));
   }
@@ -190,15 +201,11 @@ export class BoardLink {
     this.shown = 0;
   }
 
+  /** Show text that no prompt follows: what somebody is typing, or a board that is no SAC. */
   private show(): void {
+    if (this.inFlight.some(({ isQuiet }) => isQuiet)) return;
     if (this.unread.length > this.shown) this.events.incoming(this.unread.slice(this.shown));
     this.shown = this.unread.length;
-  }
-
-  /** True if what is coming may be the answer to a question of the page's own. */
-  private isQuietNow(): boolean {
-    const [head] = this.inFlight;
-    return head?.isQuiet === true && this.shown === 0;
   }
 
   // ---- time ----
@@ -212,6 +219,7 @@ export class BoardLink {
       const instead = this.strange && this.strange !== asked.line ? `; it said "${this.strange.slice(0, 80)}"` : "";
       asked.failed(new LinkError(`no answer to "${asked.line}" within ${asked.timeout_ms / 1000} s${instead}`));
     }
+    if (this.unread && now_ms - this.quietSince_ms >= SHOWN_MS) this.show();
     this.pump();
   }
 
@@ -278,6 +286,10 @@ function promptEnd(text: string): number {
     if (at === 0 || text[at - 1] === "\n") return at + PROMPT.length;
   }
   return 0;
+}
+
+function echoOf(text: string): string {
+  return text.split("\r\n", 1)[0]!;
 }
 
 /** True if a text is what is left of another one when some of its characters are lost. */

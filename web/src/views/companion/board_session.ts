@@ -5,7 +5,7 @@ import { signal } from "@preact/signals";
 import { notify, notifyError } from "../../parts/notices";
 import { link as door } from "../../store";
 import type { TerminalHandle } from "../../net/link";
-import { BoardLink, LinkError, type LinkState, type Operation } from "./board_link";
+import { BoardLink, LinkError, QUESTION, type LinkState, type Operation } from "./board_link";
 import {
   CALIBRATION_S, calibrationLine, factorText, judged, LONGEST_S, type Calibration,
 } from "./calibration";
@@ -56,7 +56,8 @@ export class BoardSession {
   readonly isSending = signal(false);
 
   private line: BoardLink;
-  private readonly terminal: TerminalHandle;
+  private terminal: TerminalHandle | undefined;
+  private timer = 0;
   private readonly sinceStart_ms = performance.now();
   private lookedAt_ms = 0;
   private movedAt_ms = -Infinity;
@@ -69,7 +70,12 @@ export class BoardSession {
   constructor(readonly port: string) {
     this.line = this.newLine();
     this.line.close("the port is not open yet");
-    this.terminal = door.open(port, {
+  }
+
+  /** Open the port; what was shown before stays. */
+  attach(): void {
+    if (this.terminal) return;
+    this.terminal = door.open(this.port, {
       bytes: (bytes) => this.line.feed(bytes),
       opened: () => {
         this.line = this.newLine();
@@ -77,18 +83,25 @@ export class BoardSession {
       },
       closed: (why) => this.line.close(why),
     });
-    window.setInterval(() => this.tick(), TICK_MS);
+    this.timer = window.setInterval(() => this.tick(), TICK_MS);
+  }
+
+  /** Close the port for other programs, unless a calibration has to end first. */
+  detach(): void {
+    if (this.calibrating.peek()) return;
+    window.clearInterval(this.timer);
+    this.terminal?.close();
+    this.terminal = undefined;
+    this.line.close("the port is not open");
   }
 
   private newLine(): BoardLink {
     const line: BoardLink = new BoardLink({
-      send: (bytes) => this.terminal.send(bytes),
+      send: (bytes) => this.terminal?.send(bytes),
       now_ms: () => performance.now(),
       state: (state, why) => line === this.line && this.setState(state, why),
-      incoming: (text) => {
-        this.incoming.value = withIncoming(this.incoming.peek(), text);
-        this.typed("");
-      },
+      incoming: (text) => (this.incoming.value = withIncoming(this.incoming.peek(), text)),
+      others: (text, answer) => this.heardOthers(text, answer),
       sent: (text) => {
         this.sent.value = withSent(this.sent.peek(), text, Date.now());
         this.typed(text);
@@ -152,14 +165,25 @@ export class BoardSession {
     this.line.knock();
   }
 
-  /** A line was typed here, or something was said that nobody here asked for: look at the board again. */
+  /** A line was typed, here or elsewhere: look at the board again if it changes something. */
   private typed(text: string): void {
     const now_ms = performance.now();
     this.typedAt_ms = now_ms;
     this.movedAt_ms = now_ms;
-    if (text) this.motion.value = afterLine(this.motion.peek(), text);
-    if (!text || CHANGES_QUEUE.test(text)) this.isStale = true;
-    if (!text || CHANGES_SETTINGS.test(text)) this.areSettingsStale = true;
+    this.motion.value = afterLine(this.motion.peek(), text);
+    if (CHANGES_QUEUE.test(text)) this.isStale = true;
+    if (CHANGES_SETTINGS.test(text)) this.areSettingsStale = true;
+  }
+
+  /** Another client's line: its listing serves here too, and its commands move the same motor. */
+  private heardOthers(text: string, answer: string[]): void {
+    const listing = text === "q" ? readListing(answer) : "";
+    if (typeof listing !== "string") this.queue.value = seenOnBoard(this.queue.peek(), listing.rows, this.stepsPerRev);
+    else if (!QUESTION.test(text)) this.typed(text);
+  }
+
+  private get stepsPerRev(): number {
+    return this.configuration.peek()?.steps_per_rev ?? this.queue.peek().steps_per_rev;
   }
 
   private operate(operation: Operation): void {
@@ -236,8 +260,7 @@ export class BoardSession {
     const speed = isMoving === undefined ? readSpeed(await this.line.ask("vd", { isQuiet: true })) : undefined;
     const listing = readListing(await this.line.ask("q", { isQuiet: true }));
     if (typeof listing === "string") throw new Error(`${this.port}: ${listing}`);
-    const steps = this.configuration.peek()?.steps_per_rev ?? this.queue.peek().steps_per_rev;
-    this.queue.value = seenOnBoard(this.queue.peek(), listing.rows, steps);
+    this.queue.value = seenOnBoard(this.queue.peek(), listing.rows, this.stepsPerRev);
     this.motion.value = afterListing(this.motion.peek(), listing.at, isMoving ?? (speed?.period_us ?? 0) > 0);
   }
 
@@ -266,12 +289,7 @@ export class BoardSession {
     if (this.isSending.peek()) return false;
     this.isSending.value = true;
     try {
-      const sent = new Map<number, string>();
-      for (let [position] = unsent(this.queue.peek()); position !== undefined; [position] = unsent(this.queue.peek())) {
-        await this.sendRow(position);
-        sent.set(position, "");
-      }
-      if (sent.size) await this.readBack([...sent.keys()]);
+      while (unsent(this.queue.peek()).length) await this.readBack(await this.sendUnsent());
       return true;
     } catch (error) {
       this.isOffline.value = true;
@@ -280,6 +298,15 @@ export class BoardSession {
     } finally {
       this.isSending.value = false;
     }
+  }
+
+  private async sendUnsent(): Promise<Set<number>> {
+    const sent = new Set<number>();
+    for (let [position] = unsent(this.queue.peek()); position !== undefined; [position] = unsent(this.queue.peek())) {
+      await this.sendRow(position);
+      sent.add(position);
+    }
+    return sent;
   }
 
   private async sendRow(position: number): Promise<void> {
@@ -296,11 +323,12 @@ export class BoardSession {
     this.queue.value = sentToBoard(this.queue.peek(), position, row);
   }
 
-  private async readBack(positions: readonly number[]): Promise<void> {
-    const wanted = this.queue.peek().rows;
+  private async readBack(positions: ReadonlySet<number>): Promise<void> {
+    const wanted = this.queue.peek().board!;
     const listing = readListing(await this.line.ask("q", { isQuiet: true }));
     if (typeof listing === "string") throw new Error(`the rows were sent, but could not be read back: ${listing}`);
-    const wrong = positions.filter((p) => !sameRow(wanted[p - 1]!, listing.rows[p - 1]!));
+    const wrong = [...positions].filter((p) => !sameRow(wanted[p - 1]!, listing.rows[p - 1]!));
+    this.queue.value = seenOnBoard(this.queue.peek(), listing.rows, this.stepsPerRev);
     if (wrong.length) throw new Error(`the board does not have what was sent: row ${wrong.join(", ")}`);
     this.isStale = false;
   }
@@ -310,8 +338,7 @@ export class BoardSession {
     try {
       const listing = readListing(await this.line.ask("q", { isQuiet: true }));
       if (typeof listing === "string") throw new Error(listing);
-      const steps = this.configuration.peek()?.steps_per_rev ?? this.queue.peek().steps_per_rev;
-      this.queue.value = replacedByBoard(this.queue.peek(), listing.rows, steps);
+      this.queue.value = replacedByBoard(this.queue.peek(), listing.rows, this.stepsPerRev);
     } catch (error) {
       notifyError(error);
     }

@@ -1,0 +1,238 @@
+/** The queue as a table of 30 rows that is edited in place. */
+
+import { memo } from "preact/compat";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { notify } from "../../parts/notices";
+import type { BoardSession } from "./board_session";
+import { CELLS, cellText, setRow, unsent, withCell, type Cell } from "./queue_model";
+import { sameRow, seedRow, type QueueRow } from "./queue_row";
+import { isEditKey, type Selection } from "./queue_keys";
+
+interface Props {
+  session: BoardSession;
+  selection: Selection;
+  isDisabled: boolean;
+}
+
+export function QueueEditor({ session, selection, isDisabled }: Props) {
+  const { rows, board, steps_per_rev } = session.queue.value;
+  const { running, next, loop } = session.motion.value;
+  const missing = new Set(board ? unsent(session.queue.value) : []);
+  const seed = seedRow(steps_per_rev);
+  const { from, to } = selection.range.value;
+  const table = useRef<HTMLTableElement>(null);
+  useClipboard(table, selection);
+  const focus = (position: number, column: string) => {
+    const cell = table.current?.querySelector<HTMLElement>(`[data-at="${position}.${column}"]`);
+    cell?.focus();
+    if (cell instanceof HTMLInputElement) cell.select();
+  };
+  return (
+    <div class="scroll-x queue-scroll">
+      <table class="queue" ref={table} onKeyDown={(event) => onKey(event, selection, focus)}>
+        <caption class="out-of-sight">
+          Queue of {session.port}: 30 rows. Arrows up and down change the row; Alt with them moves it. Insert adds a row
+          above, Delete on a row's number deletes it.
+        </caption>
+        <thead>
+          <tr>
+            <th scope="col">Q</th>
+            <th scope="col">Steps</th>
+            <th scope="col">Dir</th>
+            <th scope="col">Unit</th>
+            <th scope="col">RPM</th>
+            <th scope="col" title="period of a step in us">Cycle</th>
+            <th scope="col">Ramp</th>
+            <th scope="col">Acc</th>
+            <th scope="col">Dec</th>
+            <th scope="col" title="pulses added to the cruise">usteps</th>
+            <th scope="col">Sync</th>
+            <th scope="col" title="wait before the start in us">deltaT</th>
+          </tr>
+        </thead>
+        <tbody>
+          {rows.map((row, index) => (
+            <RowLine
+              key={index}
+              position={index + 1}
+              row={row}
+              stepsPerRev={steps_per_rev}
+              isRunning={running === index + 1}
+              isNext={running === undefined && next === index + 1}
+              isLoopStart={loop.isOn && loop.start === index + 1}
+              isLoopFinish={loop.isOn && loop.finish === index + 1}
+              isSelected={index + 1 >= from && index + 1 <= to}
+              isUnsent={missing.has(index + 1)}
+              isSeed={sameRow(row, seed)}
+              isDisabled={isDisabled}
+              session={session}
+              selection={selection}
+            />
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+interface RowProps {
+  position: number;
+  row: QueueRow;
+  stepsPerRev: number;
+  isRunning: boolean;
+  isNext: boolean;
+  isLoopStart: boolean;
+  isLoopFinish: boolean;
+  isSelected: boolean;
+  isUnsent: boolean;
+  isSeed: boolean;
+  isDisabled: boolean;
+  session: BoardSession;
+  selection: Selection;
+}
+
+const RowLine = memo(function RowLine(props: RowProps) {
+  const { position, row, session, selection, isRunning, isNext } = props;
+  const said = [
+    isRunning ? "runs now" : "", isNext ? "the next command goes here" : "", props.isUnsent ? "not sent yet" : "",
+    props.isLoopStart ? "loop start" : "", props.isLoopFinish ? "loop finish" : "",
+  ].filter(Boolean).join(", ");
+  const put = (changed: QueueRow) => session.edit(setRow(session.queue.peek(), position, changed));
+  const numbers = new Map(CELLS.map((cell) => [cell.name, (
+    <NumberCell key={cell.name} cell={cell} position={position} row={row} stepsPerRev={props.stepsPerRev} put={put} isDisabled={props.isDisabled} />
+  )]));
+  const toggle = (name: string, label: string, text: string, about: string, change: Partial<QueueRow>) => (
+    <td>
+      <button
+        type="button" class="cell-toggle" data-at={`${position}.${name}`} disabled={props.isDisabled}
+        aria-label={`Row ${position} ${label}: ${about}`} title={about} onClick={() => put({ ...row, ...change })}
+      >
+        {text}
+      </button>
+    </td>
+  );
+  const classes = [
+    isRunning && "is-running", isNext && "is-next", props.isSelected && "is-selected", props.isUnsent && "is-unsent",
+    props.isSeed && "is-seed", props.isLoopStart && "is-loop-start", props.isLoopFinish && "is-loop-finish",
+  ];
+  return (
+    <tr class={classes.filter(Boolean).join(" ")} aria-current={isRunning ? "step" : undefined}>
+      <th scope="row">
+        <button
+          type="button" class="row-head" data-at={`${position}.head`} aria-pressed={props.isSelected}
+          aria-label={`Row ${position}${said ? `, ${said}` : ""}`} title={said || "select the row"}
+          onClick={(event) => selection.select(position, event.shiftKey)}
+        >
+          <span class="mark" aria-hidden="true">{isRunning ? "▶" : isNext ? "▷" : props.isUnsent ? "●" : ""}</span>
+          {position}
+          <span class="loop-mark" aria-hidden="true">{props.isLoopStart ? "↱" : props.isLoopFinish ? "↲" : ""}</span>
+        </button>
+      </th>
+      {numbers.get("steps")}
+      {toggle("dir", "direction", row.is_ccw ? "CCW" : "CW", row.is_ccw ? "counter-clockwise" : "clockwise", { is_ccw: !row.is_ccw })}
+      {toggle("unit", "unit", row.is_full ? "step" : "+ pulse", row.is_full ? "full steps" : "pulses", { is_full: !row.is_full })}
+      {numbers.get("rpm")}
+      {numbers.get("cycle_us")}
+      {toggle("ramp", "ramp", row.is_linear ? "* linear" : "harm.", row.is_linear ? "linear ramp" : "harmonic curve", { is_linear: !row.is_linear })}
+      {numbers.get("acc")}
+      {numbers.get("dec")}
+      {numbers.get("extra_pulses")}
+      {toggle("sync", "sync", row.is_sync ? "s sync" : "–", row.is_sync ? "waits for the sync" : "does not wait for the sync", { is_sync: !row.is_sync })}
+      {numbers.get("wait_us")}
+    </tr>
+  );
+});
+
+interface NumberProps {
+  cell: Cell;
+  position: number;
+  row: QueueRow;
+  stepsPerRev: number;
+  put: (row: QueueRow) => void;
+  isDisabled: boolean;
+}
+
+/** Number that is typed: it is taken when the cell is left or Enter pressed; Escape takes it back. */
+function NumberCell({ cell, position, row, stepsPerRev, put, isDisabled }: NumberProps) {
+  const shown = cellText(row, cell.name);
+  const [typed, setTyped] = useState<string | undefined>(undefined);
+  const changed = typed === undefined ? row : withCell(row, cell.name, typed, stepsPerRev);
+  const fault = typeof changed === "string" ? changed : "";
+  const done = () => {
+    if (typed === undefined) return;
+    if (typeof changed === "string") notify(`Row ${position}: ${changed}`, true);
+    else put(changed);
+    setTyped(undefined);
+  };
+  return (
+    <td class="num">
+      <input
+        class={`cell-${cell.name}`} data-at={`${position}.${cell.name}`} value={typed ?? shown} disabled={isDisabled}
+        inputMode="decimal" autocomplete="off" spellcheck={false}
+        aria-label={`Row ${position} ${cell.label}${cell.unit ? ` in ${cell.unit}` : ""}`}
+        aria-invalid={fault ? "true" : undefined} title={fault || cell.about}
+        onInput={(event) => setTyped(event.currentTarget.value)}
+        onBlur={done}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") done();
+          if (event.key === "Escape") setTyped(undefined);
+        }}
+      />
+    </td>
+  );
+}
+
+// ---- keys ----
+
+function onKey(event: KeyboardEvent, selection: Selection, focus: (position: number, column: string) => void): void {
+  const at = (event.target as HTMLElement).dataset["at"];
+  if (!at) return;
+  const [row, column] = at.split(".") as [string, string];
+  const position = Number(row);
+  if (isEditKey(event)) {
+    if (!selection.contains(position)) selection.select(position, false);
+    if (!selection.key(event, column === "head")) return;
+    event.preventDefault();
+    focus(selection.range.peek().from, column);
+    return;
+  }
+  const step = event.key === "ArrowDown" || (event.key === "Enter" && column !== "head" && !isToggle(event)) ? 1 : event.key === "ArrowUp" ? -1 : 0;
+  if (step === 0 || event.ctrlKey || event.metaKey) return;
+  const target = Math.min(Math.max(position + step, 1), 30);
+  if (column === "head" || event.shiftKey) selection.select(target, event.shiftKey);
+  event.preventDefault();
+  focus(target, column);
+}
+
+function isToggle(event: KeyboardEvent): boolean {
+  return event.target instanceof HTMLButtonElement;
+}
+
+/** Copy, cut and paste rows by the browser's own commands, where no text of a cell is meant. */
+function useClipboard(table: { current: HTMLTableElement | null }, selection: Selection): void {
+  useEffect(() => {
+    const isMeant = () => {
+      const focused = document.activeElement;
+      return focused instanceof HTMLButtonElement && table.current?.contains(focused) === true;
+    };
+    const copy = (event: ClipboardEvent) => {
+      if (!isMeant() || !event.clipboardData) return;
+      event.clipboardData.setData("text/plain", selection.copy());
+      if (event.type === "cut") selection.remove();
+      event.preventDefault();
+    };
+    const paste = (event: ClipboardEvent) => {
+      if (!isMeant() || !event.clipboardData) return;
+      selection.paste(event.clipboardData.getData("text/plain"));
+      event.preventDefault();
+    };
+    document.addEventListener("copy", copy);
+    document.addEventListener("cut", copy);
+    document.addEventListener("paste", paste);
+    return () => {
+      document.removeEventListener("copy", copy);
+      document.removeEventListener("cut", copy);
+      document.removeEventListener("paste", paste);
+    };
+  }, [selection]);
+}

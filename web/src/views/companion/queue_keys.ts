@@ -1,0 +1,133 @@
+/** Which rows of the queue are meant, and what is done with them: by buttons and by keys. */
+
+import { signal } from "@preact/signals";
+import { notify } from "../../parts/notices";
+import type { BoardSession } from "./board_session";
+import { copiedText, deleted, inserted, moved, pasted, redone, rowsOfText, undone } from "./queue_model";
+import { ROWS, seedRow } from "./queue_row";
+
+/** Rows that a page copied last, where the browser has no clipboard for it. */
+let copied = "";
+
+export class Selection {
+  readonly range = signal({ from: 1, to: 1 });
+  private anchor = 1;
+
+  constructor(private readonly session: BoardSession) {}
+
+  select(position: number, isExtended: boolean): void {
+    if (!isExtended) this.anchor = position;
+    this.range.value = { from: Math.min(this.anchor, position), to: Math.max(this.anchor, position) };
+  }
+
+  contains(position: number): boolean {
+    const { from, to } = this.range.peek();
+    return position >= from && position <= to;
+  }
+
+  get text(): string {
+    const { from, to } = this.range.value;
+    return from === to ? `row ${from}` : `rows ${from} to ${to}`;
+  }
+
+  private get count(): number {
+    return this.range.peek().to - this.range.peek().from + 1;
+  }
+
+  private place(from: number, count: number): void {
+    const first = Math.min(Math.max(from, 1), ROWS - count + 1);
+    this.anchor = first;
+    this.range.value = { from: first, to: first + count - 1 };
+  }
+
+  // ---- what is done with them ----
+
+  /** Add a fresh row below; the last row of the queue falls out. */
+  add(): void {
+    this.insertAt(Math.min(this.range.peek().to + 1, ROWS));
+  }
+
+  /** Insert a fresh row above. */
+  insert(): void {
+    this.insertAt(this.range.peek().from);
+  }
+
+  private insertAt(position: number): void {
+    const queue = this.session.queue.peek();
+    this.session.edit(inserted(queue, position, [seedRow(queue.steps_per_rev)]));
+    this.place(position, 1);
+  }
+
+  remove(): void {
+    const { from, to } = this.range.peek();
+    this.session.edit(deleted(this.session.queue.peek(), from, to));
+    this.place(from, 1);
+  }
+
+  move(by: number): void {
+    const { from, to } = this.range.peek();
+    const count = this.count;
+    this.session.edit(moved(this.session.queue.peek(), from, to, from + by));
+    this.place(from + by, count);
+  }
+
+  copy(): string {
+    const { from, to } = this.range.peek();
+    copied = copiedText(this.session.queue.peek(), from, to);
+    navigator.clipboard?.writeText(copied).catch(() => undefined);
+    return copied;
+  }
+
+  cut(): void {
+    this.copy();
+    this.remove();
+  }
+
+  /** Overwrite rows from the first selected one on. */
+  paste(text = copied): void {
+    const { rows, problems } = rowsOfText(text);
+    if (problems.length) {
+      notify(problems.slice(0, 5).join("\n"), true);
+      return;
+    }
+    const { from } = this.range.peek();
+    this.session.edit(pasted(this.session.queue.peek(), from, rows));
+    this.place(from, Math.min(rows.length, ROWS - from + 1));
+  }
+
+  /** Insert what was copied above the first selected row. */
+  pasteAbove(): void {
+    const { rows, problems } = rowsOfText(copied);
+    if (problems.length) return notify(problems.join("\n"), true);
+    const { from } = this.range.peek();
+    this.session.edit(inserted(this.session.queue.peek(), from, rows));
+    this.place(from, Math.min(rows.length, ROWS - from + 1));
+  }
+
+  undo(): void {
+    this.session.edit(undone(this.session.queue.peek()));
+  }
+
+  redo(): void {
+    this.session.edit(redone(this.session.queue.peek()));
+  }
+
+  /** Do what a key says; answers whether it says something. `isHead`: the focus is on a row's number. */
+  key(event: KeyboardEvent, isHead: boolean): boolean {
+    const control = event.ctrlKey || event.metaKey;
+    if (event.altKey && event.key === "ArrowUp") this.move(-1);
+    else if (event.altKey && event.key === "ArrowDown") this.move(1);
+    else if (event.key === "Insert" && !control && !event.shiftKey) this.insert();
+    else if (event.key === "Delete" && isHead && !control) this.remove();
+    else if (control && isHead && event.key.toLowerCase() === "z") event.shiftKey ? this.redo() : this.undo();
+    else if (control && isHead && event.key.toLowerCase() === "y") this.redo();
+    else return false;
+    return true;
+  }
+}
+
+export function isEditKey(event: KeyboardEvent): boolean {
+  const control = event.ctrlKey || event.metaKey;
+  if (event.key === "Insert" || event.key === "Delete") return true;
+  return (event.altKey && /^Arrow(Up|Down)$/.test(event.key)) || (control && /^[zy]$/i.test(event.key));
+}
