@@ -1,8 +1,9 @@
 /** The views of the page, in the order of their tabs: one line each. */
 
 import { benchView } from "./bench";
+import { companionView } from "./companion";
 import { faultsView } from "./faults";
 import { runsView } from "./runs";
 import type { ViewEntry } from "./view";
 
-export const VIEWS: ViewEntry[] = [benchView, runsView, faultsView];
+export const VIEWS: ViewEntry[] = [benchView, runsView, faultsView, companionView];

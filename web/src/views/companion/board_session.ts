@@ -153,6 +153,33 @@ export class BoardSession {
     }
   }
 
+  private target = "";
+
+  /** Type the last velocity that a slider has, when the one before has been taken. */
+  retarget(line: string): void {
+    const isTyping = this.target !== "";
+    this.target = line;
+    if (!isTyping) void this.typeTargets();
+  }
+
+  private async typeTargets(): Promise<void> {
+    for (let typed = ""; typed !== this.target; ) {
+      typed = this.target;
+      if (!(await this.type(typed))) break;
+    }
+    this.target = "";
+  }
+
+  /** Keep the board's queue in its EEPROM. */
+  async keep(): Promise<void> {
+    if (await this.type("qs")) notify("The board's queue is in its EEPROM");
+  }
+
+  /** Correct the board's clock, and let it take the correction. */
+  async correct(remedy: string): Promise<void> {
+    if ((await this.type(remedy)) && (await this.type("$R"))) this.calibrations.value = new Map();
+  }
+
   pulse(sign: "+" | "-"): void {
     try {
       this.line.pulse(sign);

@@ -1,0 +1,57 @@
+/** The hundred one-shots: commands to be sent by a click. */
+
+import { notify } from "../../parts/notices";
+import type { BoardSession } from "./board_session";
+import { FileRefusal } from "./file_problem";
+import { LoadButton, saveFile } from "./files";
+import { lineFault, readOneShots, writeOneShots } from "./oneshot_file";
+import { shortened } from "./queue_card";
+
+export function OneShotCard({ session, isDisabled }: { session: BoardSession; isDisabled: boolean }) {
+  const shots = session.oneShots.value;
+  const put = (index: number, line: string) => {
+    session.oneShots.value = shots.map((old, at) => (at === index ? line : old));
+  };
+  const load = (name: string, bytes: Uint8Array) => {
+    try {
+      session.oneShots.value = readOneShots(bytes, name);
+      notify(`${name}: ${session.oneShots.value.filter((line) => line.trim()).length} commands`);
+    } catch (error) {
+      if (!(error instanceof FileRefusal)) throw error;
+      notify(shortened(error), true);
+    }
+  };
+  return (
+    <section class="card" aria-labelledby="oneshot-title">
+      <div class="card-head">
+        <h2 id="oneshot-title">One-shots</h2>
+        <span class="push" />
+        <LoadButton label="Load one-shots" take={load} />
+        <button type="button" onClick={() => saveFile("oneShot.txt", writeOneShots(session.oneShots.peek()))}>
+          Save one-shots
+        </button>
+      </div>
+      <ol class="oneshots" aria-label="One-shot commands" tabIndex={0}>
+        {shots.map((line, index) => (
+          <li key={index}>
+            <span class="num soft" aria-hidden="true">{index + 1}</span>
+            <input
+              value={line} class="mono" aria-label={`One-shot ${index + 1}`} autocomplete="off" spellcheck={false}
+              aria-invalid={lineFault(line) ? "true" : undefined} title={lineFault(line) ?? ""}
+              onInput={(event) => put(index, event.currentTarget.value)}
+              onKeyDown={(event) => event.key === "Enter" && !isDisabled && fire(session, event.currentTarget.value)}
+            />
+            <button type="button" disabled={isDisabled || !line.trim() || lineFault(line) !== undefined} aria-label={`Send one-shot ${index + 1}`} onClick={() => fire(session, line)}>
+              Send
+            </button>
+          </li>
+        ))}
+      </ol>
+    </section>
+  );
+}
+
+function fire(session: BoardSession, line: string): void {
+  const text = line.trim();
+  if (text && lineFault(text) === undefined) void session.type(text);
+}
