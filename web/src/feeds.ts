@@ -1,5 +1,6 @@
 /** What every view needs from the bench, watched while the page is open: status, faults, runs. */
 
+import { RESTART_GAP_s } from "./model/ring";
 import { link, activeFaults, benchTime_s, faultMarks, runs, status, statusBefore } from "./store";
 import type { ActiveFault, FaultMark, RunProgress, Status } from "./store";
 
@@ -9,8 +10,11 @@ const MOST_MARKS = 200;
 export function startFeeds(): void {
   link.watch({ what: "status", rate_Hz: STATUS_RATE_HZ }, {
     value: (value) => {
+      const now = (value ?? {}) as Status;
+      const back_s = ((status.peek().sim_ns ?? 0) - (now.sim_ns ?? 0)) / 1e9;
+      if (back_s > 0) faultMarks.value = movedBack(faultMarks.peek(), back_s + RESTART_GAP_s);
       statusBefore.value = status.peek();
-      status.value = (value ?? {}) as Status;
+      status.value = now;
     },
   });
   let isFirst = true;
@@ -27,6 +31,11 @@ export function startFeeds(): void {
       for (const item of items) takeRun(item as RunProgress);
     },
   });
+}
+
+/** Marks of a bench whose clock began anew: those of the time before end there, as the samples do. */
+export function movedBack(marks: FaultMark[], by_s: number): FaultMark[] {
+  return marks.map((mark) => ({ ...mark, begin_s: mark.begin_s - by_s, end_s: (mark.end_s ?? by_s - RESTART_GAP_s) - by_s }));
 }
 
 /** Marks after the list of active faults changed: new ones begin, those that are gone have ended. */

@@ -1,0 +1,88 @@
+/** Rows of a window as at most so many points, in arrays of a fixed length: what a plot draws. Pure. */
+
+import type { Ring } from "./ring";
+
+/** Make the arrays for `decimate`: one for each column. */
+export function display(ring: Ring, points: number): Float64Array[] {
+  return Array.from({ length: ring.width }, () => new Float64Array(points));
+}
+
+/** Fill `out` with the rows of `ring` from `from_s` to `to_s`, with one more on each side.
+ *
+ * More rows than points: buckets of 2^n rows are drawn as their minimum and maximum. Buckets begin at multiples
+ * of their size, so that they do not change while the window moves. What is left of `out` repeats the last
+ * point. Answers the number of points that were made.
+ */
+export function decimate(ring: Ring, from_s: number, to_s: number, out: Float64Array[]): number {
+  const points = out[0]!.length;
+  const first = Math.max(ring.indexAt(from_s) - 1, ring.first);
+  const end = Math.min(ring.indexAt(to_s) + 1, ring.total);
+  let size = 1;
+  while (size === 1 ? end - first > points : 2 * ((end - first) / size + 2) > points) size *= 2;
+  const made = size === 1 ? copyRows(ring, first, end, out) : bucketRows(ring, first, end, size, out);
+  for (const column of out) column.fill(made ? column[made - 1]! : NaN, made);
+  return made;
+}
+
+function copyRows(ring: Ring, first: number, end: number, out: Float64Array[]): number {
+  for (let column = 0; column < ring.width; column++) {
+    const to = out[column]!;
+    for (let index = first; index < end; index++) to[index - first] = ring.at(column, index);
+  }
+  return Math.max(end - first, 0);
+}
+
+function bucketRows(ring: Ring, first: number, end: number, size: number, out: Float64Array[]): number {
+  let made = 0;
+  for (let begin = first - (first % size); begin < end; begin += size) {
+    const low = Math.max(begin, ring.first);
+    const high = Math.min(begin + size, ring.total);
+    out[0]![made] = ring.at(0, low);
+    out[0]![made + 1] = ring.at(0, (low + high - 1) >> 1);
+    for (let column = 1; column < ring.width; column++) extremes(ring, column, low, high, out[column]!, made);
+    made += 2;
+  }
+  return made;
+}
+
+/** Put minimum and maximum of rows; a row without values makes both NaN, which is a gap in the line. */
+function extremes(ring: Ring, column: number, low: number, high: number, out: Float64Array, to: number): void {
+  let least = Infinity;
+  let most = -Infinity;
+  for (let index = low; index < high; index++) {
+    const value = ring.at(column, index);
+    if (value !== value) {
+      least = most = NaN;
+      break;
+    }
+    if (value < least) least = value;
+    if (value > most) most = value;
+  }
+  out[to] = least;
+  out[to + 1] = most;
+}
+
+const NICE = [1, 2, 2.5, 5, 10];
+
+/** Smallest of 1, 2, 2.5 and 5 times a power of ten that is at least `value`. */
+export function niceStep(value: number): number {
+  if (!(value > 0) || !isFinite(value)) return 1;
+  const power = 10 ** Math.floor(Math.log10(value));
+  for (const nice of NICE) if (nice * power >= value * (1 - 1e-9)) return nice * power;
+  return 10 * power;
+}
+
+/** Put the range of an axis for values from `low` to `high` into `out`: whole steps, with room, never empty. */
+export function niceRange(low: number, high: number, leastSpan: number, out: [number, number]): [number, number] {
+  if (!isFinite(low) || !isFinite(high)) {
+    out[0] = -leastSpan / 2;
+    out[1] = leastSpan / 2;
+    return out;
+  }
+  const span = Math.max((high - low) * 1.1, leastSpan);
+  const middle = (low + high) / 2;
+  const step = niceStep(span / 8);
+  out[0] = Math.floor((middle - span / 2) / step) * step;
+  out[1] = Math.ceil((middle + span / 2) / step) * step;
+  return out;
+}

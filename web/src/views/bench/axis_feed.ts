@@ -1,0 +1,97 @@
+/** Samples of the axes: one watch and one ring for each, shared by all that show it. The ring stays when nobody
+ * looks, and while the connection is lost. */
+
+import { signal } from "@preact/signals";
+import { Ring } from "../../model/ring";
+import type { WatchHandle } from "../../net/link";
+import { link, status } from "../../store";
+
+export const RATE_HZ = 60;
+/** Five minutes. */
+const CAPACITY = RATE_HZ * 300;
+/** A jump of the clocks by more is taken at once, less is followed slowly. */
+const JUMP_s = 0.25;
+const FOLLOW = 0.05;
+
+export class AxisFeed {
+  /** Names of the ring's columns, from 1 on. */
+  fields: string[] = [];
+  ring = new Ring(CAPACITY, 1);
+  /** Samples that the bench lost for lack of room. */
+  readonly lost = signal(0);
+  /** Why the bench does not give samples; empty: it does. */
+  readonly refusal = signal("");
+
+  private readonly wanted = new Map<symbol, string[]>();
+  private watch: WatchHandle | null = null;
+  private isGap = false;
+  private offset_s = NaN;
+
+  constructor(readonly axis: string) {}
+
+  /** Want fields from now on; answers the function that ends it. */
+  want(fields: string[]): () => void {
+    const key = Symbol();
+    this.wanted.set(key, fields);
+    this.begin();
+    return () => {
+      this.wanted.delete(key);
+      if (this.wanted.size) return;
+      this.watch?.close();
+      this.watch = null;
+      this.isGap = true;
+    };
+  }
+
+  column(field: string): number {
+    return this.fields.indexOf(field) + 1;
+  }
+
+  /** Time of the right edge of a live plot: it goes on evenly between the samples, and stands when they stop. */
+  edge_s(now_ms: number): number {
+    const speed = status.peek().speed ?? 1;
+    const even = (now_ms / 1000) * speed + this.offset_s;
+    return Math.min(even, this.ring.last_s + 0.1 * speed);
+  }
+
+  private begin(): void {
+    const all = [...new Set([...this.wanted.values()].flat())];
+    const missing = all.filter((field) => !this.fields.includes(field));
+    if (missing.length) {
+      this.fields = [...this.fields, ...missing];
+      const columns = [0, ...this.fields.map((field) => (missing.includes(field) ? -1 : this.fields.indexOf(field) + 1))];
+      this.ring = this.ring.rearranged(columns);
+    }
+    if (this.watch && !missing.length) return;
+    this.watch?.close();
+    this.refusal.value = "";
+    this.watch = link.watch(
+      { what: "samples", target: this.axis, fields: this.fields, rate_Hz: RATE_HZ },
+      {
+        samples: (values, rows, columns, lost) => this.take(values, rows, columns, lost),
+        again: () => (this.isGap = true),
+        refused: (error) => (this.refusal.value = error.message),
+      },
+    );
+  }
+
+  private take(values: Float64Array, rows: number, columns: number, lost: number): void {
+    if (!rows) return;
+    if (this.isGap) this.ring.gap();
+    this.isGap = false;
+    this.ring.push(values, rows, columns);
+    if (lost !== this.lost.peek()) this.lost.value = lost;
+    const speed = status.peek().speed ?? 1;
+    const offset_s = this.ring.last_s - (performance.now() / 1000) * speed;
+    const by_s = offset_s - this.offset_s;
+    this.offset_s = Math.abs(by_s) < JUMP_s * speed ? this.offset_s + FOLLOW * by_s : offset_s;
+  }
+}
+
+const feeds = new Map<string, AxisFeed>();
+
+export function feedOf(axis: string): AxisFeed {
+  let feed = feeds.get(axis);
+  if (!feed) feeds.set(axis, (feed = new AxisFeed(axis)));
+  return feed;
+}

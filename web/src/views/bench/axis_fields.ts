@@ -1,0 +1,82 @@
+/** Which fields of an axis belong where: plots by unit, digital levels, set-points. Pure, by the bench's table. */
+
+import type { DeviceRow, FieldRow } from "../../net/protocol";
+
+export interface Pane {
+  unit: string;
+  title: string;
+  fields: FieldRow[];
+}
+
+const TITLES: Record<string, string> = {
+  deg: "Position and set-point",
+  rpm: "Velocity",
+  Nm: "Effort",
+  A: "Current",
+  V: "Voltage",
+};
+const UNITS = ["deg", "rpm", "Nm", "A", "V"];
+/** Shown without being chosen, if the axis has them, beside its set-point. */
+const USUAL = ["position_deg", "velocity_rpm", "speed_rpm", "torque_Nm", "load_torque_Nm", "current_a_A", "current_b_A"];
+const SETPOINTS = ["to_be_deg", "commanded_deg", "set_point_deg", "target_deg", "r"];
+
+export function setpointOf(device: DeviceRow): string | undefined {
+  const names = new Set(device.fields.map((field) => field.name));
+  return (
+    SETPOINTS.find((name) => names.has(name)) ??
+    device.fields.find((field) => field.unit === "deg" && /^set-point/.test(field.meaning))?.name
+  );
+}
+
+export function usualFields(device: DeviceRow): string[] {
+  const setpoint = setpointOf(device);
+  return device.fields
+    .map((field) => field.name)
+    .filter((name) => name === setpoint || USUAL.includes(name));
+}
+
+/** Fields that can be drawn: all but the time itself. */
+export function drawable(device: DeviceRow): FieldRow[] {
+  return device.fields.filter((field) => field.name !== "at_ns");
+}
+
+/** Make the panes for chosen fields: one for each unit, the usual units first. */
+export function panesOf(device: DeviceRow, chosen: string[]): Pane[] {
+  const shown = drawable(device).filter((field) => chosen.includes(field.name));
+  const units = [...new Set(shown.map((field) => field.unit))];
+  const rank = (unit: string) => (UNITS.includes(unit) ? UNITS.indexOf(unit) : UNITS.length);
+  units.sort((a, b) => rank(a) - rank(b));
+  return units.map((unit) => ({
+    unit,
+    title: TITLES[unit] ?? (unit ? `In ${unit}` : "Without unit"),
+    fields: shown.filter((field) => field.unit === unit),
+  }));
+}
+
+export interface PinRow {
+  name: string;
+  field: string;
+  /** Whether it can be driven from here. */
+  isInput: boolean;
+  meaning: string;
+}
+
+/** Pins of an axis: its inputs, in their order, then other levels that its fields tell. */
+export function pinsOf(device: DeviceRow): PinRow[] {
+  const meanings = new Map(device.fields.map((field) => [field.name, field.meaning]));
+  const inputs = Object.entries(device.inputs).map(([name, field]) => ({
+    name,
+    field: meanings.has(field) ? field : "",
+    isInput: true,
+    meaning: meanings.get(field) ?? "",
+  }));
+  const known = new Set(inputs.map((pin) => pin.field));
+  const others = device.fields
+    .filter((field) => isLevel(field) && !known.has(field.name))
+    .map((field) => ({ name: field.name.replace(/^pin_/, ""), field: field.name, isInput: false, meaning: field.meaning }));
+  return [...inputs, ...others];
+}
+
+function isLevel(field: FieldRow): boolean {
+  return field.unit === "" && field.type.startsWith("i") && (/^pin_/.test(field.name) || /^(driver pin|input|output)\b/.test(field.meaning));
+}

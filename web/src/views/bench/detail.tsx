@@ -1,0 +1,71 @@
+/** One device: its plots, and beside them verbs, gains, pins, terminals and all fields. */
+
+import { signal } from "@preact/signals";
+import { Tabs, type Tab } from "../../parts/tabs";
+import type { DeviceRow } from "../../net/protocol";
+import { hello } from "../../store";
+import { pinsOf } from "./axis_fields";
+import { figuresOf } from "./figures";
+import { Gains, hasGains } from "./gains";
+import { Fields } from "./fields";
+import { Pins } from "./pins";
+import { plotModelOf } from "./plot_model";
+import { Plots, useMarks } from "./plots";
+import { Terminals } from "./terminals";
+import { Verbs } from "./verbs";
+
+/** The tab that was used last, on all devices alike. */
+const current = signal("verbs");
+
+export function Detail({ device }: { device: DeviceRow }) {
+  const model = plotModelOf(device);
+  useMarks(model);
+  const ports = portsOf(device);
+  const tabs: Tab[] = [
+    { id: "verbs", title: "Verbs" },
+    ...(ports.length ? [{ id: "terminal", title: "Terminal" }] : []),
+    ...(hasGains(device) ? [{ id: "gains", title: "Gains" }] : []),
+    ...(pinsOf(device).length ? [{ id: "pins", title: "Pins" }] : []),
+    ...(device.fields.length ? [{ id: "fields", title: "Fields" }] : []),
+  ];
+  const tab = tabs.find((each) => each.id === current.value)?.id ?? "verbs";
+  return (
+    <div class="detail">
+      <DeviceHead device={device} />
+      <div class="detail-parts">
+        {device.fields.length > 0 && <Plots key={device.name} model={model} />}
+        <Tabs label={`Of ${device.name}`} tabs={tabs} current={tab} onChange={(id) => (current.value = id)}>
+          {tab === "verbs" && <Verbs device={device} />}
+          {tab === "terminal" && <Terminals ports={ports} />}
+          {tab === "gains" && <Gains device={device} />}
+          {tab === "pins" && <Pins device={device} />}
+          {tab === "fields" && <Fields device={device} />}
+        </Tabs>
+      </div>
+    </div>
+  );
+}
+
+function DeviceHead({ device }: { device: DeviceRow }) {
+  const figures = figuresOf(device.name);
+  return (
+    <div class="row detail-head">
+      <h2 class="device-name" title={device.name}>
+        {device.name}
+      </h2>
+      <span class="soft">
+        {device.profile}
+        {device.is_real && " · real"}
+      </span>
+      <span class={`pill is-${figures.state}`}>{figures.stateText}</span>
+      {figures.why && <span class="soft">{figures.why}</span>}
+      <span class="soft push mono">{figures.lag_ms === null ? "" : `lag ${figures.lag_ms.toFixed(1)} ms`}</span>
+    </div>
+  );
+}
+
+/** Ports of a device's UARTs. An axis of a device has those of the device. */
+function portsOf(device: DeviceRow): string[] {
+  const owner = device.name.split(".")[0] ?? device.name;
+  return (hello.value?.ports ?? []).filter((port) => port === owner || port.startsWith(`${owner}.`));
+}

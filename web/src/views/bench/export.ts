@@ -1,0 +1,67 @@
+/** Plots as files: CSV of the shown rows, PNG of the shown panes. */
+
+import type { Ring } from "../../model/ring";
+import { palette } from "../../parts/palette";
+import type { PlotPane } from "./plot_pane";
+
+/** Write rows of a window as CSV: at_s and the fields. */
+export function csvOf(ring: Ring, fields: { name: string; column: number }[], from_s: number, to_s: number): string {
+  const lines = [["at_s", ...fields.map((field) => field.name)].join(",")];
+  for (let index = ring.indexAt(from_s); index < ring.total && ring.at(0, index) <= to_s; index++) {
+    const values = fields.map((field) => ring.at(field.column, index));
+    if (values.every(Number.isNaN)) continue;
+    lines.push([ring.at(0, index), ...values.map((value) => (Number.isNaN(value) ? "" : value))].join(","));
+  }
+  return `${lines.join("\n")}\n`;
+}
+
+/** Offer a file for download. */
+export function download(name: string, content: Blob): void {
+  const url = URL.createObjectURL(content);
+  const anchor = document.createElement("a");
+  anchor.href = url;
+  anchor.download = name;
+  anchor.click();
+  window.setTimeout(() => URL.revokeObjectURL(url), 10_000);
+}
+
+/** A device's name as the beginning of a file's name. */
+export function fileName(device: string, ending: string): string {
+  const safe = device.replace(/[^\p{L}\p{N}._-]+/gu, "_").slice(0, 80) || "axis";
+  return `${safe}.${ending}`;
+}
+
+const TITLE_PX = 18;
+
+/** Draw the panes below one another, with their titles, as a PNG. */
+export async function pngOf(title: string, panes: PlotPane[]): Promise<Blob | null> {
+  const scale = devicePixelRatio;
+  const width = Math.max(...panes.map((pane) => pane.plot.ctx.canvas.width));
+  const heights = panes.map((pane) => pane.plot.ctx.canvas.height + TITLE_PX * scale);
+  const canvas = document.createElement("canvas");
+  canvas.width = width;
+  canvas.height = heights.reduce((sum, height) => sum + height, TITLE_PX * scale);
+  const context = canvas.getContext("2d");
+  if (!context) return null;
+  const colours = palette();
+  context.fillStyle = colours.panel;
+  context.fillRect(0, 0, canvas.width, canvas.height);
+  const write = (text: string, x: number, y: number, colour: string) => {
+    context.fillStyle = colour;
+    context.fillText(text, x * scale, y);
+  };
+  context.font = `bold ${12 * scale}px ${colours.mono}`;
+  write(title, 8, 13 * scale, colours.ink);
+  context.font = `${11 * scale}px ${colours.mono}`;
+  let top = TITLE_PX * scale;
+  panes.forEach((pane, at) => {
+    let left = 8;
+    pane.pane.fields.forEach((field, number) => {
+      write(field.name, left, top + 13 * scale, colours.traces[number % colours.traces.length]!);
+      left += context.measureText(field.name).width / scale + 12;
+    });
+    context.drawImage(pane.plot.ctx.canvas, 0, top + TITLE_PX * scale);
+    top += heights[at]!;
+  });
+  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
+}

@@ -1,0 +1,75 @@
+/** The pins of a board as a logic view: a row for each, its level over the last seconds, and switches for inputs. */
+
+import { useEffect, useRef } from "preact/hooks";
+import { notifyError } from "../../parts/notices";
+import type { DeviceRow } from "../../net/protocol";
+import { link, may } from "../../store";
+import { theme } from "../../theme";
+import { feedOf, RATE_HZ } from "./axis_feed";
+import { type PinRow, pinsOf } from "./axis_fields";
+import { LogicTrace } from "./logic_trace";
+
+const VALUES_EVERY_MS = 100;
+
+export function Pins({ device }: { device: DeviceRow }) {
+  const pins = pinsOf(device);
+  const fields = pins.map((pin) => pin.field).filter(Boolean);
+  useEffect(() => feedOf(device.name).want(fields), [device.name, fields.join(" ")]);
+  return (
+    <>
+      <p class="soft">
+        The last 5 s, looked at {RATE_HZ} times a second: shorter pulses are not seen.
+      </p>
+      <ul class="pins" aria-label={`Pins of ${device.name}`}>
+        {pins.map((pin) => (
+          <PinView key={pin.name} device={device.name} pin={pin} />
+        ))}
+      </ul>
+    </>
+  );
+}
+
+function PinView({ device, pin }: { device: string; pin: PinRow }) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const level = useRef<HTMLElement>(null);
+  useEffect(() => {
+    if (!canvas.current || !pin.field) return;
+    const feed = feedOf(device);
+    const trace = new LogicTrace(canvas.current, feed, pin.field);
+    const timer = window.setInterval(() => {
+      const value = feed.ring.at(feed.column(pin.field), feed.ring.total - 1);
+      const text = Number.isFinite(value) ? String(value) : "–";
+      if (level.current && level.current.textContent !== text) level.current.textContent = text;
+    }, VALUES_EVERY_MS);
+    return () => {
+      window.clearInterval(timer);
+      trace.end();
+    };
+  }, [device, pin.field, theme.value]);
+  const drive = (to: number) => link.ask("pin", device, { pin: pin.name, level: to }).catch(notifyError);
+  return (
+    <li class="pin">
+      <span class="mono pin-name" title={pin.meaning}>
+        {pin.name}
+      </span>
+      <span class="mono pin-level" ref={level} />
+      {pin.field ? (
+        <canvas ref={canvas} class="pin-trace" role="img" aria-label={`Level of ${pin.name} in the last 5 s`} />
+      ) : (
+        <span class="soft pin-trace">its level is not told</span>
+      )}
+      {pin.isInput ? (
+        <span class="pin-drive" role="group" aria-label={`Drive ${pin.name}`}>
+          <button type="button" disabled={!may("operator")} aria-label={`${pin.name} low`} onClick={() => void drive(0)}>
+            0
+          </button>
+          <button type="button" disabled={!may("operator")} aria-label={`${pin.name} high`} onClick={() => void drive(1)}>
+            1
+          </button>
+        </span>
+      ) : (
+        <span class="soft pin-drive">output</span>
+      )}
+    </li>
+  );
+}

@@ -1,0 +1,219 @@
+/** A uPlot of the fields of one unit. It draws from arrays of a fixed length that are filled anew: no memory is
+ * taken per frame. */
+
+import uPlot from "uplot";
+import { decimate, display, niceRange } from "../../model/decimate";
+import { palette } from "../../parts/palette";
+import { type Drawer, onFrames, Sight } from "../../parts/frames";
+import { faultMarks } from "../../store";
+import type { Pane } from "./axis_fields";
+import type { PlotModel } from "./plot_model";
+
+const POINTS = 1200;
+const LEAST_SPAN: Record<string, number> = { deg: 1, rpm: 1, Nm: 0.01, A: 0.1, V: 1 };
+const AXIS_LEFT_PX = 62;
+const FONT_PX = 11;
+const NO_GAPS: [number, number][] = [];
+
+export class PlotPane implements Drawer {
+  readonly plot: uPlot;
+  private readonly sight: Sight;
+  private readonly resize: ResizeObserver;
+  private readonly endFrames: () => void;
+  private all: Float64Array[];
+  private data: uPlot.TypedArray[];
+  private readonly x = { min: 0, max: 1 };
+  private readonly y: [number, number] = [0, 1];
+  private drawnTotal = -1;
+  private drawnChanges = -1;
+
+  constructor(
+    readonly place: HTMLElement,
+    readonly pane: Pane,
+    private readonly model: PlotModel,
+    hasTimes: boolean,
+  ) {
+    this.all = display(model.ring, POINTS);
+    this.data = this.pick();
+    this.plot = new uPlot(this.options(hasTimes), this.data as unknown as uPlot.AlignedData, place);
+    this.sight = new Sight(place);
+    this.resize = new ResizeObserver(() => this.fit());
+    this.resize.observe(place);
+    this.endFrames = onFrames(this);
+  }
+
+  end(): void {
+    this.endFrames();
+    this.resize.disconnect();
+    this.sight.end();
+    this.plot.destroy();
+  }
+
+  isDue(): boolean {
+    if (!this.sight.isIn) return false;
+    const isSame = this.model.changes === this.drawnChanges && this.model.ring.total === this.drawnTotal;
+    return !isSame || (!this.model.paused.peek() && this.isMoving());
+  }
+
+  /** Whether the live edge still moves: it stands a moment after the samples stop. */
+  private isMoving(): boolean {
+    return this.model.feed.edge_s(performance.now()) !== this.x.max;
+  }
+
+  draw(now_ms: number): void {
+    const ring = this.model.ring;
+    if (ring.width !== this.all.length) {
+      this.all = display(ring, POINTS);
+      this.data = this.pick();
+    }
+    this.drawnTotal = ring.total;
+    this.drawnChanges = this.model.changes;
+    const right = this.model.right_s(now_ms);
+    if (!ring.total || right !== right) return;
+    this.x.min = this.model.left_s(now_ms);
+    this.x.max = right;
+    decimate(ring, this.x.min, this.x.max, this.all);
+    this.plot.setData(this.data as unknown as uPlot.AlignedData, false);
+    this.plot.setScale("x", this.x);
+  }
+
+  /** Time at the mouse, or null where it is not over the plot. */
+  hovered_s(): number | null {
+    const left = this.plot.cursor.left ?? -1;
+    return left >= 0 ? this.plot.posToVal(left, "x") : null;
+  }
+
+  private pick(): uPlot.TypedArray[] {
+    const columns = this.pane.fields.map((field) => this.model.feed.column(field.name));
+    return [this.all[0]!, ...columns.map((column) => this.all[column] ?? this.all[0]!)];
+  }
+
+  private fit(): void {
+    const width = this.place.clientWidth;
+    const height = this.place.clientHeight;
+    if (width > 0 && (width !== this.plot.width || height !== this.plot.height)) this.plot.setSize({ width, height });
+    this.drawnChanges = -1;
+  }
+
+  private options(hasTimes: boolean): uPlot.Options {
+    const colours = palette();
+    const font = `${FONT_PX}px ${colours.mono}`;
+    const axis = { stroke: colours.soft, font, grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.line, width: 1, size: 4 } };
+    const span = LEAST_SPAN[this.pane.unit] ?? 1;
+    return {
+      width: Math.max(this.place.clientWidth, 100),
+      height: Math.max(this.place.clientHeight, 60),
+      legend: { show: false },
+      padding: [6, 10, hasTimes ? 0 : 4, 0],
+      scales: {
+        x: { time: false },
+        y: { range: (_plot, low, high) => niceRange(low, high, span, this.y) },
+      },
+      axes: [
+        { ...axis, size: hasTimes ? 24 : 0, space: 70, values: hasTimes ? (_plot, splits) => splits.map((value) => `${+value.toFixed(4)} s`) : () => [] },
+        { ...axis, size: AXIS_LEFT_PX, space: 26 },
+      ],
+      series: [
+        {},
+        ...this.pane.fields.map((field, at) => ({
+          label: field.name,
+          stroke: colours.traces[at % colours.traces.length]!,
+          width: 1.25,
+          points: { show: false },
+          gaps: (plot: uPlot, index: number, first: number, last: number) => gapsOf(plot, index, first, last),
+        })),
+      ],
+      cursor: {
+        sync: { key: `axis ${this.model.axis}` },
+        points: { show: false },
+        drag: { x: true, y: false, setScale: false },
+        bind: { dblclick: () => () => (this.model.live(), null) },
+      },
+      hooks: {
+        drawClear: [(plot) => this.drawMarks(plot)],
+        draw: [(plot) => this.drawCursors(plot)],
+        setSelect: [(plot) => this.zoomToSelected(plot)],
+      },
+    };
+  }
+
+  private zoomToSelected(plot: uPlot): void {
+    const { left, width } = plot.select;
+    if (width < 4) return;
+    this.model.show(plot.posToVal(left, "x"), plot.posToVal(left + width, "x"));
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+  }
+
+  /** Draw the faults: a band for the time of each, with its name. */
+  private drawMarks(plot: uPlot): void {
+    const marks = faultMarks.peek();
+    if (!marks.length) return;
+    const { left, top, width, height } = plot.bbox;
+    const colours = palette();
+    const context = plot.ctx;
+    context.save();
+    context.beginPath();
+    context.rect(left, top, width, height);
+    context.clip();
+    context.font = `${FONT_PX * devicePixelRatio}px ${colours.mono}`;
+    let row = 0;
+    for (const mark of marks) {
+      const begin_s = mark.begin_s;
+      const end_s = mark.end_s ?? Infinity;
+      if (end_s < this.x.min || begin_s > this.x.max) continue;
+      const from = begin_s < this.x.min ? left - 2 : plot.valToPos(begin_s, "x", true);
+      const to = end_s > this.x.max ? left + width : plot.valToPos(end_s, "x", true);
+      const isOwn = deviceOf(mark.target) === deviceOf(this.model.axis);
+      context.fillStyle = colours.badBand;
+      context.fillRect(from, top, Math.max(to - from, 2), height);
+      context.fillStyle = isOwn ? colours.bad : colours.soft;
+      context.fillRect(from, top, 1.5 * devicePixelRatio, height);
+      const place = isOwn ? mark.kind : `${mark.kind} ${mark.target}`;
+      const at = top + (2 + (row++ % 3) * (FONT_PX + 2) + FONT_PX) * devicePixelRatio;
+      context.textAlign = "left";
+      context.textBaseline = "alphabetic";
+      context.fillText(place, Math.max(from, left) + 4 * devicePixelRatio, at);
+    }
+    context.restore();
+  }
+
+  private drawCursors(plot: uPlot): void {
+    this.drawCursor(plot, this.model.cursorA.peek(), "A");
+    this.drawCursor(plot, this.model.cursorB.peek(), "B");
+  }
+
+  private drawCursor(plot: uPlot, time_s: number | null, name: string): void {
+    if (time_s === null || time_s < this.x.min || time_s > this.x.max) return;
+    const { top, height } = plot.bbox;
+    const at = Math.round(plot.valToPos(time_s, "x", true));
+    const colours = palette();
+    const context = plot.ctx;
+    context.fillStyle = colours.ink;
+    context.fillRect(at, top, devicePixelRatio, height);
+    context.font = `bold ${FONT_PX * devicePixelRatio}px ${colours.mono}`;
+    context.textAlign = "left";
+    context.fillText(name, at + 3 * devicePixelRatio, top + height - 4 * devicePixelRatio);
+  }
+}
+
+/** Name of the device of an address: "s1" of "s1.network". */
+function deviceOf(address: string): string {
+  return address.split(".")[0] ?? address;
+}
+
+/** Gaps of a line: where values are missing. Made only if there are any. */
+function gapsOf(plot: uPlot, index: number, first: number, last: number): [number, number][] {
+  const values = plot.data[index] as ArrayLike<number>;
+  const times = plot.data[0];
+  let gaps = NO_GAPS;
+  for (let at = first; at <= last; at++) {
+    const value = values[at]!;
+    if (value === value) continue;
+    let end = at;
+    while (end < last && values[end]! !== values[end]!) end++;
+    if (gaps === NO_GAPS) gaps = [];
+    gaps.push([plot.valToPos(times[Math.max(at - 1, first)]!, "x", true), plot.valToPos(times[end]!, "x", true)]);
+    at = end;
+  }
+  return gaps;
+}

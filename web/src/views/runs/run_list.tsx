@@ -1,0 +1,95 @@
+/** Runs that the bench remembers, with their progress. */
+
+import { shown } from "../../model/numbers";
+import { notifyError } from "../../parts/notices";
+import { link, may, type RunProgress, runs, status } from "../../store";
+import { takeProgress } from "./run_text";
+
+interface AxisReport {
+  target_deg: number;
+  position_deg: number | null;
+  error_max_deg: number | null;
+  error_rms_deg: number | null;
+  at_end: string | null;
+}
+
+export function RunList() {
+  return (
+    <section class="card" aria-label="Runs of this bench">
+      <div class="card-head">
+        <h2>Progress</h2>
+      </div>
+      {runs.value.length === 0 && <p class="soft">No run yet.</p>}
+      {runs.value.map((run) => (
+        <RunCard key={run.run} run={run} />
+      ))}
+    </section>
+  );
+}
+
+function RunCard({ run }: { run: RunProgress }) {
+  const step = Number(run["step"] ?? 0);
+  const steps = Number(run["steps"] ?? 0);
+  const isUnderWay = run.state === "running" || run.state === "queued";
+  const end_ns = run["planned_end_ns"];
+  const left_s = typeof end_ns === "number" ? Math.max(0, (end_ns - (status.value.sim_ns ?? 0)) / 1e9) : null;
+  const cancel = (how: string) => link.ask<RunProgress>("cancel_run", run.run, { how }).then(takeProgress).catch(notifyError);
+  return (
+    <article class="run" aria-label={`Run ${run.run}`}>
+      <div class="row">
+        <strong class="run-name">{run.run}</strong>
+        <span class={`pill is-${run.state}`}>{run.state}</span>
+        <span class="soft mono">
+          step {step} of {steps}
+          {isUnderWay && left_s !== null && `, ${left_s.toFixed(1)} s left`}
+        </span>
+        {isUnderWay && (
+          <span class="push row">
+            <button type="button" disabled={!may("operator")} title="with a ramp" onClick={() => void cancel("grace")}>
+              Cancel
+            </button>
+            <button type="button" class="danger" disabled={!may("operator")} title="without a ramp" onClick={() => void cancel("prejudice")}>
+              Stop at once
+            </button>
+          </span>
+        )}
+      </div>
+      <progress aria-label={`Progress of ${run.run}`} max={Math.max(steps, 1)} value={run.state === "done" ? Math.max(steps, 1) : step} />
+      {typeof run["why"] === "string" && run["why"] !== "" && <p class="problem">{run["why"]}</p>}
+      <Axes axes={(run["axes"] ?? {}) as Record<string, AxisReport>} />
+    </article>
+  );
+}
+
+function Axes({ axes }: { axes: Record<string, AxisReport> }) {
+  const rows = Object.entries(axes);
+  if (!rows.length) return null;
+  return (
+    <div class="scroll-x" tabIndex={0} role="region" aria-label="Axes of the run">
+      <table>
+        <thead>
+          <tr>
+            <th scope="col">axis</th>
+            <th scope="col" class="num">is at</th>
+            <th scope="col" class="num">target</th>
+            <th scope="col" class="num">error, most</th>
+            <th scope="col" class="num">rms</th>
+            <th scope="col">at the end</th>
+          </tr>
+        </thead>
+        <tbody>
+          {rows.map(([name, axis]) => (
+            <tr key={name}>
+              <th scope="row">{name}</th>
+              <td class="num">{shown(axis.position_deg)} deg</td>
+              <td class="num">{shown(axis.target_deg)} deg</td>
+              <td class="num">{shown(axis.error_max_deg, 3)}</td>
+              <td class="num">{shown(axis.error_rms_deg, 3)}</td>
+              <td>{axis.at_end ?? ""}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}

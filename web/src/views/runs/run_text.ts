@@ -1,0 +1,52 @@
+/** The run document that is being written, and what the bench said of it. It outlives the view. */
+
+import { computed, signal } from "@preact/signals";
+import { type DocumentProblem, readProblems } from "../../model/problems";
+import { link, runs, type RunProgress } from "../../store";
+
+export const text = signal(`run: example
+axes:
+steps:
+`);
+export const fileName = signal("run.yaml");
+/** The text that the problems are of; null: it has not been checked. */
+const checkedText = signal<string | null>(null);
+const found = signal<DocumentProblem[]>([]);
+/** What a good check said. */
+export const verdict = signal("");
+
+/** Problems of the text as it stands; empty while it has changed since the check. */
+export const problems = computed(() => (checkedText.value === text.value ? found.value : []));
+export const isChecked = computed(() => checkedText.value === text.value);
+export const isGood = computed(() => isChecked.value && found.value.length === 0);
+
+/** Check the text at the bench; nothing moves. Throws Refused. */
+export async function checkRun(): Promise<boolean> {
+  const checked = text.peek();
+  const answer = await link.ask<Record<string, unknown>>("run", "", { text: checked, file: fileName.peek(), check: true });
+  found.value = readProblems(answer["problems"] ?? "");
+  checkedText.value = checked;
+  verdict.value = found.value.length ? "" : `run ${String(answer["run"] ?? "")}, ${String(answer["steps"] ?? "?")} steps, no problems`;
+  return found.value.length === 0;
+}
+
+/** Check the text, and carry it out if it has no problems. Throws Refused. */
+export async function startRun(): Promise<void> {
+  if (!(await checkRun())) return;
+  const answer = await link.ask<Record<string, unknown>>("run", "", { text: text.peek(), file: fileName.peek(), fresh: true });
+  if (typeof answer["problems"] === "string") {
+    found.value = readProblems(answer["problems"]);
+    return;
+  }
+  takeProgress(answer as RunProgress);
+}
+
+export function takeProgress(run: RunProgress): void {
+  runs.value = [run, ...runs.peek().filter((known) => known.run !== run.run)].slice(0, 50);
+}
+
+/** Ask for all runs that the bench remembers: those of before the page, and of others. */
+export async function readRuns(): Promise<void> {
+  const told = await link.ask<RunProgress[]>("runs", "").catch(() => null);
+  if (told) runs.value = [...told].reverse();
+}
