@@ -11,12 +11,17 @@ from hil.vocab.bridge_protocol import BridgeError
 _BACKLOG = 128
 
 
+class AddressTaken(BridgeError):
+    """Error of an address at which another program listens."""
+
+
 async def open_listeners(listen: str) -> list[socket.socket]:
     """Listen at each address of a name, as ::1 and 127.0.0.1 for localhost. ``listen``: as ``endpoint`` takes
     it.
 
     Raises:
-        BridgeError: it is taken, or no address of this computer.
+        AddressTaken: another program has it.
+        BridgeError: it is no address of this computer, or this program may not listen there.
     """
     try:
         return await _listeners(*endpoint(listen))
@@ -26,7 +31,8 @@ async def open_listeners(listen: str) -> list[socket.socket]:
         ) from None
     except OSError as error:
         why = os.strerror(error.errno or 0)
-        raise BridgeError(f"listen: {listen}: {why}; choose another") from None
+        kind = AddressTaken if error.errno == errno.EADDRINUSE else BridgeError
+        raise kind(f"listen: {listen}: {why}; choose another") from None
 
 
 async def _listeners(host: str, number: int) -> list[socket.socket]:

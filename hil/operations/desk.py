@@ -13,6 +13,7 @@ from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import BenchClock, Description, DeviceInfo, Source, Watch, Watched
 from hil.vocab.near_words import meant
 from hil.vocab.operation import Target
+from hil.vocab.segment import SegmentView
 from hil.vocab.verbs import VerbRefused, checked
 
 CANNOT = "the daemon sees its terminal, not its pins, shaft or encoder; type at it with `hil monitor`"
@@ -28,7 +29,7 @@ class Desk:
         bench: str,
         clock: BenchClock,
         devices: Mapping[str, DeviceInfo],
-        segments: Mapping[str, object],
+        segments: Mapping[str, SegmentView],
         looks: LookingOn,
         answerers: Mapping[str, Answerer],
     ) -> None:
@@ -41,7 +42,7 @@ class Desk:
             self._bench,
             self._clock,
             self._devices,
-            self._segments.keys(),
+            self._segments,
             self._looks.ports(),
             OPERATIONS,
             self._looks.buses(),

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.axis import AxisState
 from hil.vocab.operation import Operation
+from hil.vocab.segment import SegmentView
 from hil.vocab.verbs import Role, Verb
 
 
@@ -119,13 +120,13 @@ class BenchClock(Protocol):
 @dataclass(frozen=True)
 class Description:
     """Description of a bench. ``devices``: by address, each device and each further axis of one; it and
-    ``segments`` are current whenever they are looked at. ``buses``: names of the CAN buses; ``ports``:
+    ``segments``, which are only looked at, are current whenever they are. ``buses``: names of the CAN buses; ``ports``:
     addresses at which bytes pass now."""
 
     bench: str
     clock: BenchClock
     devices: Mapping[str, DeviceInfo]
-    segments: Collection[str]
+    segments: Mapping[str, SegmentView]
     ports: Sequence[str]
     operations: Mapping[str, Operation]
     buses: Collection[str] = ()

@@ -89,4 +89,4 @@ class RecordingDesk:
 
     def describe(self) -> Description:
         ports: Sequence[str] = tuple(self.devices)
-        return Description("check", _Clock(), self.devices, (), ports, self._operations)
+        return Description("check", _Clock(), self.devices, {}, ports, self._operations)

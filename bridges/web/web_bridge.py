@@ -1,0 +1,259 @@
+"""The web bridge: its listeners, its pages, and their turns."""
+
+import asyncio
+import logging
+import socket
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from ssl import SSLContext
+from typing import Any
+
+from aiohttp import WSCloseCode, web
+
+from bridges.web.host_names import HostNames
+from bridges.web.http_door import SECURITY, SUBPROTOCOL, HttpDoor
+from bridges.web.locks import NoLock, PasswordLock, TokenLock
+from bridges.web.page_files import read_page
+from bridges.web.shared_reading import SharedReading
+from bridges.web.streams import FAST_S, SLOW_S
+from bridges.web.tls_files import context
+from bridges.web.web_client import Surroundings, WebClient
+from bridges.web.web_options import FIRST_PORT, LAST_PORT, Options, authority
+from bridges.web.web_terminals import SharedPorts
+from bridges.web.web_users import UsersError, read_users
+from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
+from hil.net.endpoint import is_loopback
+from hil.net.visitors import Visit, Visitors
+from hil.vocab.bridge_protocol import BridgeError
+from hil.vocab.desk_protocol import Desk, Source
+from hil.vocab.verbs import Role
+
+OURS = Source("web", Role.VIEWER)
+"""Source of what the bridge reads for all pages."""
+HTTP_CLIENTS = 32
+"""Connections beside those of pages: files, and who logs in."""
+HEARTBEAT_S = 20.0
+KEPT_S = 30.0
+"""Time for which a connection without a request is kept."""
+SEND_BYTES = 128 * 1024
+"""Buffer of the system for a page: what is in it cannot be dropped any more."""
+CLOSE_S = 2.0
+
+log = logging.getLogger("hil")
+_SILENT = logging.Logger("bridges.web")  # what clients do wrong is answered and counted, and not logged
+_SILENT.addHandler(logging.NullHandler())
+
+
+class _Server(web.Server):
+    """Server that tells when a connection has ended."""
+
+    def __init__(self, answer: Any, ends: Mapping[object, asyncio.Event]) -> None:
+        super().__init__(answer, access_log=None, logger=_SILENT, keepalive_timeout=KEPT_S, lingering_time=0)
+        self._ends = ends
+
+    def connection_lost(self, handler: web.RequestHandler, exc: BaseException | None = None) -> None:
+        super().connection_lost(handler, exc)
+        if end := self._ends.get(handler):
+            end.set()
+
+
+class WebBridge:
+    """Web bridge, a ``hil.vocab.bridge_protocol.Bridge``."""
+
+    def __init__(self, options: Options, desk: Desk) -> None:
+        self._options, self._desk = options, desk
+        self._visitors: Visitors | None = None
+        self._door: HttpDoor | None = None
+        self._server: web.Server | None = None
+        self._tls: SSLContext | None = None
+        self._around: Surroundings | None = None
+        self._listen: list[str] = []
+        self._visits: dict[object, Visit] = {}
+        self._ends: dict[object, asyncio.Event] = {}
+        """Visits, and events of their ends, by the connections' protocols."""
+        self._clients: dict[WebClient, str] = {}
+        """Pages with their sessions."""
+        self._turns: asyncio.Task[None] | None = None
+        self._wake = asyncio.Event()
+        self._gone = {"commands": 0, "rejected": 0, "lost": 0}
+        """Counters of pages that have gone."""
+
+    async def open(self) -> None:
+        options, loop = self._options, asyncio.get_running_loop()
+        lock = await loop.run_in_executor(None, self._lock)
+        page = await loop.run_in_executor(None, read_page)
+        if options.tls:
+            try:
+                self._tls = context(options.tls.certificate, options.tls.key)
+            except (OSError, ValueError) as error:
+                raise BridgeError(f"tls: {error}; `hil check` says more") from None
+        listeners = await self._listeners()
+        port = listeners[0].getsockname()[1]
+        self._listen = [address_shown(each) for each in listeners]
+        hosts = HostNames("https" if self._tls else "http", options.host, port, options.names)
+        self._door = HttpDoor(hosts, page, lock, f"hil-{port}", self._enter, self._left)
+        shared = {name: SharedReading(self._desk, OURS, name) for name in ("status", "faults")}
+        self._around = Surroundings(
+            self._desk, page.version, shared, SharedPorts(), options.messages_per_s, options.samples_per_s
+        )
+        self._server = _Server(self._door.answer, self._ends)
+        self._visitors = Visitors("web", options.sockets + HTTP_CLIENTS, loop, self._stay, log.warning)
+        for listener in listeners:
+            self._visitors.listen(listener)
+        self._turns = loop.create_task(self._give_turns())
+        if isinstance(lock, TokenLock):
+            log.info("bridges.web: the token of this run is %s", lock.token)
+        if risk := self._risk():
+            log.warning("bridges.web: insecure: %s", risk)
+
+    async def close(self) -> None:
+        if self._visitors is None or self._around is None:
+            return
+        self._visitors.close()
+        going = [client.end(WSCloseCode.GOING_AWAY, "the bench has ended") for client in list(self._clients)]
+        with suppress(TimeoutError):
+            async with asyncio.timeout(CLOSE_S):
+                await asyncio.gather(*going, return_exceptions=True)
+        if self._turns:
+            self._turns.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._turns
+        self._around.ports.close()
+        await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
+        if self._server:
+            await self._server.shutdown(CLOSE_S)
+
+    async def devices_changed(self, names: Collection[str]) -> None:
+        """Tell all pages, which get the whole description again."""
+        for client in list(self._clients):
+            client.changed(names)
+
+    def status(self) -> Mapping[str, Any]:
+        options, clients = self._options, list(self._clients)
+        scheme = "https" if options.tls else "http"
+        listen = self._listen or [authority(options.host, options.port or FIRST_PORT)]
+        turned_away = self._visitors.turned_away if self._visitors else 0
+        refused = self._door.rejected if self._door else 0
+        return {
+            "root": f"{scheme}://{listen[0]}/",
+            "listen": listen,
+            "connect": [],
+            "links": len(clients),
+            "commands": self._gone["commands"] + sum(client.commands for client in clients),
+            "rejected": turned_away
+            + refused
+            + self._gone["rejected"]
+            + sum(client.rejected for client in clients),
+            "dropped": self._gone["lost"] + sum(client.watches.lost for client in clients),
+            "insecure": bool(self._risk()),
+            "risk": self._risk(),
+        }
+
+    def _risk(self) -> str:
+        """What may happen as nobody has closed the door; empty: nothing."""
+        options = self._options
+        if is_loopback(options.host):
+            return ""
+        if not (options.users or options.token):
+            return "every program that can reach it may do everything"
+        return "" if options.tls else "the network can read passwords and all else"
+
+    def _lock(self) -> NoLock | TokenLock | PasswordLock:
+        if self._options.token:
+            return TokenLock(self._options.token)
+        if not self._options.users:
+            return NoLock()
+        try:
+            return PasswordLock(read_users(self._options.users))
+        except UsersError as error:
+            raise BridgeError(f"users: {error}") from None
+
+    async def _listeners(self) -> list[socket.socket]:
+        host, port = self._options.host, self._options.port
+        wanted = range(FIRST_PORT, LAST_PORT + 1) if port is None else [port]
+        for each in wanted:
+            try:
+                return await open_listeners(authority(host, each))
+            except AddressTaken:
+                continue
+            except BridgeError as error:
+                raise BridgeError(str(error).replace("listen: ", "host: ", 1)) from None
+        if port is None:
+            raise BridgeError(f"port: {FIRST_PORT} to {LAST_PORT} are taken; choose another")
+        raise BridgeError(f"port: {port} is taken; choose another, or leave it out for the next free one")
+
+    # ---- connections ----
+
+    async def _stay(self, connection: socket.socket, visit: Visit) -> None:
+        """Serve one connection until it ends."""
+        assert self._server is not None
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BYTES)
+        protocol = self._server()
+        self._visits[protocol] = visit
+        ended = self._ends[protocol] = asyncio.Event()
+        loop = asyncio.get_running_loop()
+        transport: asyncio.BaseTransport | None = None
+        try:
+            transport, _ = await loop.connect_accepted_socket(lambda: protocol, connection, ssl=self._tls)
+            await ended.wait()
+        except OSError:
+            connection.close()  # it is no TLS, or has gone already
+        finally:
+            del self._visits[protocol], self._ends[protocol]
+            if isinstance(transport, asyncio.Transport):
+                transport.abort()
+
+    async def _enter(self, request: web.BaseRequest, source: Source, session: str) -> web.StreamResponse:
+        """Take a page in until it leaves."""
+        assert self._around is not None
+        if len(self._clients) >= self._options.sockets:
+            return web.Response(status=503, text=f"{self._options.sockets} pages are open already.\n")
+        page = web.WebSocketResponse(
+            protocols=(SUBPROTOCOL,),
+            heartbeat=HEARTBEAT_S,
+            max_msg_size=self._options.message_kb * 1024,
+            compress=False,
+            writer_limit=1 << 16,
+        )
+        page.headers.update(SECURITY)
+        await page.prepare(request)
+        transport = request.transport
+        assert isinstance(transport, asyncio.Transport)
+        client = WebClient(page, source, self._around, transport, self._wake.set)
+        self._clients[client] = session
+        if visit := self._visits.get(request.protocol):
+            visit.is_busy = visit.has_asked = True
+        try:
+            await client.stay()
+        finally:
+            del self._clients[client]
+            self._gone["commands"] += client.commands
+            self._gone["rejected"] += client.rejected
+            self._gone["lost"] += client.watches.lost
+        return page
+
+    def _left(self, session: str) -> None:
+        """End the pages of a session."""
+        for client, own in list(self._clients.items()):
+            if own == session:
+                client.abort()
+
+    async def _give_turns(self) -> None:
+        """Give each page its turn, all of them at the rate that the fastest one wants."""
+        loop = asyncio.get_running_loop()
+        while True:
+            watching = [client for client in self._clients if len(client.watches)]
+            if not watching:
+                self._wake.clear()
+                await self._wake.wait()
+                continue
+            started_s = loop.time()
+            for client in watching:
+                try:
+                    client.turn(started_s)
+                except Exception:  # hil's own error: this page is lost, all else goes on
+                    log.exception("bridges.web: a page is sent away")
+                    client.abort()
+                await asyncio.sleep(0)
+            interval_s = FAST_S if any(client.watches.is_fast for client in watching) else SLOW_S
+            await asyncio.sleep(max(started_s + interval_s - loop.time(), interval_s / 4))

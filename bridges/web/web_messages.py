@@ -1,0 +1,174 @@
+"""Messages of a page: requests in JSON, and bytes for a terminal. Pure.
+
+What comes from a page is read here alone; nothing else of the bridge sees a text that was not checked.
+"""
+
+import json
+import math
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from hil.vocab.desk_protocol import Done
+from hil.vocab.verbs import VerbRefused
+from hil.wire.json_text import JsonError, read_json
+
+SAMPLES, TERMINAL = 1, 2
+"""Kinds of binary messages, their first byte."""
+MOST_ID = 1 << 53
+"""Numbers of requests are below it: those that JavaScript has exactly."""
+NAME_CHARACTERS = 256
+MOST_FIELDS = 64
+_TERMINAL_HEAD = struct.Struct("<BBHI")
+_SAMPLES_HEAD = struct.Struct("<BBHIII")
+PROBLEMS = ("bad_run", "bad_config")
+"""Codes of refusals that list the problems of a text."""
+
+
+class Asked(NamedTuple):
+    """Request of a page: its number, what to do, and what is given with it."""
+
+    id: int
+    do: str
+    given: Mapping[str, Any]
+
+
+class BadMessage(VerbRefused):
+    """Refusal of a message that is no request. ``id``: its number, if it has one."""
+
+    def __init__(self, why: str, id: int | None = None) -> None:
+        super().__init__("bad_request", why)
+        self.id = id
+
+
+def read_request(text: str) -> Asked:
+    """Read a request; ``given`` is checked by those who take it.
+
+    Raises:
+        BadMessage: it is none.
+    """
+    try:
+        content = read_json(text)
+    except JsonError as error:
+        raise BadMessage(f"no JSON: {error}") from None
+    if not isinstance(content, dict):
+        raise BadMessage("write an object, with id and do")
+    number = content.pop("id", None)
+    if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < MOST_ID:
+        raise BadMessage("id: write a whole number, 0 or more")
+    if not isinstance(do := content.pop("do", None), str) or len(do) > NAME_CHARACTERS:
+        raise BadMessage("do: write what to do, as ask or watch", number)
+    return Asked(number, do, content)
+
+
+def read_terminal(data: bytes) -> tuple[int, bytes]:
+    """Read a terminal's number and what is typed at it.
+
+    Raises:
+        BadMessage: it is no such message.
+    """
+    if len(data) < _TERMINAL_HEAD.size or data[0] != TERMINAL:
+        raise BadMessage(
+            "a binary message is for a terminal: 2, 0, 0, 0, its number in four bytes, its bytes"
+        )
+    return _TERMINAL_HEAD.unpack_from(data)[3], data[_TERMINAL_HEAD.size :]
+
+
+def terminal_message(number: int, data: bytes) -> bytes:
+    """Encode what a terminal says."""
+    return _TERMINAL_HEAD.pack(TERMINAL, 0, 0, number) + data
+
+
+def samples_head(fields: int, watch: int, lost: int, rows: int) -> bytes:
+    """Encode the head of a block of samples. ``lost``: of all of the watch so far."""
+    return _SAMPLES_HEAD.pack(SAMPLES, fields, 0, watch, lost & 0xFFFFFFFF, rows)
+
+
+@dataclass(frozen=True)
+class Form:
+    """Form of a value that a request gives: ``about`` says it in words."""
+
+    about: str
+    fits: Callable[[Any], bool]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+NAME = Form(
+    f"a text of at most {NAME_CHARACTERS} characters",
+    lambda value: isinstance(value, str) and len(value) <= NAME_CHARACTERS,
+)
+TEXT = Form("a text", lambda value: isinstance(value, str))
+OBJECT = Form("an object", lambda value: isinstance(value, dict))
+NUMBER = Form("a number", _is_number)
+WHOLE = Form("a whole number", lambda value: isinstance(value, int) and not isinstance(value, bool))
+NAMES = Form(
+    f"a list of 1 to {MOST_FIELDS} texts",
+    lambda value: (
+        isinstance(value, list)
+        and 0 < len(value) <= MOST_FIELDS
+        and all(isinstance(each, str) and len(each) <= NAME_CHARACTERS for each in value)
+    ),
+)
+
+
+def taken(given: Mapping[str, Any], forms: Mapping[str, Form], defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Check what a request gives against the forms of all that it may give.
+
+    Raises:
+        VerbRefused: something is missing, unknown, or of another form.
+    """
+    problems = [f"{name}: there is no such thing here" for name in given if name not in forms]
+    for name, form in forms.items():
+        if name not in given:
+            problems += [] if name in defaults else [f"{name}: this one is missing"]
+        elif not form.fits(given[name]):
+            problems.append(f"{name}: write {form.about}")
+    if problems:
+        raise VerbRefused("bad_parameter", "; ".join(problems)[:4000])
+    return {**defaults, **given}
+
+
+def dumped(content: Any) -> str:
+    """Encode as JSON. What is no number there, as NaN, is null."""
+    try:
+        return json.dumps(content, allow_nan=False, separators=(",", ":"))
+    except ValueError:
+        return json.dumps(_finite(content), allow_nan=False, separators=(",", ":"))
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, float):
+        return content if math.isfinite(content) else None
+    if isinstance(content, Mapping):
+        return {name: _finite(value) for name, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_finite(value) for value in content]
+    return content
+
+
+def answer_text(number: int, answer: Any) -> str:
+    """Encode the answer of a request."""
+    if isinstance(answer, Done):
+        answer = {"effective_at_ns": answer.effective_at_ns, **answer.answer}
+    return dumped({"id": number, "answer": answer})
+
+
+def refusal_text(number: int | None, refusal: VerbRefused) -> str:
+    """Encode why a request was refused; with the problems of a text one by one, where it is about one."""
+    error: dict[str, Any] = {"code": refusal.code, "message": str(refusal)}
+    if refusal.code in PROBLEMS:
+        error["problems"] = [_problem(line) for line in str(refusal).splitlines()]
+    return dumped({"id": number, "error": error})
+
+
+def _problem(line: str) -> dict[str, Any]:
+    """Split ``FILE:LINE:COLUMN: message``; line and column are 0 where there is none."""
+    place, _, message = line.partition(": ")
+    _, *numbers = place.rsplit(":", 2)
+    if len(numbers) == 2 and all(each.isascii() and each.isdigit() for each in numbers):
+        return {"line": int(numbers[0]), "column": int(numbers[1]), "message": message}
+    return {"line": 0, "column": 0, "message": line}

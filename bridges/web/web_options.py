@@ -1,0 +1,166 @@
+"""Options of the web bridge."""
+
+from collections.abc import Collection, Iterable, Sequence
+from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+from hil.net.endpoint import endpoint, is_loopback
+from hil.vocab.bridge_protocol import DoorPort, OptionProblem
+
+FIRST_PORT, LAST_PORT = 8080, 8099
+"""Ports of which the first that is free is taken, where the options name none."""
+
+
+class TlsFiles(BaseModel):
+    """Files of TLS."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+    certificate: Path = Field(
+        description="The door's certificate in PEM, with those between it and its authority."
+    )
+    key: Path = Field(description="Its private key in PEM, without a password.")
+
+
+class Options(BaseModel):
+    """Options under ``bridges.web``."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+    host: str = Field(
+        default="127.0.0.1",
+        description=(
+            "Address or name at which it listens. Beyond this computer it needs `users` or `token`, and"
+            " `tls`; or `insecure: true`."
+        ),
+    )
+    port: int | None = Field(
+        default=None,
+        ge=0,
+        le=65535,
+        description=(
+            f"Port; 0 takes any free one. Without it {FIRST_PORT}, or where that is taken the next free one"
+            f" up to {LAST_PORT}: `hil serve` prints the address."
+        ),
+    )
+    names: list[str] = Field(
+        default=[],
+        max_length=64,
+        description=(
+            "Other names and addresses by which browsers reach it, as in `lab1` or `lab1:9000`. Whoever asks"
+            " for another is refused."
+        ),
+    )
+    users: Path | None = Field(
+        default=None,
+        description="File of users: names, roles, hashes of passwords; `hil web user` makes lines.",
+    )
+    token: Literal["viewer", "operator", "admin"] | None = Field(
+        default=None,
+        description=(
+            "In the place of `users`: a token is made at each start, and the log has it. Whoever has it has"
+            " this role."
+        ),
+    )
+    tls: TlsFiles | None = Field(default=None, description="Certificate, for https.")
+    insecure: bool = Field(
+        default=False,
+        description="Listen beyond this computer without all of that; log and status say so again.",
+    )
+    sockets: int = Field(default=64, ge=1, le=1000, description="Pages that can be open at a time.")
+    message_kb: int = Field(
+        default=64,
+        ge=1,
+        le=4096,
+        description="Longest message of a page, in kB; a longer one ends its socket.",
+    )
+    messages_per_s: int = Field(
+        default=500, ge=1, le=100_000, description="Messages of a page that are read in a second; more wait."
+    )
+    samples_per_s: int = Field(
+        default=50_000, ge=100, le=400_000, description="Samples of axes that a page gets in a second."
+    )
+
+    @field_validator("host")
+    @classmethod
+    def _is_a_host(cls, host: str) -> str:
+        try:
+            endpoint(authority(host, 1))
+        except ValueError as error:
+            raise PydanticCustomError(
+                "host", "{why}", {"why": str(error), "remedy": "write an address or a name, as in 127.0.0.1"}
+            ) from None
+        return host
+
+    @field_validator("names")
+    @classmethod
+    def _are_names(cls, names: list[str]) -> list[str]:
+        for name in names:
+            try:
+                endpoint(name if _has_port(name) else f"{name}:1")
+            except ValueError as error:
+                remedy = "write a name or an address, with or without a port, as in lab1 or [::1]:9000"
+                raise PydanticCustomError("names", "{why}", {"why": str(error), "remedy": remedy}) from None
+        return names
+
+    @model_validator(mode="after")
+    def _is_closed(self) -> Self:
+        if self.users and self.token:
+            raise PydanticCustomError(
+                "users", "users and token: there is one way in", {"remedy": "leave out one of them"}
+            )
+        if self.insecure or is_loopback(self.host):
+            return self
+        if not (self.users or self.token):
+            raise PydanticCustomError(
+                "reached",
+                "host: {host} is reached from other computers, and anybody there could move the axes",
+                {
+                    "host": self.host,
+                    "remedy": "add `users` (`hil web user` makes them) and `tls`, or listen on 127.0.0.1, or"
+                    " write `insecure: true`",
+                },
+            )
+        if not self.tls:
+            raise PydanticCustomError(
+                "readable",
+                "host: {host} is reached from other computers, and the network could read passwords",
+                {"host": self.host, "remedy": "add `tls`, or listen on 127.0.0.1, or write `insecure: true`"},
+            )
+        return self
+
+    def wanted_ports(self) -> Sequence[DoorPort]:
+        """None: it listens by itself."""
+        return ()
+
+    def problems(self, axes: Collection[str]) -> Iterable[OptionProblem]:
+        """None: it names nothing of the bench."""
+        return ()
+
+    def file_problems(self) -> Iterable[OptionProblem]:
+        """Mistakes in the users' file and the certificates."""
+        if self.users:
+            from bridges.web.web_users import UsersError, read_users  # few have them
+
+            try:
+                read_users(self.users)
+            except UsersError as error:
+                for problem in error.problems:
+                    yield OptionProblem(("users",), *problem)
+        if self.tls:
+            from bridges.web.tls_files import file_problems
+
+            for option, message, remedy in file_problems(self.tls.certificate, self.tls.key):
+                yield OptionProblem(("tls", option), message, remedy)
+
+
+def authority(host: str, port: int) -> str:
+    """Format a host and a port as they stand in a URL."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def _has_port(name: str) -> bool:
+    return name.rpartition("]")[2].startswith(":") if name.startswith("[") else ":" in name

@@ -1,0 +1,143 @@
+"""Watches of one page: which there are, and what of them the page gets on its turn."""
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from bridges.web.outbox import Outbox
+from bridges.web.shared_reading import SharedReading
+from bridges.web.streams import Reading, Runs, Samples, Stream
+from bridges.web.web_messages import NAME, NAMES, NUMBER, WHOLE, dumped, taken
+from bridges.web.wire_streams import Bytes, Frames, Packets
+from hil.vocab.address import owner_of
+from hil.vocab.desk_protocol import Desk, Source
+from hil.vocab.verbs import VerbRefused
+
+MOST_WATCHES = 256
+MOST_READINGS_HZ = 4.0
+KINDS = ("samples", "packets", "frames", "bytes", "runs", "status", "faults")
+_FORMS = {"what": NAME, "target": NAME, "fields": NAMES, "rate_Hz": NUMBER}
+_DEFAULTS: Mapping[str, Any] = {"target": "", "fields": [], "rate_Hz": None}
+
+
+class PageWatches:
+    """Watches of a page of ``source``. ``shared``: readings for all pages; ``samples_per_s``: limit of all
+    its samples together."""
+
+    def __init__(
+        self, desk: Desk, source: Source, shared: Mapping[str, SharedReading], samples_per_s: float
+    ) -> None:
+        self._desk, self._source, self._shared, self._samples_per_s = desk, source, shared, samples_per_s
+        self._streams: dict[int, tuple[str, str, Stream]] = {}
+        """Kind, target and stream by number."""
+        self._last = 0
+        self._lost_before = 0
+
+    @property
+    def is_fast(self) -> bool:
+        return any(stream.is_fast for _, _, stream in self._streams.values())
+
+    def __len__(self) -> int:
+        return len(self._streams)
+
+    @property
+    def lost(self) -> int:
+        """Number of samples and items that the page never got."""
+        return self._lost_before + sum(stream.lost for _, _, stream in self._streams.values())
+
+    def open(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Begin a watch; answers its number.
+
+        Raises:
+            VerbRefused: there is no such thing, or too much is watched.
+        """
+        values = taken(given, _FORMS, _DEFAULTS)
+        if len(self._streams) >= MOST_WATCHES:
+            raise VerbRefused("not_now", f"{MOST_WATCHES} watches are open already; end one")
+        what, target = values["what"], values["target"]
+        stream = self._stream(self._last + 1, what, target, values["fields"], values["rate_Hz"])
+        self._last += 1
+        self._streams[self._last] = what, target, stream
+        return {"watch": self._last}
+
+    def close(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """End a watch, also one that has ended."""
+        self._end(taken(given, {"watch": WHOLE}, {})["watch"])
+        return {}
+
+    def packets(self, number: int) -> Packets:
+        """Watch of packets with this number. Raises VerbRefused: it is none."""
+        _, _, stream = self._streams.get(number, ("", "", None))
+        if not isinstance(stream, Packets):
+            raise VerbRefused("no_place", f"watch {number} is none of packets")
+        return stream
+
+    def take(self, outbox: Outbox, now_s: float) -> None:
+        """Give the page what came since its last turn: all samples in one message."""
+        blocks = []
+        for _, _, stream in self._streams.values():
+            match stream.take(now_s):
+                case bytes(block):
+                    blocks.append(block)
+                case str(text):
+                    outbox.put(text)
+        if blocks:
+            outbox.put(b"".join(blocks))
+
+    def drop(self) -> None:
+        """Drop what came since the page's last turn: it does not read."""
+        for _, _, stream in self._streams.values():
+            stream.drop()
+
+    def devices_changed(self, names: Collection[str], outbox: Outbox) -> None:
+        """End the watches of devices that were added, removed or exchanged: their fields may be others."""
+        for number, (what, target, _) in list(self._streams.items()):
+            if what in ("samples", "bytes") and owner_of(target) in names:
+                self._end(number)
+                outbox.put(dumped({"closed": {"watch": number, "why": f"{target} was changed"}}))
+
+    def close_all(self) -> None:
+        for number in list(self._streams):
+            self._end(number)
+
+    def _end(self, number: int) -> None:
+        if found := self._streams.pop(number, None):
+            self._lost_before += found[2].lost
+            found[2].close()
+
+    def _stream(
+        self, number: int, what: str, target: str, fields: list[str], rate_Hz: float | None
+    ) -> Stream:
+        desk, source = self._desk, self._source
+        match what:
+            case "samples":
+                self._check_rate(rate := _rate(rate_Hz, 60.0, self._samples_per_s))
+                if not fields:
+                    raise VerbRefused("bad_parameter", "fields: name those that are wanted")
+                return Samples(desk, source, number, target, fields, rate)
+            case "packets":
+                return Packets(desk, source, number, target)
+            case "frames":
+                return Frames(desk, source, number, target)
+            case "bytes":
+                return Bytes(desk, source, number, target)
+            case "runs":
+                return Runs(desk, source, number)
+            case "status" | "faults":
+                return Reading(self._shared[what], number, _rate(rate_Hz, MOST_READINGS_HZ, MOST_READINGS_HZ))
+        raise VerbRefused("bad_parameter", f"what: there is no {what[:80]!r}; there are {', '.join(KINDS)}")
+
+    def _check_rate(self, rate_Hz: float) -> None:
+        others = [each.rate_Hz for _, _, each in self._streams.values() if isinstance(each, Samples)]
+        if sum(others) + rate_Hz > self._samples_per_s:
+            raise VerbRefused(
+                "bad_parameter",
+                f"rate_Hz: a page gets up to {self._samples_per_s:,} samples a second of all axes together;"
+                " ask for less, or end other watches",
+            )
+
+
+def _rate(given: float | None, default: float, most: float) -> float:
+    rate = default if given is None else float(given)
+    if not 0.01 <= rate <= most:
+        raise VerbRefused("bad_parameter", f"rate_Hz: write 0.01 to {most:g}")
+    return rate

@@ -1,0 +1,190 @@
+"""Packets of segments, frames of CAN buses and bytes at ports, as a page gets them."""
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from bridges.web.streams import Items
+from hil.vocab.desk_protocol import BenchClock, Desk, Source, Watched
+from hil.vocab.framing import Item, Splitter
+from hil.vocab.segment import SegmentEvent, SegmentView
+from hil.vocab.time import FOREVER, SimTimeNs
+from hil.vocab.verbs import VerbRefused
+from hil.wire.pcapng import Interface, RecordKind, header, record
+
+if TYPE_CHECKING:
+    from hil.wire.can.can_bus_protocol import BusEvent
+
+KEPT_EVENTS, KEPT_BYTES = 10_000, 1 << 20
+"""Maximum of what a watch of packets keeps for a capture: so many events, and bytes of them."""
+LINE_BAUD = 38400
+"""Speed of a line without a station."""
+SETTLED_NS = 100_000_000
+"""Time after which a silence is one: what was on a line is told a little later than it was."""
+_EVENT_BYTES = 64
+
+
+def _size(event: SegmentEvent) -> int:
+    return _EVENT_BYTES + len(event.data)
+
+
+class PacketWords:
+    """Packets of a line in words, by its framing. Events come in their order."""
+
+    def __init__(self, line: SegmentView) -> None:
+        self._line = line
+        self._splitter: Splitter = line.framing.splitter()
+        self._over_ns = FOREVER
+        self._by = ""
+
+    def say(self, event: SegmentEvent) -> Sequence[dict[str, Any]]:
+        """Packets that an event completes, or what was wrong on the line."""
+        before = self.silence(event.at_ns)
+        if event.is_damaged:
+            return [*before, self._item(event.at_ns, event.data, event.about, error=event.about or "damaged")]
+        found = self._splitter.burst(event.data, event.at_ns, self._line.baud or LINE_BAUD)
+        self._over_ns, self._by = found.over_ns, event.about
+        return [*before, *self._packets(found.items)]
+
+    def silence(self, now_ns: int) -> Sequence[dict[str, Any]]:
+        """Packets that the silence until now completes."""
+        if now_ns < self._over_ns:
+            return []
+        self._over_ns = FOREVER
+        return self._packets(self._splitter.silence(SimTimeNs(now_ns)))
+
+    def start_again(self) -> None:
+        """Forget what was heard in part: something in between was lost."""
+        self._splitter, self._over_ns = self._line.framing.splitter(), FOREVER
+
+    def _packets(self, items: Iterable[Item]) -> list[dict[str, Any]]:
+        framing = self._line.framing
+        told = []
+        for item in items:
+            origin, destination = framing.parties(item)
+            text, error = framing.text(item), item.fault or None
+            told.append(self._item(item.at_ns, item.raw, text, origin, destination, error, self._by))
+        return told
+
+    def _item(
+        self,
+        at_ns: int,
+        data: bytes,
+        text: str,
+        origin: int | str | None = None,
+        destination: int | str | None = None,
+        error: str | None = None,
+        by: str = "",
+    ) -> dict[str, Any]:
+        bits = len(data) * self._line.line_format.bits
+        return {
+            "at_s": at_ns / 1e9,
+            "from": origin,
+            "to": destination,
+            "by": by,
+            "hex": data.hex(),
+            "text": text,
+            "error": error,
+            "duration_s": bits / (self._line.baud or LINE_BAUD),
+        }
+
+
+class Packets(Items):
+    """Packets of a segment."""
+
+    def __init__(self, desk: Desk, source: Source, number: int, segment: str) -> None:
+        here = desk.describe()
+        if segment not in here.segments:
+            known = ", ".join(here.segments) or "none"
+            raise VerbRefused("no_place", f"there is no segment {segment[:80]!r}; there are {known}")
+        self._line, self._name, self._clock = here.segments[segment], segment, here.clock
+        self._words = PacketWords(self._line)
+        super().__init__(number, self._words.say, _size)
+        self._kept: deque[SegmentEvent] = deque()
+        self._kept_bytes = 0
+        self._heard_lost = 0
+        self.watch = desk.watch(source, Watched.PACKETS, segment, self._heard)
+
+    def _heard(self, event: SegmentEvent) -> None:
+        self.put(event)
+        self._kept.append(event)
+        self._kept_bytes += _size(event)
+        while len(self._kept) > KEPT_EVENTS or self._kept_bytes > KEPT_BYTES:
+            self._kept_bytes -= _size(self._kept.popleft())
+
+    def take(self, now_s: float) -> str | None:
+        if self.lost != self._heard_lost:
+            self._heard_lost = self.lost
+            self._words.start_again()
+        return super().take(now_s)
+
+    def _after_silence(self) -> Sequence[Any]:
+        return self._words.silence(self._clock.times_ns()[0] - SETTLED_NS)
+
+    def capture(self, program: str) -> "Captured":
+        """What has passed, for a capture."""
+        line = self._line
+        source = Interface(self._name, line.framing.name, line.baud, line.line_format)
+        return Captured(program, source, tuple(self._kept), self._clock)
+
+
+class Captured:
+    """Events for a capture, apart from those who watch: it is written in another thread."""
+
+    def __init__(
+        self, program: str, source: Interface, events: Sequence[SegmentEvent], clock: BenchClock
+    ) -> None:
+        self._program, self._source, self._events = program, source, events
+        self._epoch_ns = clock.wall_ns(0)
+
+    def __len__(self) -> int:
+        return len(self._events)
+
+    def pcapng(self) -> bytes:
+        """Encode as pcapng."""
+        written = [header(self._program, [self._source])]
+        for event in self._events:
+            kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
+            written.append(record(0, self._epoch_ns + event.at_ns, kind, event.data, event.about))
+        return b"".join(written)
+
+
+class Frames(Items):
+    """Frames, errors and nodes' states on a CAN bus."""
+
+    def __init__(self, desk: Desk, source: Source, number: int, bus: str) -> None:
+        from hil.wire.canopen.canopen_words import CanOpenWords  # few benches have a bus
+
+        self._words = CanOpenWords({}, {})
+        super().__init__(number, self._said, lambda event: _EVENT_BYTES)
+        self.watch = desk.watch(source, Watched.FRAMES, bus, self.put)
+
+    def _said(self, event: "BusEvent") -> Sequence[dict[str, Any]]:
+        frame = event.frame
+        meaning = self._words.say(frame) if frame else ""
+        return [
+            {
+                "at_s": event.start_ns / 1e9,
+                "from": event.node,
+                "frame": str(frame) if frame else None,
+                "id": frame.id if frame else None,
+                "hex": frame.data.hex() if frame else "",
+                "text": meaning or event.error or event.state,
+                "error": event.error or None,
+                "state": event.state or None,
+                "duration_s": (event.at_ns - event.start_ns) / 1e9,
+            }
+        ]
+
+
+class Bytes(Items):
+    """Bytes at a port."""
+
+    def __init__(self, desk: Desk, source: Source, number: int, port: str) -> None:
+        self._clock = desk.describe().clock
+        super().__init__(number, lambda item: (item,), lambda item: _EVENT_BYTES + len(item["hex"]))
+        self.watch = desk.watch(source, Watched.BYTES, port, self._passed)
+
+    def _passed(self, towards: str, data: bytes) -> None:
+        at_ns, _ = self._clock.times_ns()
+        self.put({"at_s": at_ns / 1e9, "to": towards, "hex": data.hex()})
