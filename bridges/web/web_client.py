@@ -30,7 +30,6 @@ from bridges.web.web_messages import (
 )
 from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
-from hil import __version__
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import VerbRefused
 
@@ -219,6 +218,6 @@ class WebClient:
 
     async def _export(self, given: Mapping[str, Any]) -> dict[str, Any]:
         packets = self.watches.packets(taken(given, {"watch": WHOLE}, {})["watch"])
-        captured = packets.capture(f"hil {__version__}")
+        captured = packets.capture("hil")
         written = await asyncio.to_thread(captured.pcapng)
         return {"pcapng_base64": b64encode(written).decode(), "events": len(captured)}

@@ -119,9 +119,9 @@ class BenchClock(Protocol):
 
 @dataclass(frozen=True)
 class Description:
-    """Description of a bench. ``devices``: by address, each device and each further axis of one; it and
-    ``segments``, which are only looked at, are current whenever they are. ``buses``: names of the CAN buses; ``ports``:
-    addresses at which bytes pass now."""
+    """Description of a bench. ``devices``: by address, each device and each further axis of one;
+    ``segments``: by name, to be looked at alone. Both are current whenever they are looked at. ``buses``:
+    names of the CAN buses; ``ports``: addresses at which bytes pass now."""
 
     bench: str
     clock: BenchClock
