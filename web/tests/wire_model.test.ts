@@ -4,17 +4,26 @@ import { hexPairs, modbusCrc, readHex, sacCrc, sacPacket } from "../src/views/wi
 import { BenchClock, timeLine } from "../src/views/wire/time_line";
 
 function packet(at_s: number, more: Partial<WirePacket> = {}): WirePacket {
-  return { number: 1, at_s, from: "s1", to: "85", hex: "02550103", text: "1 -> 85 m3000", error: null, duration_s: 0.1, ...more };
+  return { number: 1, at_s, from: "s1", to: "85", by: ["s1"], hex: "02550103", text: "1 -> 85 m3000", error: null, duration_s: 0.1, ...more };
 }
 
 describe("the log", () => {
   test("reads what the door tells, and passes over what is no packet", () => {
     const told = { at_s: 1.5, from: 1, to: null, hex: "02", text: "x", error: null, duration_s: -1 };
     expect(readPacket(told, 7)).toEqual({
-      number: 7, at_s: 1.5, from: "1", to: "", hex: "02", text: "x", error: null, duration_s: 0,
+      number: 7, at_s: 1.5, from: "1", to: "", by: ["1"], hex: "02", text: "x", error: null, duration_s: 0,
     });
     for (const item of [null, 5, "x", {}, { at_s: "soon" }]) expect(readPacket(item, 1)).toBeUndefined();
     expect(readPacket({ at_s: 1, error: "" }, 1)?.error).toBe("error");
+  });
+
+  test("knows who drove the wire", () => {
+    const by = (item: object) => readPacket({ at_s: 1, ...item }, 1)?.by;
+    expect(by({ from: 85, by: "s1.network", error: null })).toEqual(["s1.network"]);
+    expect(by({ from: null, by: "", error: "collision of s1.network and bus0.master" })).toEqual(["s1.network", "bus0.master"]);
+    expect(by({ from: null, by: "" })).toEqual([]);
+    expect(readPacket({ at_s: 1, from: null, error: "collision of a and b" }, 1)?.from).toBe("a and b");
+    expect(readPacket({ at_s: 1, from: "n1", frame: "181#01", text: "PDO" }, 1)?.text).toBe("181#01  PDO");
   });
 
   test("keeps the last ones in order", () => {
@@ -65,9 +74,9 @@ describe("load and statistics", () => {
 
 describe("the time line", () => {
   test("has a lane for each speaker, and shows where several speak", () => {
-    const line = timeLine([packet(9.2), packet(9.25, { from: "s2" }), packet(9.7, { error: "collision", from: "" })], 10, ["s9"]);
-    expect(line.lanes).toEqual(["s9", "s1", "s2", "?"]);
-    expect(line.bars.map(({ lane }) => lane)).toEqual([1, 2, 3]);
+    const line = timeLine([packet(9.2), packet(9.25, { by: ["s2"] }), packet(9.7, { error: "collision of s1 and s3", by: ["s1", "s3"] })], 10, ["s9"]);
+    expect(line.lanes).toEqual(["s9", "s1", "s2", "s3"]);
+    expect(line.bars.map(({ lane }) => lane)).toEqual([1, 2, 1, 3]);
     expect(line.bars[0]!.begin).toBeCloseTo(0.2);
     expect(line.collisions).toHaveLength(2);
     expect(line.collisions[0]!.begin).toBeCloseTo(0.25);

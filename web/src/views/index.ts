@@ -5,5 +5,6 @@ import { companionView } from "./companion";
 import { faultsView } from "./faults";
 import { runsView } from "./runs";
 import type { ViewEntry } from "./view";
+import { wireView } from "./wire";
 
-export const VIEWS: ViewEntry[] = [benchView, runsView, faultsView, companionView];
+export const VIEWS: ViewEntry[] = [benchView, runsView, faultsView, wireView, companionView];

@@ -3,12 +3,14 @@
 /** Most packets that are kept, and shown, and that an export has. */
 export const KEPT = 10_000;
 
-/** Packet as the door tells it. `error`: null, or "collision", "crc", "framing" and others. */
+/** Packet of a segment or frame of a bus, as the door tells it. `error`: null, or what was wrong. */
 export interface WirePacket {
   readonly number: number;
   readonly at_s: number;
   readonly from: string;
   readonly to: string;
+  /** Stations that drove the wire: several in a collision; none where nobody can tell. */
+  readonly by: readonly string[];
   readonly hex: string;
   readonly text: string;
   readonly error: string | null;
@@ -22,16 +24,35 @@ export function readPacket(item: unknown, number: number): WirePacket | undefine
   const at_s = Number(told["at_s"]);
   if (!Number.isFinite(at_s)) return undefined;
   const duration_s = Number(told["duration_s"] ?? 0);
+  const error = told["error"] === null || told["error"] === undefined ? null : textOf(told["error"]) || "error";
+  const frame = textOf(told["frame"]);
+  const text = textOf(told["text"]);
   return {
     number,
     at_s,
-    from: textOf(told["from"]),
+    from: textOf(told["from"]) || (COLLISION.exec(error ?? "")?.[1] ?? ""),
     to: textOf(told["to"]),
+    by: drivers(told, error),
     hex: textOf(told["hex"]),
-    text: textOf(told["text"]),
-    error: told["error"] === null || told["error"] === undefined ? null : textOf(told["error"]) || "error",
+    text: frame && frame !== text ? `${frame}  ${text}`.trim() : text,
+    error,
     duration_s: Number.isFinite(duration_s) && duration_s > 0 ? duration_s : 0,
   };
+}
+
+const COLLISION = /^collision of (.+)$/;
+
+/** Whether several stations spoke at once. */
+export function isCollision(packet: WirePacket): boolean {
+  return packet.error !== null && packet.error.startsWith("collision");
+}
+
+/** Stations that drove the wire: of a collision all, else the one that sent. */
+function drivers(told: Record<string, unknown>, error: string | null): string[] {
+  const several = COLLISION.exec(error ?? "")?.[1];
+  if (several) return several.split(" and ");
+  const [sender] = textOf(told["by"]).split(" ");
+  return sender ? [sender] : told["from"] === null || told["from"] === undefined ? [] : [textOf(told["from"])];
 }
 
 function textOf(value: unknown): string {

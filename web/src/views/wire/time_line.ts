@@ -1,6 +1,6 @@
 /** Time line of a segment's last second: a lane for each that speaks, collisions across all. Without a screen. */
 
-import type { WirePacket } from "./packet_log";
+import { isCollision, type WirePacket } from "./packet_log";
 
 export const SPAN_S = 1;
 
@@ -30,26 +30,25 @@ export function timeLine(packets: readonly WirePacket[], now_s: number, known: r
   const from_s = now_s - SPAN_S;
   const place = (time_s: number) => Math.min(Math.max((time_s - from_s) / SPAN_S, 0), 1);
   const seen = packets.filter((packet) => packet.at_s + packet.duration_s > from_s && packet.at_s < now_s);
-  const lanes = [...new Set([...known, ...seen.map(speaker)])];
-  const bars = seen.map((packet) => ({
-    packet,
-    lane: lanes.indexOf(speaker(packet)),
-    begin: place(packet.at_s),
-    end: place(packet.at_s + packet.duration_s),
-  }));
+  const lanes = [...new Set([...known, ...seen.flatMap(speakers)])];
+  const bars = seen.flatMap((packet) => {
+    const begin = place(packet.at_s);
+    const end = place(packet.at_s + packet.duration_s);
+    return speakers(packet).map((name) => ({ packet, lane: lanes.indexOf(name), begin, end }));
+  });
   return { lanes, bars, collisions: overlaps(bars) };
 }
 
 /** Who speaks: an unknown one where what was heard does not tell. */
-export function speaker(packet: WirePacket): string {
-  return packet.from || "?";
+function speakers(packet: WirePacket): readonly string[] {
+  return packet.by.length ? packet.by : ["?"];
 }
 
 /** Times in which bars of different lanes overlap, or of which a packet says that it collided; joined. */
 function overlaps(bars: readonly Bar[]): Collision[] {
   const found: Collision[] = [];
   bars.forEach((bar, index) => {
-    if (bar.packet.error === "collision") found.push({ begin: bar.begin, end: bar.end });
+    if (isCollision(bar.packet)) found.push({ begin: bar.begin, end: bar.end });
     for (const other of bars.slice(index + 1)) {
       const begin = Math.max(bar.begin, other.begin);
       const end = Math.min(bar.end, other.end);
