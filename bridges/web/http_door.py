@@ -9,8 +9,8 @@ from typing import Any, Protocol
 from aiohttp import web
 
 from bridges.web.host_names import HostNames
+from bridges.web.login_sessions import LoginLimit, Sessions
 from bridges.web.page_files import PageFiles
-from bridges.web.sessions import LoginLimit, Sessions
 from bridges.web.web_messages import dumped
 from hil.vocab.desk_protocol import Source
 from hil.wire.json_text import JsonError, read_json

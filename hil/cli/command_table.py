@@ -63,5 +63,5 @@ _ROWS = (
 COMMANDS = {row.name: row for row in _ROWS}
 NOT_RUNNING = {"zenoh keys"}
 """Commands whose --bench is not a running one."""
-OF_BRIDGES = {"modbus": WIRE, "zenoh": SERVICE}
+OF_BRIDGES = {"modbus": WIRE, "web": SERVICE, "zenoh": SERVICE}
 """Groups of the commands of bridges; those of boards are below ``BOARD``."""

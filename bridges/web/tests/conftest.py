@@ -1,0 +1,6 @@
+"""Path to the helpers of the tests, ``pages_of_tests.py``."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # --import-mode=importlib leaves it out

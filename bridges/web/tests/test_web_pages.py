@@ -1,0 +1,429 @@
+"""Pages at the door: what they are told, what they watch, and what happens with those that misbehave."""
+
+import asyncio
+import json
+import struct
+from collections.abc import Awaitable, Callable
+from contextlib import AsyncExitStack
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pages_of_tests import PACKED, Door, PagesDesk, blocks, frame, opened, raw_page
+
+from bridges.web import web_bridge, web_client
+from bridges.web.page_files import read_page
+from bridges.web.streams import MOST_ITEMS
+from hil.vocab.desk_protocol import Watched
+from hil.vocab.verbs import VerbRefused
+
+
+def run(use: Callable[[Door], Awaitable[None]], desk: PagesDesk | None = None, **options: Any) -> None:
+    async def main() -> None:
+        async with opened(desk, **options) as door:
+            await use(door)
+
+    asyncio.run(main())
+
+
+def watching(door: Door, number: int = 0) -> Any:
+    return door.desk.watching[number][2]
+
+
+# ---- the page's files ----
+
+
+def test_a_page_is_kept_as_it_was_at_the_start(tmp_path: Path) -> None:
+    (tmp_path / "index.html").write_text("<!doctype html>")
+    (tmp_path / "page.js").write_bytes(b"let a;")
+    (tmp_path / "page.js.gz").write_bytes(b"packed")
+    (tmp_path / "build.json").write_text('{"version": "abc"}')
+    (tmp_path / "secret.key").write_text("x")
+    page = read_page(tmp_path)
+    assert page.version == "abc"
+    assert page.files.keys() == {"/", "/index.html", "/page.js", "/build.json"}
+    assert (page.files["/page.js"].content, page.files["/page.js"].compressed) == (b"let a;", b"packed")
+
+
+@pytest.mark.parametrize("build", ["", "[]", "{}", '{"version": '])
+def test_a_folder_without_a_page_says_so(tmp_path: Path, build: str) -> None:
+    (tmp_path / "build.json").write_text(build)
+    page = read_page(tmp_path)
+    assert page.version == ""
+    assert b"make web" in page.files["/"].content
+
+
+def test_files_come_packed_and_only_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "index.html").write_text("<!doctype html>")
+    (tmp_path / "index.html.gz").write_bytes(b"\x1f\x8b")
+    monkeypatch.setattr(web_bridge, "read_page", lambda: read_page(tmp_path))
+
+    async def use(door: Door) -> None:
+        session = door.session
+        async with session.get(door.url, headers={"Accept-Encoding": "identity"}) as answer:
+            assert (await answer.text(), answer.content_type) == ("<!doctype html>", "text/html")
+            etag = answer.headers["ETag"]
+        async with session.get(door.url, headers={"If-None-Match": etag}) as answer:
+            assert (answer.status, await answer.read()) == (304, b"")
+        async with session.head(door.url, headers={"Accept-Encoding": "gzip"}) as answer:
+            assert (answer.headers["Content-Encoding"], answer.headers["Content-Length"]) == ("gzip", "2")
+
+    run(use)
+
+
+# ---- hello, ask ----
+
+
+def test_a_page_is_told_the_bench_first() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            assert (page.hello["bench"], page.hello["user"], page.hello["role"]) == ("check", "web", "admin")
+            one, other = page.hello["devices"]
+            assert (one["name"], one["is_seen"], other["name"], other["is_real"]) == ("m1", True, "m2", True)
+            assert [field["name"] for field in one["fields"]] == ["at_ns", "r", "n", "x"]
+            pin = one["verbs"]["pin"]["parameters"]
+            assert (pin[0]["type"], pin[1]["type"]) == ("text", "whole")
+            kinds = {kind["name"]: kind for kind in page.hello["fault_kinds"]}
+            assert kinds["phase_open"]["parameters"][0]["choices"] == ["A", "B"]
+
+    run(use)
+
+
+def test_what_is_asked_is_answered_or_refused() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            done = await page.ask(
+                "ask", operation="do", target="m1", given={"name": "reset", "parameters": {}}
+            )
+            assert done == {"effective_at_ns": 5_000_000_000}
+            assert (await page.ask("ask", operation="do", target="m9"))["code"] == "no_device"
+            assert (await page.ask("ask", operation="reset", target=5))["code"] == "bad_parameter"
+            assert (await page.ask("ask"))["message"] == "operation: this one is missing"
+            assert "there are ask, watch" in (await page.ask("jump"))["message"]
+        status = door.bridge.status()
+        assert (status["commands"], status["rejected"]) == (1, 4)
+
+    run(use)
+
+
+def test_what_takes_its_time_holds_up_nothing() -> None:
+    class SlowDesk(PagesDesk):
+        may_end = asyncio.Event()
+
+        def ask(self, source: Any, operation: str, target: str, given: Any) -> Any:
+            async def later() -> dict[str, int]:
+                await self.may_end.wait()
+                if operation == "fail":
+                    raise VerbRefused("not_now", "later")
+                return {"done": 1}
+
+            return later() if operation in ("wait", "fail") else super().ask(source, operation, target, given)
+
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            for number in range(100, 100 + web_client.MOST_TASKS):
+                operation = "fail" if number == 100 else "wait"
+                await page.socket.send_json({"id": number, "do": "ask", "operation": operation})
+            assert (await page.ask("ask", operation="wait"))["code"] == "not_now"
+            SlowDesk.may_end.set()
+            assert await page.answer(100) == {"code": "not_now", "message": "later"}
+            assert await page.answer(101) == {"done": 1}
+
+    run(use, SlowDesk())
+
+
+def test_a_fault_of_our_own_is_one_requests(caplog: pytest.LogCaptureFixture) -> None:
+    class BrokenDesk(PagesDesk):
+        def ask(self, source: Any, operation: str, target: str, given: Any) -> Any:
+            if operation == "break":
+                raise RuntimeError("broken")
+            return super().ask(source, operation, target, given)
+
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            assert (await page.ask("ask", operation="break"))["code"] == "failed"
+            assert await page.ask("ask", operation="faults") == []
+
+    run(use, BrokenDesk())
+    assert "could not be carried out" in caplog.text
+
+
+# ---- watches ----
+
+
+def test_samples_come_as_they_were_asked_for() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            given = {"what": "samples", "target": "m1", "fields": ["x", "r"], "rate_Hz": 30}
+            assert await page.ask("watch", **given) == {"watch": 1}
+            assert watching(door).interval_ns == Fraction(10**9, 30)
+            watching(door).waiting = [
+                PACKED.pack(1_500_000_000, 0.5, 7, 2.25),
+                PACKED.pack(2 * 10**9, 1.5, 8, -1.0),
+            ]
+            (block,) = blocks(await page.until(lambda each: isinstance(each, bytes)))
+            assert block == (1, 0, [(1.5, 2.25, 0.5), (2.0, -1.0, 1.5)])
+            assert await page.ask("unwatch", watch=1) == await page.ask("unwatch", watch=1) == {}
+            assert door.desk.watching == []
+
+    run(use)
+
+
+def test_all_samples_of_a_turn_are_one_message() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            for _ in range(3):
+                await page.ask("watch", what="samples", target="m1", fields=["n"])
+            for number in range(3):
+                watching(door, number).waiting = [PACKED.pack(number, 0, number, 0)]
+            found = blocks(await page.until(lambda each: isinstance(each, bytes)))
+            assert [(block.watch, block.rows[0][1]) for block in found] == [(1, 0.0), (2, 1.0), (3, 2.0)]
+
+    run(use)
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"what": "jumps"}, "there is no 'jumps'"),
+        ({"what": "samples", "target": "m1"}, "fields: "),
+        ({"what": "samples", "target": "m1", "fields": ["y"]}, "m1 has no field 'y'; it has at_ns, r, n, x"),
+        ({"what": "samples", "target": "m1", "fields": ["x"] * 65}, "fields: write a list of 1 to 64"),
+        ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 0}, "rate_Hz: write 0.01 to 100"),
+        ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 101}, "rate_Hz: write 0.01 to 100"),
+        ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 60}, "up to 100.0 samples a second"),
+        ({"what": "status", "rate_Hz": 5}, "rate_Hz: write 0.01 to 4"),
+        ({"what": "packets", "target": "bus0"}, "there is no segment 'bus0'; there are none"),
+        ({"target": "m1"}, "what: this one is missing"),
+    ],
+)
+def test_what_cannot_be_watched_is_refused(given: dict[str, Any], why: str) -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            await page.ask("watch", what="samples", target="m1", fields=["x"], rate_Hz=50)
+            assert why in (await page.ask("watch", **given))["message"]
+            assert len(door.desk.watching) == 1
+
+    run(use, samples_per_s=100)
+
+
+def test_status_is_read_once_for_all_pages_and_told_when_it_changes() -> None:
+    desk = PagesDesk()
+    told = {"number": 1}
+    desk._answers = {**desk._answers, "status": told}
+
+    async def use(door: Door) -> None:
+        async with AsyncExitStack() as stack:
+            pages = [await stack.enter_async_context(door.page()) for _ in range(10)]
+            for page in pages:
+                await page.ask("watch", what="status", rate_Hz=4)
+            for page in pages:
+                assert (await page.until(lambda each: "value" in each))["value"] == {"number": 1}
+            told["number"] = 2
+            for page in pages:
+                assert (await page.until(lambda each: "value" in each))["value"] == {"number": 2}
+                assert page.pushed == []
+        assert sum(operation == "status" for _, operation, _ in desk.asked) < 10
+
+    run(use, desk)
+
+
+def test_progress_of_runs_is_the_latest_of_each() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            await page.ask("watch", what="runs")
+            for step in range(3):
+                for name in ("<script>alert(1)</script>", 'a "b" \\ \u2028\x07é'):
+                    watching(door).call({"run": name, "step": step})
+            items = (await page.until(lambda each: "items" in each))["items"]
+            assert {item["run"]: item["step"] for item in items} == {
+                "<script>alert(1)</script>": 2,
+                'a "b" \\ \u2028\x07é': 2,
+            }
+
+    run(use)
+
+
+def test_bytes_at_a_port_come_in_their_order_and_the_oldest_are_lost() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            await page.ask("watch", what="bytes", target="m1")
+            assert door.desk.watching[0][:2] == (Watched.BYTES, "m1")
+            for number in range(MOST_ITEMS + 5):
+                watching(door).call("board", struct.pack("<I", number))
+            items: list[Any] = []
+            while len(items) < MOST_ITEMS:
+                pushed = await page.until(lambda each: "items" in each)
+                items += pushed["items"]
+                assert pushed["lost"] == 5
+            numbers = [struct.unpack("<I", bytes.fromhex(item["hex"]))[0] for item in items]
+            assert numbers == list(range(5, MOST_ITEMS + 5))
+
+    run(use)
+
+
+# ---- those who come, go and misbehave ----
+
+
+def test_a_reload_is_told_to_all_and_watches_of_what_changed_end() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as one, door.page() as other:
+            await one.ask("watch", what="samples", target="m1", fields=["x"])
+            await one.ask("watch", what="status")
+            door.desk.devices["m3"] = door.desk.devices.pop("m2")
+            await door.bridge.devices_changed(["m1", "m2", "m3"])
+            closed = (await one.until(lambda each: "closed" in each))["closed"]
+            assert closed == {"watch": 1, "why": "m1 was changed"}
+            for page in (one, other):
+                changed = (await page.until(lambda each: "changed" in each))["changed"]
+                assert changed.keys() == page.hello.keys()
+                assert [device["name"] for device in changed["devices"]] == ["m1", "m3"]
+            assert door.desk.watching == []
+
+    run(use)
+
+
+def test_a_page_that_leaves_leaves_nothing() -> None:
+    async def use(door: Door) -> None:
+        for _ in range(3):
+            async with door.page() as page:
+                await page.ask("watch", what="samples", target="m1", fields=["x"])
+                await page.ask("watch", what="runs")
+            await door.until(lambda: not door.desk.watching and door.bridge.status()["links"] == 0)
+
+    run(use)
+
+
+def test_fifty_pages_get_all_their_samples() -> None:
+    async def use(door: Door) -> None:
+        async with AsyncExitStack() as stack:
+            pages = [await stack.enter_async_context(door.page()) for _ in range(50)]
+            for page in pages:
+                await page.ask("watch", what="samples", target="m1", fields=["n"])
+            for turn in range(3):
+                for number in range(50):
+                    watching(door, number).waiting = [PACKED.pack(turn, 0, number, 0)]
+                for number, page in enumerate(pages):
+                    (block,) = blocks(await page.until(lambda each: isinstance(each, bytes)))
+                    assert (block.lost, block.rows) == (0, [(turn / 1e9, float(number))])
+
+    run(use)
+
+
+def test_only_so_many_pages_are_open() -> None:
+    async def use(door: Door) -> None:
+        async with door.page(), door.page():
+            async with door.session.ws_connect(f"{door.url}ws", protocols=("hil.v1",)) as refused:
+                assert refused.closed
+
+    import aiohttp
+
+    with pytest.raises(aiohttp.WSServerHandshakeError, match="503"):
+        run(use, sockets=2)
+
+
+def test_who_does_not_read_loses_what_comes_then_the_socket(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(web_client, "STALLED_S", 0.5)
+
+    async def use(door: Door) -> None:
+        deaf = await raw_page(door.url)
+        loop = asyncio.get_running_loop()
+        watch = {"id": 1, "do": "watch", "what": "samples", "target": "m1", "fields": ["x", "r", "n"]}
+        await loop.sock_sendall(deaf, frame(json.dumps(watch)))
+        await door.until(lambda: bool(door.desk.watching))
+        async with door.page() as page:
+            await page.ask("watch", what="status")
+            watching(door).waiting = []
+            door.desk.endless = [PACKED.pack(0, 0, 0, 0)] * 2000
+            await door.until(lambda: door.bridge.status()["dropped"] > 0)
+            transports = [client._transport for client in door.bridge._clients]  # type: ignore[attr-defined]
+            assert max(each.get_write_buffer_size() for each in transports) < 1 << 20
+            assert await page.ask("ask", operation="faults") == []
+            await door.until(lambda: door.bridge.status()["links"] == 1)
+            assert door.bridge.status()["dropped"] > 2000
+            assert not [what for what, _, _ in door.desk.watching if what is Watched.SAMPLES]
+        deaf.close()
+
+    run(use)
+
+
+@pytest.mark.parametrize(
+    ("sent", "code"),
+    [
+        (frame("x" * 70_000), 1009),
+        (frame(b"\xff\xfe"), 1007),
+        (b"\xff" * 100, 1002),
+        (frame(b"", opcode=3), 1002),
+    ],
+)
+def test_what_is_no_message_ends_that_page_alone(sent: bytes, code: int) -> None:
+    async def use(door: Door) -> None:
+        bad, loop = await raw_page(door.url), asyncio.get_running_loop()
+        async with door.page() as page:
+            await loop.sock_sendall(bad, sent)
+            await door.until(lambda: door.bridge.status()["links"] == 1)
+            assert await page.ask("ask", operation="faults") == []
+        data = b""
+        while more := await loop.sock_recv(bad, 65536):
+            data += more
+        assert b"\x88" in data
+        assert struct.pack(">H", code) in data[data.rindex(b"\x88") :]
+        bad.close()
+
+    run(use)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "nonsense", "[1]", '{"id": 1}', "[" * 30_000, '{"id": "<b>", "do": "ask"}']
+)
+def test_garbage_is_answered_and_nothing_ends(text: str) -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            await page.socket.send_str(text)
+            refused = await page.until(lambda each: "error" in each)
+            assert refused["error"]["code"] == "bad_request"
+            await page.socket.send_bytes(b"\x07\x00")
+            assert (await page.until(lambda each: "error" in each))["id"] is None
+            assert await page.ask("ask", operation="faults") == []
+
+    run(use)
+
+
+def test_half_a_frame_and_half_a_request_hold_up_nobody() -> None:
+    async def use(door: Door) -> None:
+        half, loop = await raw_page(door.url), asyncio.get_running_loop()
+        await loop.sock_sendall(half, frame('{"id": 1, "do": "ask", "operation": "faults"}')[:20])
+        _, writer = await asyncio.open_connection("127.0.0.1", int(door.url[:-1].rpartition(":")[2]))
+        writer.write(b"GET / HT")
+        async with door.page() as page:
+            assert await page.ask("ask", operation="faults") == []
+            await loop.sock_sendall(half, frame('{"id": 1, "do": "ask", "operation": "faults"}')[20:])
+            await door.until(lambda: door.bridge.status()["commands"] == 2)
+        writer.transport.abort()
+        half.close()
+
+    run(use)
+
+
+def test_messages_wait_where_too_many_come() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            began_s = asyncio.get_running_loop().time()
+            for _ in range(60):
+                await page.ask("ask", operation="faults")
+            assert asyncio.get_running_loop().time() - began_s > 0.15  # 50 at once, then 50 a second
+
+    run(use, messages_per_s=50)
+
+
+def test_pages_are_told_that_the_bench_ends() -> None:
+    async def main() -> None:
+        async with AsyncExitStack() as stack, opened() as door:
+            page = await stack.enter_async_context(door.page())
+            closing = asyncio.create_task(page.closed())
+            await asyncio.sleep(0)
+            await door.bridge.close()
+            assert await closing == 1001
+
+    asyncio.run(main())
