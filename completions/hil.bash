@@ -1,6 +1,6 @@
 # bash completion of hil
 declare -gA _hil_commands=(
-    ['hil']='init check serve list status reload benches replay monitor with-lines state reset pin set zero profile axis run runs step drive plot capture decode play can fault doctor usb docs schema completion arduino sac modbus zenoh'
+    ['hil']='init check serve list status reload benches replay monitor with-lines state reset pin set zero profile axis run runs step drive plot capture decode play can fault doctor usb docs schema completion arduino sac modbus web zenoh'
     ['hil profile']='list new check'
     ['hil runs']='show cancel'
     ['hil can']='eds'
@@ -9,6 +9,7 @@ declare -gA _hil_commands=(
     ['hil arduino']='install uninstall'
     ['hil sac']='load save oneshot command calibrate'
     ['hil modbus']='cycle map'
+    ['hil web']='user'
     ['hil zenoh']='router keys'
 )
 declare -gA _hil_options=(
@@ -68,6 +69,8 @@ declare -gA _hil_options=(
     ['hil modbus']='-h --help'
     ['hil modbus cycle']='--baud --format --response-ms --turnaround-ms --pause-ms --json -h --help'
     ['hil modbus map']='--format --bench -b --runtime-dir -h --help'
+    ['hil web']='-h --help'
+    ['hil web user']='-h --help'
     ['hil zenoh']='-h --help'
     ['hil zenoh router']='--listen --ca --certificate --key --insecure -h --help'
     ['hil zenoh keys']='--bench --host --user --days --port -h --help'
@@ -273,6 +276,7 @@ declare -gA _hil_arguments=(
     ['hil sac calibrate']='-'
     ['hil modbus cycle']='-+'
     ['hil modbus map']='axes'
+    ['hil web user']='-'
     ['hil zenoh keys']='folder'
 )
 

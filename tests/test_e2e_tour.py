@@ -12,6 +12,8 @@ RT = r"rt: .*"
 NUMBERS = r"-?\d[\d.,]*"
 """Times, counts and states of a bench that runs differ from one look to the next."""
 HISTOGRAMS = r"(?:latency|lag) .*"
+WEB = r"(?m:^web: http://127\.0\.0\.1:\d+/$)"
+"""Address of the page: another port where 8080 is taken."""
 VERDICTS = r"(?:health|rt): (?s:.*?)(?=\n(?:rt|wakes))"
 """Verdicts on this machine, which differ elsewhere; long lines are broken."""
 
@@ -29,7 +31,7 @@ def test_the_tour(place: Place) -> None:
     machine = r"(?m:^  \S+python\S*)", r"(?m:^  \S*hil)(?= monitor )"
     said = server.output.replace(f" --runtime-dir {place.runtime}", "")
     for page, heading in ((README, "Start"), (TOUR, "Tour")):  # fits what was printed before and after, too
-        assert fits(f"...\n{shown(page, heading, place)}...", said, RT, *machine), said
+        assert fits(f"...\n{shown(page, heading, place)}...", said, RT, WEB, *machine), said
 
     server.ready()
     program, printed = (block(TOUR, "Use it from a program", index) for index in range(2))

@@ -26,7 +26,7 @@ _CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
 _AT_NS = Struct("<q").unpack_from
 
 
-class Stream(Protocol):
+class PageStream(Protocol):
     """Something that a page watches. ``is_fast``: it wants a turn each ``FAST_S``."""
 
     is_fast: bool
@@ -72,7 +72,7 @@ def _arrangement(places: Sequence[int]) -> Callable[[tuple[float, ...]], tuple[f
     return itemgetter(*places)
 
 
-class Samples:
+class AxisSamples:
     """Samples of an axis. ``names``: of the fields that the page wants."""
 
     is_fast = True
@@ -124,7 +124,7 @@ class Samples:
         self._watch.close()
 
 
-class Items:
+class PassingItems:
     """Packets, frames or bytes as they pass. ``say`` makes of each what the page gets, on its turn;
     ``size``: about how many bytes one takes."""
 
@@ -171,7 +171,7 @@ class Items:
             self.watch.close()
 
 
-class Runs:
+class RunsProgress:
     """Progress of runs: of each its latest, so that none is lost."""
 
     is_fast, lost = False, 0
@@ -200,7 +200,7 @@ class Runs:
         self._watch.close()
 
 
-class Reading:
+class ToldReading:
     """Answer of an operation, read again and again for all pages together; told when it has changed."""
 
     is_fast, lost = False, 0

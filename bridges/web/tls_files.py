@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 
-class FileProblem(NamedTuple):
+class TlsProblem(NamedTuple):
     """Mistake in a file. ``option``: which file; ``message`` names it."""
 
     option: str
@@ -22,13 +22,13 @@ def context(certificate: Path, key: Path) -> ssl.SSLContext:
     return made
 
 
-def file_problems(certificate: Path, key: Path) -> Iterator[FileProblem]:
+def file_problems(certificate: Path, key: Path) -> Iterator[TlsProblem]:
     """Find what is wrong with the two files."""
     is_readable = True
     for option, path in (("certificate", certificate), ("key", key)):
         if why := _unreadable(path):
             is_readable = False
-            yield FileProblem(option, f"{path.absolute()} {why}", "write where the file is, in PEM")
+            yield TlsProblem(option, f"{path.absolute()} {why}", "write where the file is, in PEM")
     if not is_readable:
         return
     try:
@@ -36,14 +36,14 @@ def file_problems(certificate: Path, key: Path) -> Iterator[FileProblem]:
     except ssl.SSLError as error:
         if error.reason == "KEY_VALUES_MISMATCH":
             message = f"{key.absolute()} is not the key of {certificate.absolute()}"
-            yield FileProblem("key", message, "write where the key of that certificate is")
+            yield TlsProblem("key", message, "write where the key of that certificate is")
         else:
             message = f"{certificate.absolute()} and {key.absolute()} are no certificate and its open key"
-            yield FileProblem(
+            yield TlsProblem(
                 "certificate", message, "write where both are, in PEM, the key without a password"
             )
     except (OSError, ValueError) as error:
-        yield FileProblem(
+        yield TlsProblem(
             "key", f"{key.absolute()} cannot be used: {error}", "write where the key is, in PEM"
         )
 

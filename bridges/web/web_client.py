@@ -19,8 +19,8 @@ from bridges.web.web_messages import (
     OBJECT,
     TEXT,
     WHOLE,
-    Asked,
     BadMessage,
+    PageRequest,
     answer_text,
     dumped,
     read_request,
@@ -144,7 +144,7 @@ class WebClient:
             self.rejected += 1
             self._outbox.put(refusal_text(error.id, error))
 
-    def _carry_out(self, asked: Asked) -> None:
+    def _carry_out(self, asked: PageRequest) -> None:
         try:
             if (do := self._does.get(asked.do)) is None:
                 known = ", ".join(self._does)

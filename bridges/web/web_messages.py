@@ -6,11 +6,11 @@ What comes from a page is read here alone; nothing else of the bridge sees a tex
 import json
 import math
 import struct
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from hil.vocab.desk_protocol import Done
+from hil.vocab.parameters import Form
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
@@ -26,7 +26,7 @@ PROBLEMS = ("bad_run", "bad_config")
 """Codes of refusals that list the problems of a text."""
 
 
-class Asked(NamedTuple):
+class PageRequest(NamedTuple):
     """Request of a page: its number, what to do, and what is given with it."""
 
     id: int
@@ -42,7 +42,7 @@ class BadMessage(VerbRefused):
         self.id = id
 
 
-def read_request(text: str) -> Asked:
+def read_request(text: str) -> PageRequest:
     """Read a request; ``given`` is checked by those who take it.
 
     Raises:
@@ -59,7 +59,7 @@ def read_request(text: str) -> Asked:
         raise BadMessage("id: write a whole number, 0 or more")
     if not isinstance(do := content.pop("do", None), str) or len(do) > NAME_CHARACTERS:
         raise BadMessage("do: write what to do, as ask or watch", number)
-    return Asked(number, do, content)
+    return PageRequest(number, do, content)
 
 
 def read_terminal(data: bytes) -> tuple[int, bytes]:
@@ -83,14 +83,6 @@ def terminal_message(number: int, data: bytes) -> bytes:
 def samples_head(fields: int, watch: int, lost: int, rows: int) -> bytes:
     """Encode the head of a block of samples. ``lost``: of all of the watch so far."""
     return _SAMPLES_HEAD.pack(SAMPLES, fields, 0, watch, lost & 0xFFFFFFFF, rows)
-
-
-@dataclass(frozen=True)
-class Form:
-    """Form of a value that a request gives: ``about`` says it in words."""
-
-    about: str
-    fits: Callable[[Any], bool]
 
 
 def _is_number(value: Any) -> bool:

@@ -5,9 +5,9 @@ from typing import Any
 
 from bridges.web.outbox import Outbox
 from bridges.web.shared_reading import SharedReading
-from bridges.web.streams import Reading, Runs, Samples, Stream
+from bridges.web.streams import AxisSamples, PageStream, RunsProgress, ToldReading
 from bridges.web.web_messages import NAME, NAMES, NUMBER, WHOLE, dumped, taken
-from bridges.web.wire_streams import Bytes, Frames, Packets
+from bridges.web.wire_streams import BusFrames, LinePackets, PortBytes
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import VerbRefused
@@ -27,7 +27,7 @@ class PageWatches:
         self, desk: Desk, source: Source, shared: Mapping[str, SharedReading], samples_per_s: float
     ) -> None:
         self._desk, self._source, self._shared, self._samples_per_s = desk, source, shared, samples_per_s
-        self._streams: dict[int, tuple[str, str, Stream]] = {}
+        self._streams: dict[int, tuple[str, str, PageStream]] = {}
         """Kind, target and stream by number."""
         self._last = 0
         self._lost_before = 0
@@ -64,10 +64,10 @@ class PageWatches:
         self._end(taken(given, {"watch": WHOLE}, {})["watch"])
         return {}
 
-    def packets(self, number: int) -> Packets:
+    def packets(self, number: int) -> LinePackets:
         """Watch of packets with this number. Raises VerbRefused: it is none."""
         _, _, stream = self._streams.get(number, ("", "", None))
-        if not isinstance(stream, Packets):
+        if not isinstance(stream, LinePackets):
             raise VerbRefused("no_place", f"watch {number} is none of packets")
         return stream
 
@@ -106,28 +106,30 @@ class PageWatches:
 
     def _stream(
         self, number: int, what: str, target: str, fields: list[str], rate_Hz: float | None
-    ) -> Stream:
+    ) -> PageStream:
         desk, source = self._desk, self._source
         match what:
             case "samples":
                 self._check_rate(rate := _rate(rate_Hz, 60.0, self._samples_per_s))
                 if not fields:
                     raise VerbRefused("bad_parameter", "fields: name those that are wanted")
-                return Samples(desk, source, number, target, fields, rate)
+                return AxisSamples(desk, source, number, target, fields, rate)
             case "packets":
-                return Packets(desk, source, number, target)
+                return LinePackets(desk, source, number, target)
             case "frames":
-                return Frames(desk, source, number, target)
+                return BusFrames(desk, source, number, target)
             case "bytes":
-                return Bytes(desk, source, number, target)
+                return PortBytes(desk, source, number, target)
             case "runs":
-                return Runs(desk, source, number)
+                return RunsProgress(desk, source, number)
             case "status" | "faults":
-                return Reading(self._shared[what], number, _rate(rate_Hz, MOST_READINGS_HZ, MOST_READINGS_HZ))
+                return ToldReading(
+                    self._shared[what], number, _rate(rate_Hz, MOST_READINGS_HZ, MOST_READINGS_HZ)
+                )
         raise VerbRefused("bad_parameter", f"what: there is no {what[:80]!r}; there are {', '.join(KINDS)}")
 
     def _check_rate(self, rate_Hz: float) -> None:
-        others = [each.rate_Hz for _, _, each in self._streams.values() if isinstance(each, Samples)]
+        others = [each.rate_Hz for _, _, each in self._streams.values() if isinstance(each, AxisSamples)]
         if sum(others) + rate_Hz > self._samples_per_s:
             raise VerbRefused(
                 "bad_parameter",

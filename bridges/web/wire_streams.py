@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from bridges.web.streams import Items
+from bridges.web.streams import PassingItems
 from hil.vocab.desk_protocol import BenchClock, Desk, Source, Watched
 from hil.vocab.framing import Item, Splitter
 from hil.vocab.segment import SegmentEvent, SegmentView
@@ -89,7 +89,7 @@ class PacketWords:
         }
 
 
-class Packets(Items):
+class LinePackets(PassingItems):
     """Packets of a segment."""
 
     def __init__(self, desk: Desk, source: Source, number: int, segment: str) -> None:
@@ -149,7 +149,7 @@ class Captured:
         return b"".join(written)
 
 
-class Frames(Items):
+class BusFrames(PassingItems):
     """Frames, errors and nodes' states on a CAN bus."""
 
     def __init__(self, desk: Desk, source: Source, number: int, bus: str) -> None:
@@ -177,7 +177,7 @@ class Frames(Items):
         ]
 
 
-class Bytes(Items):
+class PortBytes(PassingItems):
     """Bytes at a port."""
 
     def __init__(self, desk: Desk, source: Source, number: int, port: str) -> None:

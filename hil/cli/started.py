@@ -84,8 +84,9 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         lines.append(f"\n{name}: the drive at {control.drive.address}{away}; {axis} {name}")
     for kind, bridge in serving.live.bridges.items():
         status = bridge.status()
-        doors = ", ".join([*status["listen"], *status["connect"]])
-        lines.append(f"\n{kind}: {status['root']} at {doors}")
+        doors = [*status["listen"], *status["connect"]]
+        is_told = len(doors) == 1 and doors[0] in status["root"]  # a URL
+        lines.append(f"\n{kind}: {status['root']}" + ("" if is_told else f" at {', '.join(doors)}"))
         if status["insecure"]:
             lines.append(
                 f"  insecure: {status.get('risk', 'every program that can reach it may do everything')}"

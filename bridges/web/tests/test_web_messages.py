@@ -13,8 +13,8 @@ from bridges.web.web_messages import (
     NAMES,
     NUMBER,
     WHOLE,
-    Asked,
     BadMessage,
+    PageRequest,
     answer_text,
     dumped,
     read_request,
@@ -40,14 +40,14 @@ def test_any_text_is_a_request_or_is_refused(text: str) -> None:
     except BadMessage as error:
         json.loads(refusal_text(error.id, error))
     else:
-        assert isinstance(asked, Asked)
+        assert isinstance(asked, PageRequest)
         assert json.loads(text)["id"] == asked.id
 
 
 @given(st.integers(0, 2**53 - 1), st.text(max_size=256), st.dictionaries(st.text(), st.text()))
 def test_a_request_is_read_as_it_was_written(number: int, do: str, given: dict[str, str]) -> None:
     others = {name: value for name, value in given.items() if name not in ("id", "do")}
-    assert read_request(json.dumps({**others, "id": number, "do": do})) == Asked(number, do, others)
+    assert read_request(json.dumps({**others, "id": number, "do": do})) == PageRequest(number, do, others)
 
 
 @pytest.mark.parametrize(
