@@ -2,6 +2,7 @@
 
 import { computed, signal } from "@preact/signals";
 import { VERSION } from "./build";
+import type { ActiveFault, FaultMark } from "./model/fault_marks";
 import { Link } from "./net/link";
 import type { DeviceRow, Role } from "./net/protocol";
 
@@ -67,24 +68,7 @@ export const status = signal<Status>({});
 /** The status before the present one: rates are differences. */
 export const statusBefore = signal<Status>({});
 
-export interface ActiveFault {
-  number: number;
-  kind: string;
-  target: string;
-  parameters: Record<string, unknown>;
-}
-
 export const activeFaults = signal<ActiveFault[]>([]);
-
-/** A fault on the time axis: simulated seconds of its begin and end as this page saw them. `begin_s` is
- * -Infinity if it was there before the page, `end_s` is null while it is active. */
-export interface FaultMark {
-  number: number;
-  kind: string;
-  target: string;
-  begin_s: number;
-  end_s: number | null;
-}
 
 export const faultMarks = signal<FaultMark[]>([]);
 

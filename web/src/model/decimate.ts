@@ -45,21 +45,38 @@ function bucketRows(ring: Ring, first: number, end: number, size: number, out: F
   return made;
 }
 
-/** Put minimum and maximum of rows; a row without values makes both NaN, which is a gap in the line. */
+/** Put minimum and maximum of rows in the order in which they came; a row without values makes both NaN, which is
+ * a gap in the line. */
 function extremes(ring: Ring, column: number, low: number, high: number, out: Float64Array, to: number): void {
   let least = Infinity;
   let most = -Infinity;
+  let isMostFirst = false;
   for (let index = low; index < high; index++) {
     const value = ring.at(column, index);
     if (value !== value) {
       least = most = NaN;
       break;
     }
-    if (value < least) least = value;
-    if (value > most) most = value;
+    if (value < least) {
+      least = value;
+      isMostFirst = true;
+    }
+    if (value > most) {
+      most = value;
+      isMostFirst = false;
+    }
   }
-  out[to] = least;
-  out[to + 1] = most;
+  out[to] = isMostFirst ? most : least;
+  out[to + 1] = isMostFirst ? least : most;
+}
+
+/** Put the least and the most of the first `made` values into `out`, widening what it has; NaN do not count. */
+export function widen(values: ArrayLike<number>, made: number, out: [number, number]): void {
+  for (let at = 0; at < made; at++) {
+    const value = values[at]!;
+    if (value < out[0]) out[0] = value;
+    if (value > out[1]) out[1] = value;
+  }
 }
 
 const NICE = [1, 2, 2.5, 5, 10];

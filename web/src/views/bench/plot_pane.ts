@@ -2,7 +2,7 @@
  * taken per frame. */
 
 import uPlot from "uplot";
-import { decimate, display, niceRange } from "../../model/decimate";
+import { decimate, display, niceRange, widen } from "../../model/decimate";
 import { palette } from "../../parts/palette";
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
 import { faultMarks } from "../../store";
@@ -24,6 +24,7 @@ export class PlotPane implements Drawer {
   private data: uPlot.TypedArray[];
   private readonly x = { min: 0, max: 1 };
   private readonly y: [number, number] = [0, 1];
+  private readonly values: [number, number] = [0, 0];
   private drawnTotal = -1;
   private drawnChanges = -1;
 
@@ -72,7 +73,11 @@ export class PlotPane implements Drawer {
     if (!ring.total || right !== right) return;
     this.x.min = this.model.left_s(now_ms);
     this.x.max = right;
-    decimate(ring, this.x.min, this.x.max, this.all);
+    const made = decimate(ring, this.x.min, this.x.max, this.all);
+    this.values[0] = Infinity;
+    this.values[1] = -Infinity;
+    for (let at = 1; at < this.data.length; at++) widen(this.data[at]!, made, this.values);
+    niceRange(this.values[0], this.values[1], LEAST_SPAN[this.pane.unit] ?? 1, this.y);
     this.plot.setData(this.data as unknown as uPlot.AlignedData, false);
     this.plot.setScale("x", this.x);
   }
@@ -99,7 +104,6 @@ export class PlotPane implements Drawer {
     const colours = palette();
     const font = `${FONT_PX}px ${colours.mono}`;
     const axis = { stroke: colours.soft, font, grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.line, width: 1, size: 4 } };
-    const span = LEAST_SPAN[this.pane.unit] ?? 1;
     return {
       width: Math.max(this.place.clientWidth, 100),
       height: Math.max(this.place.clientHeight, 60),
@@ -107,7 +111,7 @@ export class PlotPane implements Drawer {
       padding: [6, 10, hasTimes ? 0 : 4, 0],
       scales: {
         x: { time: false },
-        y: { range: (_plot, low, high) => niceRange(low, high, span, this.y) },
+        y: { range: () => this.y },
       },
       axes: [
         { ...axis, size: hasTimes ? 24 : 0, space: 70, values: hasTimes ? (_plot, splits) => splits.map((value) => `${+value.toFixed(4)} s`) : () => [] },

@@ -1,6 +1,6 @@
 /** A strip of one field on a small canvas: the least that shows how an axis moves. */
 
-import { decimate, display, niceRange } from "../../model/decimate";
+import { decimate, display, niceRange, widen } from "../../model/decimate";
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
 import { palette } from "../../parts/palette";
 import type { AxisFeed } from "./axis_feed";
@@ -16,6 +16,7 @@ export class Strip implements Drawer {
   private readonly endFrames: () => void;
   private data: Float64Array[];
   private readonly range: [number, number] = [0, 1];
+  private readonly values: [number, number] = [0, 0];
   private drawnEdge_s = NaN;
 
   constructor(
@@ -54,14 +55,10 @@ export class Strip implements Drawer {
 
   private line(context: CanvasRenderingContext2D, times: Float64Array, values: Float64Array, made: number, to_s: number): void {
     const { width, height } = this.canvas;
-    let low = Infinity;
-    let high = -Infinity;
-    for (let at = 0; at < made; at++) {
-      const value = values[at]!;
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
-    niceRange(low, high, LEAST_SPAN, this.range);
+    this.values[0] = Infinity;
+    this.values[1] = -Infinity;
+    widen(values, made, this.values);
+    niceRange(this.values[0], this.values[1], LEAST_SPAN, this.range);
     const scaleX = width / WINDOW_s;
     const scaleY = height / (this.range[1] - this.range[0]);
     const from_s = to_s - WINDOW_s;

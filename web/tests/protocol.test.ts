@@ -1,0 +1,59 @@
+import { describe, expect, it } from "vitest";
+import { readBinary, readHello, readText, Refused, terminalFrame } from "../src/net/protocol";
+
+function samples(watch: number, lost: number, fields: number, values: number[], rows = values.length / (1 + fields)): ArrayBuffer {
+  const frame = new ArrayBuffer(16 + values.length * 8);
+  const head = new DataView(frame);
+  head.setUint8(0, 1);
+  head.setUint8(1, fields);
+  head.setUint32(4, watch, true);
+  head.setUint32(8, lost, true);
+  head.setUint32(12, rows, true);
+  new Float64Array(frame, 16).set(values);
+  return frame;
+}
+
+describe("binary frames", () => {
+  it("reads samples", () => {
+    const frame = readBinary(samples(7, 3, 2, [0.5, 1, 2, 0.6, 3, 4]));
+    expect(frame).toMatchObject({ kind: "samples", watch: 7, lost: 3, columns: 3, rows: 2 });
+    expect(frame.kind === "samples" && [...frame.values]).toEqual([0.5, 1, 2, 0.6, 3, 4]);
+  });
+
+  it.each([0, 1, 7, 12, 15, 17, 39])("takes %i bytes of a cut frame for unknown", (length) => {
+    expect(readBinary(samples(7, 0, 2, [1, 2, 3]).slice(0, length)).kind).toBe("unknown");
+  });
+
+  it("does not believe a number of rows that does not fit", () => {
+    expect(readBinary(samples(7, 0, 2, [1, 2, 3], 2 ** 32 - 1)).kind).toBe("unknown");
+  });
+
+  it("reads what it writes for terminals", () => {
+    const frame = readBinary(terminalFrame(9, Uint8Array.of(1, 255)).buffer);
+    expect(frame).toEqual({ kind: "terminal", terminal: 9, bytes: Uint8Array.of(1, 255) });
+  });
+});
+
+describe("text frames", () => {
+  it.each(["", "null", "[]", "3", '"x"', "{", "{}", '{"id":1}', '{"watch":"1"}', '{"id":"1","answer":1}'])("takes %j for unknown", (frame) => {
+    expect(readText(frame).kind).toBe("unknown");
+  });
+
+  it("reads answers, refusals and pushes", () => {
+    expect(readText('{"id":1,"answer":null}')).toEqual({ kind: "answer", id: 1, answer: null });
+    const refused = readText('{"id":2,"error":{"code":"cannot","message":"no"}}');
+    expect(refused.kind === "error" && refused.error).toBeInstanceOf(Refused);
+    expect(readText('{"watch":3,"items":[1],"lost":4}')).toEqual({ kind: "push", watch: 3, items: [1], lost: 4 });
+    expect(readText('{"watch":3,"value":null}')).toEqual({ kind: "push", watch: 3, value: null, lost: 0 });
+    expect(readText('{"closed":{"terminal":5,"why":"gone"}}')).toEqual({ kind: "closed", terminal: 5, why: "gone" });
+  });
+
+  it("reads a greeting of which everything is missing or wrong", () => {
+    expect(readHello(null)).toMatchObject({ bench: "", role: "viewer", devices: [], ports: [] });
+    const hello = readHello({ role: "root", devices: [3, { name: "__proto__", verbs: { __proto__: null, x: 1, y: {} } }], ports: "p" });
+    expect(hello.role).toBe("viewer");
+    expect(hello.devices).toHaveLength(1);
+    expect(Object.keys(hello.devices[0]!.verbs)).toEqual(["y"]);
+    expect(hello.ports).toEqual([]);
+  });
+});

@@ -1,0 +1,41 @@
+import { describe, expect, it } from "vitest";
+import { TerminalText } from "../src/model/terminal_text";
+
+const plainOf = (text: string) => text.replaceAll("\x1b[7m", "").replaceAll("\x1b[27m", "");
+const shown = (...parts: number[][]) => {
+  const decoder = new TerminalText();
+  return parts.map((part) => plainOf(decoder.next(Uint8Array.from(part)))).join("");
+};
+const bytes = (text: string) => [...new TextEncoder().encode(text)];
+
+describe("TerminalText", () => {
+  it("lets text and line ends through", () => {
+    expect(shown(bytes("SAC>vd\r\n150\t2000\b"))).toBe("SAC>vd\r\n150\t2000\b");
+    expect(shown(bytes("µ°😀"))).toBe("µ°😀");
+  });
+
+  it("shows escape sequences instead of carrying them out", () => {
+    const text = new TerminalText().next(Uint8Array.from(bytes("\x1b]0;title\x07\x1b[2J")));
+    expect(plainOf(text)).toBe("␛]0;title␇␛[2J");
+    expect(text.replaceAll(/\x1b\[2?7m/g, "")).not.toContain("\x1b");
+  });
+
+  it("shows controls of C1 and those that turn text around", () => {
+    expect(shown(bytes("a\u009bb\u202ec\u007f"))).toBe("a\\u009bb\\u202ec␡");
+  });
+
+  it.each([
+    [[0xff, 0x41], "\\xffA"],
+    [[0xc0, 0xaf], "\\xc0\\xaf"],
+    [[0xed, 0xa0, 0x80, 0x42], "\\xed\\xa0\\x80B"],
+    [[0xf4, 0x90, 0x80, 0x80], "\\xf4\\x90\\x80\\x80"],
+    [[0xe2, 0x82, 0x41], "\\xe2\\x82A"],
+  ])("shows invalid UTF-8 %j as its bytes", (given, wanted) => {
+    expect(shown(given)).toBe(wanted);
+  });
+
+  it("joins a character that is cut between frames", () => {
+    expect(shown([0xe2], [0x82], [0xac, 0x41])).toBe("€A");
+    expect(shown([0xf0, 0x9f], [0x41])).toBe("\\xf0\\x9fA");
+  });
+});
