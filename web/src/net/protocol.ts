@@ -49,6 +49,14 @@ export interface FaultKindRow {
   parameters: ParameterRow[];
 }
 
+/** Segment: `framing` is "sac" or "modbus_rtu", or another that a profile brings. */
+export interface LineRow {
+  name: string;
+  framing: string;
+  baud: number;
+  format: string;
+}
+
 export type Role = "viewer" | "operator" | "admin";
 
 export interface Hello {
@@ -59,6 +67,8 @@ export interface Hello {
   role: Role;
   devices: DeviceRow[];
   segments: string[];
+  /** Framing and speed of each segment, by its name. */
+  lines: ReadonlyMap<string, LineRow>;
   buses: string[];
   ports: string[];
   operations: Record<string, unknown>;
@@ -102,6 +112,7 @@ function text(value: unknown): string {
 export function readHello(raw: unknown): Hello {
   const told = isObject(raw) ? raw : {};
   const role = told["role"];
+  const segments = list(told["segments"]).map(readLine);
   return {
     protocol: Number(told["protocol"] ?? 0),
     version: text(told["version"]),
@@ -109,12 +120,18 @@ export function readHello(raw: unknown): Hello {
     user: text(told["user"]),
     role: role === "operator" || role === "admin" ? role : "viewer",
     devices: list<Json>(told["devices"]).filter(isObject).map(readDevice),
-    segments: list(told["segments"]),
+    segments: segments.map((line) => line.name),
+    lines: new Map(segments.map((line) => [line.name, line])),
     buses: list(told["buses"]),
     ports: list(told["ports"]),
     operations: isObject(told["operations"]) ? told["operations"] : {},
     fault_kinds: list<Json>(told["fault_kinds"]).filter(isObject).map(readFaultKind),
   };
+}
+
+function readLine(raw: unknown): LineRow {
+  const told = isObject(raw) ? raw : { name: raw };
+  return { name: text(told["name"]), framing: text(told["framing"]), baud: Number(told["baud"] ?? 0), format: text(told["format"]) };
 }
 
 function readDevice(raw: Json): DeviceRow {

@@ -53,8 +53,10 @@ function Companion({ port, ports }: { port: string; ports: string[] }) {
       <div class="companion-side">
         <ControlCard session={session} isDisabled={isDisabled} />
         <TrafficCard session={session} isDisabled={isDisabled} />
-        <TimesCard session={session} />
+      </div>
+      <div class="companion-below">
         <OneShotCard session={session} isDisabled={isDisabled} />
+        <TimesCard session={session} />
       </div>
     </div>
   );

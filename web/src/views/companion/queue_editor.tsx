@@ -38,15 +38,15 @@ export function QueueEditor({ session, selection, isDisabled }: Props) {
           <tr>
             <th scope="col">Q</th>
             <th scope="col">Steps</th>
-            <th scope="col">Dir</th>
-            <th scope="col">Unit</th>
+            <th scope="col" class="mid">Dir</th>
+            <th scope="col" class="mid">Unit</th>
             <th scope="col">RPM</th>
             <th scope="col" title="period of a step in us">Cycle</th>
-            <th scope="col">Ramp</th>
+            <th scope="col" class="mid">Ramp</th>
             <th scope="col">Acc</th>
             <th scope="col">Dec</th>
             <th scope="col" title="pulses added to the cruise">usteps</th>
-            <th scope="col">Sync</th>
+            <th scope="col" class="mid">Sync</th>
             <th scope="col" title="wait before the start in us">deltaT</th>
           </tr>
         </thead>

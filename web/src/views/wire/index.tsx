@@ -60,6 +60,7 @@ function Wire({ place, places }: { place: WirePlace; places: WirePlace[] }) {
             ))}
           </select>
         </label>
+        <Line name={place.name} />
         <LoadMeter feed={feed} />
         {feed.refused.value && <span class="problem" role="alert">{feed.refused.value}</span>}
       </div>
@@ -76,6 +77,13 @@ function Wire({ place, places }: { place: WirePlace; places: WirePlace[] }) {
       <Figures feed={feed} />
     </div>
   );
+}
+
+function Line({ name }: { name: string }) {
+  const line = hello.value?.lines.get(name);
+  if (!line) return null;
+  const parts = [line.framing, line.baud ? `${line.baud} baud` : "", line.format];
+  return <span class="soft">{parts.filter(Boolean).join(", ")}</span>;
 }
 
 function ListHead({ feed, shown, isPaused }: { feed: WireFeed; shown: number; isPaused: boolean }) {

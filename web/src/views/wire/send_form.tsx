@@ -2,10 +2,12 @@
 
 import { useState } from "preact/hooks";
 import { notify, notifyError } from "../../parts/notices";
-import { link } from "../../store";
+import { hello, link } from "../../store";
 import { hexOf, hexPairs, modbusCrc, readHex, sacPacket } from "./packet_text";
 
 type Form = "hex" | "sac" | "modbus";
+/** Form of what is sent first, by a segment's framing. */
+const FORMS: Record<string, Form> = { sac: "sac", modbus_rtu: "modbus" };
 
 /** Bytes of what was typed; a text says what is wrong. */
 function bytesOf(form: Form, text: string, to: string, from: string): Uint8Array | { fault: string } {
@@ -23,7 +25,7 @@ function bytesOf(form: Form, text: string, to: string, from: string): Uint8Array
 }
 
 export function SendForm({ segment, isDisabled }: { segment: string; isDisabled: boolean }) {
-  const [form, setForm] = useState<Form>("sac");
+  const [form, setForm] = useState<Form>(FORMS[hello.peek()?.lines.get(segment)?.framing ?? ""] ?? "hex");
   const [text, setText] = useState("");
   const [to, setTo] = useState("85");
   const [from, setFrom] = useState("1");
