@@ -12,6 +12,8 @@ const LABEL_PX = 96;
 const FOOT_PX = 18;
 const TICKS = 5;
 const LEAST_PX = 1.5;
+/** Width by which a collision is drawn beyond its begin and end. */
+const COLLISION_PX = 4;
 
 export function TimeLinePane({ feed, isPaused }: { feed: WireFeed; isPaused: boolean }) {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -21,13 +23,15 @@ export function TimeLinePane({ feed, isPaused }: { feed: WireFeed; isPaused: boo
     const element = canvas.current!;
     const sight = new Sight(element);
     let drawn = "";
+    const paused_s = isPaused ? feed.now_s() : undefined;
     const end = onFrames({
-      isDue: () => sight.isIn && !isPaused,
+      isDue: () => sight.isIn,
       draw: () => {
-        const now_s = feed.now_s();
+        const now_s = paused_s ?? feed.now_s();
         const line = timeLine(feed.log.since(now_s - 1), now_s, feed.lanes);
         const state = `${line.bars.length} ${feed.news.peek()} ${element.clientWidth} ${theme.peek()}`;
-        if (!line.bars.length && state === drawn) return;
+        const isStill = paused_s !== undefined || !line.bars.length;
+        if (isStill && state === drawn) return;
         drawn = state;
         if (line.lanes.length !== feed.lanes.length) {
           feed.lanes = line.lanes;
@@ -82,13 +86,24 @@ function draw(canvas: HTMLCanvasElement, line: TimeLine): void {
     context.fillStyle = colours.grid;
     context.fillRect(label, (lane + 1) * LANE_PX - 1, span, 1);
   });
-  context.fillStyle = colours.badBand;
-  for (const { begin, end } of line.collisions) {
-    context.fillRect(label + begin * span, 0, Math.max((end - begin) * span, LEAST_PX), bottom);
-  }
+  drawCollisions(context, line, label, span, bottom, colours);
   for (const { packet, lane, begin, end } of line.bars) {
     context.fillStyle = packet.error === null ? colours.traces[lane % colours.traces.length]! : colours.bad;
     context.fillRect(label + begin * span, lane * LANE_PX + 3, Math.max((end - begin) * span, LEAST_PX), LANE_PX - 6);
+  }
+}
+
+/** Draw collisions wider than they last, across all lanes: even a short one is seen. */
+function drawCollisions(
+  context: CanvasRenderingContext2D, line: TimeLine, left: number, span: number, bottom: number, colours: ReturnType<typeof palette>,
+): void {
+  for (const { begin, end } of line.collisions) {
+    const x = left + begin * span - COLLISION_PX;
+    const width = (end - begin) * span + 2 * COLLISION_PX;
+    context.fillStyle = colours.badBand;
+    context.fillRect(x, 0, width, bottom);
+    context.strokeStyle = colours.bad;
+    context.strokeRect(Math.round(x) + 0.5, 0.5, Math.round(width), bottom - 1);
   }
 }
 
