@@ -190,16 +190,16 @@ def test_one_shots_and_continuous_motion(page: Page) -> None:
     expect(page.get_by_role("button", name="Ops on")).to_be_visible()
     page.get_by_label("Send one-shot 1", exact=True).click()
     sent(page, "xm4000v20a999d999")
-    expect(page.get_by_text("one-shot runs")).to_be_visible()
-    expect(page.get_by_text("one-shot runs")).to_have_count(0)
+    expect(page.get_by_text("one-shot runs", exact=True)).to_be_visible()
+    expect(page.get_by_text("one-shot runs", exact=True)).to_have_count(0)
     button(page, "CW")
-    expect(page.get_by_text("continuous runs")).to_be_visible()
+    expect(page.get_by_text("continuous runs", exact=True)).to_be_visible()
     page.get_by_label("Velocity in RPM").fill("150")
     sent(page, "v150")
     type_line(page, "vd")
     expect(page.get_by_label("Incoming", exact=True)).to_contain_text("150\t2000")
     button(page, "stop")
-    expect(page.get_by_text("continuous runs")).to_have_count(0)
+    expect(page.get_by_text("continuous runs", exact=True)).to_have_count(0)
 
 
 def test_a_calibration_takes_a_minute_of_the_board(page: Page) -> None:
