@@ -34,7 +34,7 @@ describe("check", () => {
 
 describe("numbers", () => {
   it("are shown for people", () => {
-    expect([shown(-0.001, 2), shown(NaN), shown(null), shown(-1.5, 1), shown(-Infinity)]).toEqual(["−1.00e-3", "–", "–", "−1.5", "−∞"]);
+    expect([shown(-0.001, 2), shown(NaN), shown(null), shown(-1.5, 1), shown(-Infinity)]).toEqual(["0.00", "–", "–", "−1.5", "−∞"]);
     expect([plain(1e6), plain(0.001), plain(1e18)]).toEqual(["1000000", "0.001", "1000000000000000000"]);
     expect([byteRate(0), byteRate(12.4), byteRate(11520), byteRate(3e6)]).toEqual(["0 B/s", "12 B/s", "11.5 kB/s", "3.0 MB/s"]);
   });

@@ -4,7 +4,7 @@
 export function shown(value: number | null | undefined, digits = 2): string {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (!isFinite(value)) return value > 0 ? "∞" : "−∞";
-  if (value !== 0 && (Math.abs(value) >= 1e9 || Math.abs(value) < 10 ** -digits / 2)) return signed(value.toExponential(2));
+  if (Math.abs(value) >= 1e9) return signed(value.toExponential(2));
   return signed(value.toFixed(digits));
 }
 

@@ -33,10 +33,17 @@ export interface WatchHandle {
   close(): void;
 }
 
+/** Answer to an opened port: its other clients, and its baud, as far as they are told. */
+export interface TerminalAnswer {
+  terminal: number;
+  clients?: number;
+  baud?: number;
+}
+
 export interface TerminalSink {
   bytes(bytes: Uint8Array): void;
   /** The port is open, for the first time or again. */
-  opened(baud: number): void;
+  opened(answer: TerminalAnswer): void;
   closed(why: string): void;
 }
 
@@ -314,12 +321,12 @@ export class Link {
   private async beginTerminal(terminal: Terminal): Promise<void> {
     const socket = this.socket;
     try {
-      const answer = await this.request<{ terminal: number; baud: number }>({ do: "open", port: terminal.port });
+      const answer = await this.request<TerminalAnswer>({ do: "open", port: terminal.port });
       if (socket !== this.socket) return;
       terminal.number = answer.terminal;
       if (terminal.isClosed) return this.endTerminal(terminal);
       this.terminalByNumber.set(answer.terminal, terminal);
-      terminal.sink.opened(answer.baud);
+      terminal.sink.opened(answer);
     } catch (error) {
       if (error instanceof Refused && error.code !== "gone") terminal.sink.closed(error.message);
     }

@@ -141,7 +141,7 @@ function readDevice(raw: Json): DeviceRow {
       verbs[name] = {
         summary: text(verb["summary"]),
         role: (text(verb["role"]) || "operator") as Role,
-        parameters: list<ParameterRow>(verb["parameters"]),
+        parameters: readParameters(verb["parameters"]),
       };
     }
   }
@@ -155,6 +155,12 @@ function readDevice(raw: Json): DeviceRow {
   };
 }
 
+function readParameters(raw: unknown): ParameterRow[] {
+  return list<Json>(raw)
+    .filter(isObject)
+    .map((row) => ({ ...row, name: text(row["name"]), about: text(row["summary"] ?? row["about"]) }) as ParameterRow);
+}
+
 function readFaultKind(raw: Json): FaultKindRow {
   return {
     name: text(raw["name"]),
@@ -162,7 +168,7 @@ function readFaultKind(raw: Json): FaultKindRow {
     target: text(raw["target"]),
     about: text(raw["about"] ?? raw["summary"] ?? raw["meaning"]),
     is_once: raw["is_once"] === true,
-    parameters: list(raw["parameters"]),
+    parameters: readParameters(raw["parameters"]),
   };
 }
 

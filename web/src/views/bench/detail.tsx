@@ -58,7 +58,7 @@ function DeviceHead({ device }: { device: DeviceRow }) {
         {device.is_real && " · real"}
       </span>
       <span class={`pill is-${figures.state}`}>{figures.stateText}</span>
-      {figures.why && <span class="soft">{figures.why}</span>}
+      {figures.why && figures.why !== figures.stateText && <span class="soft">{figures.why}</span>}
       <span class="soft push mono">{figures.lag_ms === null ? "" : `lag ${figures.lag_ms.toFixed(1)} ms`}</span>
     </div>
   );

@@ -14,6 +14,8 @@ export class LogicTrace implements Drawer {
   private readonly resize: ResizeObserver;
   private readonly endFrames: () => void;
   private drawnEdge_s = NaN;
+  /** Whether there was a level before, from which an edge comes. */
+  private isEdge = false;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -52,6 +54,7 @@ export class LogicTrace implements Drawer {
     context.lineWidth = 1.25 * devicePixelRatio;
     context.font = `${10 * devicePixelRatio}px ${palette().mono}`;
     context.beginPath();
+    this.isEdge = false;
     let index = Math.max(ring.indexAt(to_s - WINDOW_s) - 1, ring.first);
     while (index < ring.total) {
       const value = ring.at(column, index);
@@ -60,6 +63,7 @@ export class LogicTrace implements Drawer {
       const from = xOf(index);
       const to = end < ring.total ? xOf(end) : width;
       if (value === value) this.span(context, value, from, to, height);
+      this.isEdge = value === value;
       index = end;
     }
     context.stroke();
@@ -68,7 +72,7 @@ export class LogicTrace implements Drawer {
   private span(context: CanvasRenderingContext2D, value: number, from: number, to: number, height: number): void {
     const top = height * MARGIN;
     const bottom = height * (1 - MARGIN);
-    const edge = from > 0;
+    const edge = from > 0 && this.isEdge;
     if (value === 0 || value === 1) {
       const y = value ? top : bottom;
       if (edge) context.moveTo(from, value ? bottom : top);

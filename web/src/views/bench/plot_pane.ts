@@ -2,6 +2,7 @@
  * taken per frame. */
 
 import uPlot from "uplot";
+import type { FaultMark } from "../../model/fault_marks";
 import { decimate, display, niceRange, widen } from "../../model/decimate";
 import { palette } from "../../parts/palette";
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
@@ -108,7 +109,7 @@ export class PlotPane implements Drawer {
       width: Math.max(this.place.clientWidth, 100),
       height: Math.max(this.place.clientHeight, 60),
       legend: { show: false },
-      padding: [6, 10, hasTimes ? 0 : 4, 0],
+      padding: [6, 24, hasTimes ? 0 : 4, 0],
       scales: {
         x: { time: false },
         y: { range: () => this.y },
@@ -135,7 +136,7 @@ export class PlotPane implements Drawer {
       },
       hooks: {
         drawClear: [(plot) => this.drawMarks(plot)],
-        draw: [(plot) => this.drawCursors(plot)],
+        draw: [(plot) => (this.drawNames(plot), this.drawCursors(plot))],
         setSelect: [(plot) => this.zoomToSelected(plot)],
       },
     };
@@ -148,37 +149,54 @@ export class PlotPane implements Drawer {
     plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
   }
 
-  /** Draw the faults: a band for the time of each, with its name. */
+  /** Draw the faults below the lines: a band for the time of each. */
   private drawMarks(plot: uPlot): void {
+    this.eachMark(plot, (mark, from, to) => {
+      const { top, height } = plot.bbox;
+      const colours = palette();
+      plot.ctx.fillStyle = colours.badBand;
+      plot.ctx.fillRect(from, top, Math.max(to - from, 2), height);
+      plot.ctx.fillStyle = this.isOwn(mark) ? colours.bad : colours.soft;
+      plot.ctx.fillRect(from, top, 1.5 * devicePixelRatio, height);
+    });
+  }
+
+  /** Draw the faults' names above the lines. */
+  private drawNames(plot: uPlot): void {
+    let row = 0;
+    this.eachMark(plot, (mark, from) => {
+      const { left, top } = plot.bbox;
+      const context = plot.ctx;
+      const isOwn = this.isOwn(mark);
+      const at = top + (2 + (row++ % 3) * (FONT_PX + 2) + FONT_PX) * devicePixelRatio;
+      context.font = `${FONT_PX * devicePixelRatio}px ${palette().mono}`;
+      context.textAlign = "left";
+      context.textBaseline = "alphabetic";
+      context.fillStyle = isOwn ? palette().bad : palette().soft;
+      context.fillText(isOwn ? mark.kind : `${mark.kind} ${mark.target}`, Math.max(from, left) + 4 * devicePixelRatio, at);
+    });
+  }
+
+  /** Draw each fault that is in sight, clipped: from and to in pixels of the canvas. */
+  private eachMark(plot: uPlot, draw: (mark: FaultMark, from: number, to: number) => void): void {
     const marks = faultMarks.peek();
     if (!marks.length) return;
     const { left, top, width, height } = plot.bbox;
-    const colours = palette();
-    const context = plot.ctx;
-    context.save();
-    context.beginPath();
-    context.rect(left, top, width, height);
-    context.clip();
-    context.font = `${FONT_PX * devicePixelRatio}px ${colours.mono}`;
-    let row = 0;
+    plot.ctx.save();
+    plot.ctx.beginPath();
+    plot.ctx.rect(left, top, width, height);
+    plot.ctx.clip();
     for (const mark of marks) {
-      const begin_s = mark.begin_s;
       const end_s = mark.end_s ?? Infinity;
-      if (end_s < this.x.min || begin_s > this.x.max) continue;
-      const from = begin_s < this.x.min ? left - 2 : plot.valToPos(begin_s, "x", true);
-      const to = end_s > this.x.max ? left + width : plot.valToPos(end_s, "x", true);
-      const isOwn = deviceOf(mark.target) === deviceOf(this.model.axis);
-      context.fillStyle = colours.badBand;
-      context.fillRect(from, top, Math.max(to - from, 2), height);
-      context.fillStyle = isOwn ? colours.bad : colours.soft;
-      context.fillRect(from, top, 1.5 * devicePixelRatio, height);
-      const place = isOwn ? mark.kind : `${mark.kind} ${mark.target}`;
-      const at = top + (2 + (row++ % 3) * (FONT_PX + 2) + FONT_PX) * devicePixelRatio;
-      context.textAlign = "left";
-      context.textBaseline = "alphabetic";
-      context.fillText(place, Math.max(from, left) + 4 * devicePixelRatio, at);
+      if (end_s < this.x.min || mark.begin_s > this.x.max) continue;
+      const from = mark.begin_s < this.x.min ? left - 2 : plot.valToPos(mark.begin_s, "x", true);
+      draw(mark, from, end_s > this.x.max ? left + width : plot.valToPos(end_s, "x", true));
     }
-    context.restore();
+    plot.ctx.restore();
+  }
+
+  private isOwn(mark: FaultMark): boolean {
+    return deviceOf(mark.target) === deviceOf(this.model.axis);
   }
 
   private drawCursors(plot: uPlot): void {
@@ -192,11 +210,13 @@ export class PlotPane implements Drawer {
     const at = Math.round(plot.valToPos(time_s, "x", true));
     const colours = palette();
     const context = plot.ctx;
+    context.save();
     context.fillStyle = colours.ink;
     context.fillRect(at, top, devicePixelRatio, height);
     context.font = `bold ${FONT_PX * devicePixelRatio}px ${colours.mono}`;
     context.textAlign = "left";
     context.fillText(name, at + 3 * devicePixelRatio, top + height - 4 * devicePixelRatio);
+    context.restore();
   }
 }
 

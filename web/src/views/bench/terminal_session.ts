@@ -8,7 +8,7 @@ import { TerminalText } from "../../model/terminal_text";
 import type { TerminalHandle } from "../../net/link";
 import { link } from "../../store";
 import { colour, theme } from "../../theme";
-import { strictDocument } from "./strict_document";
+import { withSheets } from "./strict_styles";
 
 const SCROLLBACK_LINES = 5000;
 
@@ -27,7 +27,6 @@ export class TerminalSession {
   constructor(readonly port: string) {
     this.element.className = "terminal-screen";
     this.terminal = new Terminal({
-      documentOverride: strictDocument,
       screenReaderMode: true,
       scrollback: SCROLLBACK_LINES,
       fontFamily: colour("--mono"),
@@ -51,9 +50,10 @@ export class TerminalSession {
     this.note.value = "opening";
     this.handle = link.open(this.port, {
       bytes: (bytes) => this.terminal.write(this.text.next(bytes)),
-      opened: (baud) => {
+      opened: ({ clients, baud }) => {
         this.isOpen.value = true;
-        this.note.value = `${baud} baud`;
+        const others = clients ? `, ${clients} other clients` : "";
+        this.note.value = baud ? `open, ${baud} baud${others}` : `open${others}`;
       },
       closed: (why) => {
         this.isOpen.value = false;
@@ -80,7 +80,7 @@ export class TerminalSession {
   /** Show the terminal in a place of the page; answers the function that takes it out. */
   show(place: HTMLElement): () => void {
     place.append(this.element);
-    if (!this.isShown) this.terminal.open(this.element);
+    if (!this.isShown) withSheets(() => this.terminal.open(this.element));
     this.isShown = true;
     const resize = new ResizeObserver(() => this.fitting.fit());
     resize.observe(place);

@@ -2,6 +2,7 @@
 
 import { computed, signal } from "@preact/signals";
 import { type DocumentProblem, readProblems } from "../../model/problems";
+import { Refused } from "../../net/protocol";
 import { link, runs, type RunProgress } from "../../store";
 
 export const text = signal(`run: example
@@ -20,10 +21,20 @@ export const problems = computed(() => (checkedText.value === text.value ? found
 export const isChecked = computed(() => checkedText.value === text.value);
 export const isGood = computed(() => isChecked.value && found.value.length === 0);
 
+/** Ask for a run; what cannot be done as it is written is an answer with its problems. Throws other Refused. */
+async function askRun(given: Record<string, unknown>): Promise<Record<string, unknown>> {
+  try {
+    return await link.ask<Record<string, unknown>>("run", "", given);
+  } catch (error) {
+    if (!(error instanceof Refused) || error.code !== "bad_run") throw error;
+    return { problems: error.problems.length ? error.problems : error.message };
+  }
+}
+
 /** Check the text at the bench; nothing moves. Throws Refused. */
 export async function checkRun(): Promise<boolean> {
   const checked = text.peek();
-  const answer = await link.ask<Record<string, unknown>>("run", "", { text: checked, file: fileName.peek(), check: true });
+  const answer = await askRun({ text: checked, file: fileName.peek(), check: true });
   found.value = readProblems(answer["problems"] ?? "");
   checkedText.value = checked;
   verdict.value = found.value.length ? "" : `run ${String(answer["run"] ?? "")}, ${String(answer["steps"] ?? "?")} steps, no problems`;
@@ -33,8 +44,8 @@ export async function checkRun(): Promise<boolean> {
 /** Check the text, and carry it out if it has no problems. Throws Refused. */
 export async function startRun(): Promise<void> {
   if (!(await checkRun())) return;
-  const answer = await link.ask<Record<string, unknown>>("run", "", { text: text.peek(), file: fileName.peek(), fresh: true });
-  if (typeof answer["problems"] === "string") {
+  const answer = await askRun({ text: text.peek(), file: fileName.peek(), fresh: true });
+  if (answer["problems"] !== undefined) {
     found.value = readProblems(answer["problems"]);
     return;
   }
