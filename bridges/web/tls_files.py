@@ -43,9 +43,7 @@ def file_problems(certificate: Path, key: Path) -> Iterator[TlsProblem]:
                 "certificate", message, "write where both are, in PEM, the key without a password"
             )
     except (OSError, ValueError) as error:
-        yield TlsProblem(
-            "key", f"{key.absolute()} cannot be used: {error}", "write where the key is, in PEM"
-        )
+        yield TlsProblem("key", f"{key.absolute()} cannot be used: {error}", "write where the key is, in PEM")
 
 
 def _unreadable(path: Path) -> str | None:

@@ -107,9 +107,10 @@ class WebBridge:
             log.warning("bridges.web: insecure: %s", risk)
 
     async def close(self) -> None:
-        if self._visitors is None or self._around is None:
+        visitors, self._visitors = self._visitors, None
+        if visitors is None or self._around is None:
             return
-        self._visitors.close()
+        visitors.close()
         going = [client.end(WSCloseCode.GOING_AWAY, "the bench has ended") for client in list(self._clients)]
         with suppress(TimeoutError):
             async with asyncio.timeout(CLOSE_S):
@@ -119,7 +120,7 @@ class WebBridge:
             with suppress(asyncio.CancelledError):
                 await self._turns
         self._around.ports.close()
-        await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
+        await asyncio.gather(*visitors.send_away(), return_exceptions=True)
         if self._server:
             await self._server.shutdown(CLOSE_S)
 

@@ -110,9 +110,9 @@ class PageWatches:
         desk, source = self._desk, self._source
         match what:
             case "samples":
-                self._check_rate(rate := _rate(rate_Hz, 60.0, self._samples_per_s))
                 if not fields:
                     raise VerbRefused("bad_parameter", "fields: name those that are wanted")
+                self._check_rate(rate := _rate(rate_Hz, 60.0, self._samples_per_s))
                 return AxisSamples(desk, source, number, target, fields, rate)
             case "packets":
                 return LinePackets(desk, source, number, target)
