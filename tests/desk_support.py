@@ -64,14 +64,19 @@ class Asking(NamedTuple):
 Using = Callable[[Callable[[Asking], Awaitable[None]]], None]
 
 
-def desk_in(folder: Path, config_text: str = CONFIG) -> Using:
-    """Call that runs what is awaited with the desk of a daemon, below a folder, that has started."""
+def desk_in(folder: Path, config_text: str = CONFIG, config_file: Path | None = None) -> Using:
+    """Call that runs what is awaited with the desk of a daemon, below a folder, that has started.
+    ``config_file``: what a reload reads."""
 
     def run(use: Callable[[Asking], Awaitable[None]]) -> None:
         async def main() -> None:
             config = parse(config_text, "h.yaml", find_catalogue())
             daemon = Daemon(
-                config, config_folder=folder, runtime_base=folder / "run", state_base=folder / "state"
+                config,
+                config_folder=folder,
+                config_file=config_file,
+                runtime_base=folder / "run",
+                state_base=folder / "state",
             )
             started: asyncio.Future[Serving] = asyncio.get_running_loop().create_future()
             running = asyncio.create_task(daemon.run(started.set_result))

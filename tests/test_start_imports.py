@@ -18,8 +18,8 @@ except SystemExit as end:
 open(told, "w").write(" ".join(sys.modules))
 """
 HEAVY = {
-    *("aiohttp", "asyncio", "can", "canopen", "cryptography", "matplotlib", "msgpack", "numpy", "plotext", "pymodbus"),
-    *("pytest", "serial", "ssl", "zenoh"),
+    *("aiohttp", "asyncio", "can", "canopen", "cryptography", "matplotlib", "msgpack", "numpy", "plotext"),
+    *("pymodbus", "pytest", "serial", "ssl", "zenoh"),
 }
 """Packages that no start needs."""
 OF_CONFIGURATIONS = {"hil.compose", "hil.config", "hil.core", "pydantic", "yaml"}
@@ -74,7 +74,8 @@ def test_a_check_of_bridges(tmp_path: Path) -> None:
         "bench: b\n"
         "devices: {m1: {profile: mechaduino}}\n"
         "can: {can0: {nodes: {m1: 5}}}\n"
-        "bridges: {can: {channels: {can0: {interface: virtual}}}, metrics: {}, modbus: {}, web: {}, zenoh: {}}\n"
+        "bridges: {can: {channels: {can0: {interface: virtual}}}, metrics: {}, modbus: {}, web: {},"
+        " zenoh: {}}\n"
     )
     modules = imported(tmp_path, "check", str(file))
     assert modules & (HEAVY | OF_BENCHES) == set()
