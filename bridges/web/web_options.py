@@ -148,8 +148,8 @@ class Options(BaseModel):
             try:
                 read_users(self.users)
             except UsersError as error:
-                for problem in error.problems:
-                    yield OptionProblem(("users",), *problem)
+                messages = "; ".join(message for message, _ in error.problems)
+                yield OptionProblem(("users",), messages, error.problems[0].remedy)
         if self.tls:
             from bridges.web.tls_files import file_problems
 

@@ -73,5 +73,5 @@ def test_a_port_that_was_named_is_that_one_or_none() -> None:
     assert (
         str(refused.value) == f"port: {port} is taken; choose another, or leave it out for the next free one"
     )
-    with pytest.raises(BridgeError, match="host: 192.0.2.1:0: "):
+    with pytest.raises(BridgeError, match=r"host: 192\.0\.2\.1:0: "):
         asyncio.run(make(Options(host="192.0.2.1", port=0, insecure=True), PagesDesk()).open())
