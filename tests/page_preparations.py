@@ -339,6 +339,14 @@ def _(session: Session) -> None:
     session.run(f"python examples/modbus/poll16.py {session.swaps['1502']}")
 
 
+# ---- web ----
+
+
+@carries_out("web", "hil web user")
+def _(session: Session, command: str) -> str:
+    return session.run(f"echo a long password | {command}")
+
+
 # ---- tests and zenoh ----
 
 

@@ -14,6 +14,7 @@ import aiohttp
 import pytest
 from desk_support import CONFIG, Asking, desk_in
 from e2e_support import PATIENCE_S
+from markdown_blocks import block
 
 from bridges.web.password_hash import hash_of
 from hil.vocab.desk_protocol import Source
@@ -213,6 +214,19 @@ def test_a_reload_is_told_and_terminals_of_what_has_gone_are_closed(tmp_path: Pa
             assert "m1" not in [device["name"] for device in told["devices"]]
 
     desk_in(tmp_path, text(), file)(use)
+
+
+def test_the_program_of_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program = block("docs/how-to/web.md", "For programs")
+
+    async def use(bench: Asking) -> None:
+        here = program.replace("http://127.0.0.1:8080/", url_of(bench))
+        await asyncio.to_thread(exec, compile(here, "web.md", "exec"), {})
+
+    desk_in(tmp_path, text())(use)
+    rows = [tuple(map(float, line.split())) for line in capsys.readouterr().out.splitlines()]
+    assert len(rows) >= 100
+    assert rows[1][0] - rows[0][0] == pytest.approx(1 / 60, abs=2e-6)
 
 
 ROLES = {

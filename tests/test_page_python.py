@@ -26,6 +26,7 @@ PROGRAMS = {
     ("ports", "With and without `baud:`"): "test_page_python.py",
     ("write-a-test", "The fixture"): "test_page_python.py",
     ("write-a-test", "A program of your own"): "test_page_python.py",
+    ("web", "For programs"): "test_e2e_web.py",
     ("zenoh", "From Python"): "page_preparations.py",
     ("zenoh", "What is there"): "page_preparations.py",
 }

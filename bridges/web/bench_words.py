@@ -1,15 +1,19 @@
-"""A bench as a page is told of it: its devices with their verbs and fields, and what can be asked."""
+"""A bench as pages are told of it: its devices with their verbs and fields, and what can be asked."""
 
+import asyncio
 from collections.abc import Iterable
 from typing import Any
 
-from hil.vocab.desk_protocol import Description, DeviceInfo, Source
+from bridges.web.web_messages import dumped
+from hil.vocab.desk_protocol import Description, Desk, DeviceInfo, Source
 from hil.vocab.faults import FAULT_KINDS, TARGETS
 from hil.vocab.operation import Operation
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Verb
 
 PROTOCOL = 1
+SLICE = 4
+"""Devices between two turns of others: some 2 ms."""
 SOCKETS_OWN = ("capture", "part", "samples", "unwatch", "watch")
 """Operations of the control socket's own kind: here `watch` and `open` are in their place, and benches lead
 runs together over zenoh."""
@@ -20,15 +24,50 @@ def is_offered(operation: Operation) -> bool:
     return operation.answer is not None and operation.name not in SOCKETS_OWN
 
 
-def bench_told(here: Description, source: Source, version: str) -> dict[str, Any]:
-    """Describe a bench to a page of this user. ``version``: of the page's files."""
+class BenchWords:
+    """Description of a bench, made once for all its pages. ``version``: of the page's files."""
+
+    def __init__(self, desk: Desk, version: str) -> None:
+        self._desk, self._version = desk, version
+        self._text: str | None = None
+        self._changes = 0
+        self._making = asyncio.Lock()
+
+    def changed(self) -> None:
+        """Note that devices were added, removed or exchanged."""
+        self._text, self._changes = None, self._changes + 1
+
+    async def told(self, key: str, source: Source) -> str:
+        """Message to a page of this user. ``key``: what it is, hello or changed."""
+        user = dumped({"user": source.name, "role": source.role.name.lower()})
+        return f'{{"{key}":{user[:-1]},{(await self._shared())[1:]}}}'
+
+    async def _shared(self) -> str:
+        """Object of what all users are told alike."""
+        async with self._making:
+            while self._text is None:
+                changes, text = self._changes, await self._made()
+                if changes == self._changes:
+                    self._text = text
+            return self._text
+
+    async def _made(self) -> str:
+        """Make it in slices: a large bench's boards do not wait for it."""
+        here = self._desk.describe()
+        devices: list[str] = []
+        for number, (name, device) in enumerate(list(here.devices.items()), 1):
+            devices.append(dumped(_device(name, device)))
+            if number % SLICE == 0:
+                await asyncio.sleep(0)
+        rest = dumped(_bench(here, self._version))
+        return f'{rest[:-1]},"devices":[{",".join(devices)}]}}'
+
+
+def _bench(here: Description, version: str) -> dict[str, Any]:
     return {
         "protocol": PROTOCOL,
         "version": version,
         "bench": here.bench,
-        "user": source.name,
-        "role": source.role.name.lower(),
-        "devices": [_device(name, device) for name, device in here.devices.items()],
         "segments": [
             {"name": name, "framing": line.framing.name, "baud": line.baud, "format": line.line_format.name}
             for name, line in here.segments.items()

@@ -10,6 +10,7 @@ from typing import Any
 
 from aiohttp import WSCloseCode, web
 
+from bridges.web.bench_words import BenchWords
 from bridges.web.host_names import HostNames
 from bridges.web.http_door import SECURITY, SUBPROTOCOL, HttpDoor
 from bridges.web.locks import NoLock, PasswordLock, TokenLock
@@ -94,7 +95,12 @@ class WebBridge:
         self._door = HttpDoor(hosts, page, lock, f"hil-{port}", self._enter, self._left)
         shared = {name: SharedReading(self._desk, OURS, name) for name in ("status", "faults")}
         self._around = Surroundings(
-            self._desk, page.version, shared, SharedPorts(), options.messages_per_s, options.samples_per_s
+            self._desk,
+            BenchWords(self._desk, page.version),
+            shared,
+            SharedPorts(),
+            options.messages_per_s,
+            options.samples_per_s,
         )
         self._server = _Server(self._door.answer, self._ends)
         self._visitors = Visitors("web", options.sockets + HTTP_CLIENTS, loop, self._stay, log.warning)
@@ -126,8 +132,11 @@ class WebBridge:
 
     async def devices_changed(self, names: Collection[str]) -> None:
         """Tell all pages, which get the whole description again."""
+        if self._around is None:
+            return
+        self._around.words.changed()
         for client in list(self._clients):
-            client.changed(names)
+            await client.changed(names)
 
     def status(self) -> Mapping[str, Any]:
         options, clients = self._options, list(self._clients)

@@ -10,7 +10,7 @@ from typing import Any
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
-from bridges.web.bench_words import bench_told, is_offered
+from bridges.web.bench_words import BenchWords, is_offered
 from bridges.web.message_rate import MessageRate
 from bridges.web.outbox import Outbox
 from bridges.web.shared_reading import SharedReading
@@ -22,7 +22,6 @@ from bridges.web.web_messages import (
     BadMessage,
     PageRequest,
     answer_text,
-    dumped,
     read_request,
     read_terminal,
     refusal_text,
@@ -43,11 +42,10 @@ log = logging.getLogger("hil")
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What all pages share. ``version``: of the page's files; ``messages_per_s``, ``samples_per_s``: limits
-    of each page."""
+    """What all pages share. ``messages_per_s``, ``samples_per_s``: limits of each page."""
 
     desk: Desk
-    version: str
+    words: BenchWords
     shared: Mapping[str, SharedReading]
     ports: SharedPorts
     messages_per_s: float
@@ -73,6 +71,7 @@ class WebClient:
         self._rate = MessageRate(around.messages_per_s)
         self._tasks: set[asyncio.Task[None]] = set()
         self._stalled_at_s: float | None = None
+        self._is_greeted = False
         self.commands = self.rejected = 0
         self._does: Mapping[str, Callable[[Mapping[str, Any]], Any]] = {
             "ask": self._ask,
@@ -88,7 +87,8 @@ class WebClient:
         """Serve the page until it leaves."""
         sending = asyncio.create_task(self._send_all())
         try:
-            self._outbox.put(dumped({"hello": self._bench()}))
+            self._outbox.put(await self._around.words.told("hello", self._source))
+            self._is_greeted = True
             async for message in self._socket:
                 await self._rate.wait(asyncio.get_running_loop().time())
                 await self._outbox.room()
@@ -112,10 +112,11 @@ class WebClient:
         elif now_s - self._stalled_at_s > STALLED_S:
             self.abort()
 
-    def changed(self, names: Collection[str]) -> None:
+    async def changed(self, names: Collection[str]) -> None:
         """Tell the page that these devices were added, removed or exchanged."""
         self.watches.devices_changed(names, self._outbox)
-        self._outbox.put(dumped({"changed": self._bench()}))
+        if self._is_greeted:
+            self._outbox.put(await self._around.words.told("changed", self._source))
 
     def abort(self) -> None:
         """Hang up."""
@@ -124,9 +125,6 @@ class WebClient:
     async def end(self, code: WSCloseCode, why: str) -> None:
         """Close the socket: its page has to go."""
         await self._socket.close(code=code, message=why.encode())
-
-    def _bench(self) -> dict[str, Any]:
-        return bench_told(self._desk.describe(), self._source, self._around.version)
 
     async def _send_all(self) -> None:
         try:

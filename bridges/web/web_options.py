@@ -50,8 +50,8 @@ class Options(BaseModel):
         default=[],
         max_length=64,
         description=(
-            "Other names and addresses by which browsers reach it, as in `lab1` or `lab1:9000`. Whoever asks"
-            " for another is refused."
+            "Other names and addresses by which browsers reach it, as in `lab1` or `lab1:9000`. Requests for"
+            " any other are refused."
         ),
     )
     users: Path | None = Field(
@@ -61,8 +61,8 @@ class Options(BaseModel):
     token: Literal["viewer", "operator", "admin"] | None = Field(
         default=None,
         description=(
-            "In the place of `users`: a token is made at each start, and the log has it. Whoever has it has"
-            " this role."
+            "In the place of `users`: a token is made at each start, and the log has it. A browser with the"
+            " token has this role."
         ),
     )
     tls: TlsFiles | None = Field(default=None, description="Certificate, for https.")

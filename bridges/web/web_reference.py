@@ -77,6 +77,6 @@ def reference() -> str:
             " f64 `at_s` and an f64 for each field. Terminals, both ways:"
             f" u8 {TERMINAL}, u8 0, u16 0, u32 terminal, then bytes.",
             "",
-            "Whoever does not read for long loses the socket. What he does not read is dropped and counted.",
+            "What a page does not read is dropped and counted. After 10 s without reading it loses its socket.",
         ]
     )
