@@ -75,7 +75,7 @@ class HttpDoor:
         except web.HTTPException as error:
             response = _text(error.status, error.text or "")
         except Exception:
-            log.exception("bridges.web: %s could not be answered", request.path)
+            log.exception("bridges.web: %r could not be answered", request.path)
             response = _text(500, "It met a fault of hil's own; the bench's log says more.")
         if response.status >= 400:
             self.rejected += 1

@@ -45,7 +45,7 @@ class TokenLock:
 
 
 class PasswordLock:
-    """Users with passwords. The work is the same for a user who does not exist."""
+    """Users with passwords. The work is the same for a name that nobody has."""
 
     way = "password"
     open_to: Source | None = None

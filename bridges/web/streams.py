@@ -83,16 +83,15 @@ class AxisSamples:
         self.axis, self.rate_Hz = axis, rate_Hz
         known = desk.describe().devices
         fields: Mapping[str, AxisField] = known[axis].fields if axis in known else {}
-        if fields and (wrong := [name for name in names if name not in fields]):
-            raise VerbRefused(
-                "no_parameter", f"{axis} has no field {wrong[0][:80]!r}; it has {', '.join(fields)}"
-            )
         self._number, self._columns = number, len(names)
+        self._rows, self._dropped = array("d"), 0
         interval_ns = NS_PER_S / Fraction(str(rate_Hz)).limit_denominator(10**6)
-        self._rows = array("d")
         self._watch: Watch = desk.watch(source, Watched.SAMPLES, axis, self._put, interval_ns=interval_ns)
+        if wrong := [name for name in names if name not in fields]:  # the desk has refused what is no axis
+            self._watch.close()
+            there = ", ".join(fields)
+            raise VerbRefused("no_parameter", f"{axis} has no field {wrong[0][:80]!r}; it has {there}")
         self._values = FieldReader([fields[name] for name in names]).values
-        self._dropped = 0
 
     def _put(self, packed: bytes) -> None:
         self._rows.append(_AT_NS(packed)[0] / 1e9)

@@ -36,6 +36,8 @@ HTTP_CLIENTS = 32
 HEARTBEAT_S = 20.0
 KEPT_S = 30.0
 """Time for which a connection without a request is kept."""
+TLS_S = 10.0
+"""Maximum time for a TLS handshake."""
 SEND_BYTES = 128 * 1024
 """Buffer of the system for a page: what is in it cannot be dropped any more."""
 CLOSE_S = 2.0
@@ -98,6 +100,7 @@ class WebBridge:
             self._desk,
             BenchWords(self._desk, page.version),
             shared,
+            {},
             SharedPorts(),
             options.messages_per_s,
             options.samples_per_s,
@@ -204,7 +207,10 @@ class WebBridge:
         loop = asyncio.get_running_loop()
         transport: asyncio.BaseTransport | None = None
         try:
-            transport, _ = await loop.connect_accepted_socket(lambda: protocol, connection, ssl=self._tls)
+            timeout_s = TLS_S if self._tls else None
+            transport, _ = await loop.connect_accepted_socket(
+                lambda: protocol, connection, ssl=self._tls, ssl_handshake_timeout=timeout_s
+            )
             await ended.wait()
         except OSError:
             connection.close()  # it is no TLS, or has gone already

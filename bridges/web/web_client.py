@@ -29,6 +29,7 @@ from bridges.web.web_messages import (
 )
 from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
+from bridges.web.wire_streams import SegmentRecord
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import VerbRefused
 
@@ -47,6 +48,7 @@ class Surroundings:
     desk: Desk
     words: BenchWords
     shared: Mapping[str, SharedReading]
+    records: dict[str, SegmentRecord]
     ports: SharedPorts
     messages_per_s: float
     samples_per_s: float
@@ -66,7 +68,7 @@ class WebClient:
         self._socket, self._source, self._around, self._desk = socket, source, around, around.desk
         self._transport, self._woken = transport, woken
         self._outbox = Outbox(socket, transport.get_write_buffer_size)
-        self.watches = PageWatches(around.desk, source, around.shared, around.samples_per_s)
+        self.watches = PageWatches(around.desk, source, around.shared, around.records, around.samples_per_s)
         self._terminals = PageTerminals(around.desk, source, around.ports, self._outbox)
         self._rate = MessageRate(around.messages_per_s)
         self._tasks: set[asyncio.Task[None]] = set()

@@ -78,7 +78,7 @@ class Options(BaseModel):
         description="Longest message of a page, in kB; a longer one ends its socket.",
     )
     messages_per_s: int = Field(
-        default=500, ge=1, le=100_000, description="Messages of a page that are read in a second; more wait."
+        default=200, ge=1, le=100_000, description="Messages of a page that are read in a second; more wait."
     )
     samples_per_s: int = Field(
         default=50_000, ge=100, le=400_000, description="Samples of axes that a page gets in a second."

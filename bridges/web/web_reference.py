@@ -2,6 +2,7 @@
 
 from bridges.web.http_door import SUBPROTOCOL
 from bridges.web.streams import MOST_ITEMS
+from bridges.web.web_client import STALLED_S
 from bridges.web.web_messages import SAMPLES, TERMINAL
 from bridges.web.web_watches import KINDS, MOST_READINGS_HZ
 from bridges.web.wire_streams import KEPT_EVENTS
@@ -77,6 +78,7 @@ def reference() -> str:
             " f64 `at_s` and an f64 for each field. Terminals, both ways:"
             f" u8 {TERMINAL}, u8 0, u16 0, u32 terminal, then bytes.",
             "",
-            "What a page does not read is dropped and counted. After 10 s without reading it loses its socket.",
+            "What a page does not read is dropped and counted. After"
+            f" {STALLED_S:g} s without reading it loses the socket, and has to come back.",
         ]
     )

@@ -5,14 +5,16 @@ from typing import Any
 
 from bridges.web.outbox import Outbox
 from bridges.web.shared_reading import SharedReading
-from bridges.web.streams import AxisSamples, PageStream, RunsProgress, ToldReading
+from bridges.web.streams import AxisSamples, PageStream, PassingItems, RunsProgress, ToldReading
 from bridges.web.web_messages import NAME, NAMES, NUMBER, WHOLE, dumped, taken
-from bridges.web.wire_streams import BusFrames, LinePackets, PortBytes
+from bridges.web.wire_streams import BusFrames, LinePackets, PortBytes, SegmentRecord
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import VerbRefused
 
 MOST_WATCHES = 256
+MOST_WIRES = 16
+"""Maximum number of watches of packets, frames and bytes: each may hold up to half a megabyte."""
 MOST_READINGS_HZ = 4.0
 KINDS = ("samples", "packets", "frames", "bytes", "runs", "status", "faults")
 _FORMS = {"what": NAME, "target": NAME, "fields": NAMES, "rate_Hz": NUMBER}
@@ -20,13 +22,19 @@ _DEFAULTS: Mapping[str, Any] = {"target": "", "fields": [], "rate_Hz": None}
 
 
 class PageWatches:
-    """Watches of a page of ``source``. ``shared``: readings for all pages; ``samples_per_s``: limit of all
-    its samples together."""
+    """Watches of a page of ``source``. ``shared``, ``records``: readings and segments' events, for all pages;
+    ``samples_per_s``: limit of all its samples together."""
 
     def __init__(
-        self, desk: Desk, source: Source, shared: Mapping[str, SharedReading], samples_per_s: float
+        self,
+        desk: Desk,
+        source: Source,
+        shared: Mapping[str, SharedReading],
+        records: dict[str, SegmentRecord],
+        samples_per_s: float,
     ) -> None:
-        self._desk, self._source, self._shared, self._samples_per_s = desk, source, shared, samples_per_s
+        self._desk, self._source, self._samples_per_s = desk, source, samples_per_s
+        self._shared, self._records = shared, records
         self._streams: dict[int, tuple[str, str, PageStream]] = {}
         """Kind, target and stream by number."""
         self._last = 0
@@ -115,10 +123,13 @@ class PageWatches:
                 self._check_rate(rate := _rate(rate_Hz, 60.0, self._samples_per_s))
                 return AxisSamples(desk, source, number, target, fields, rate)
             case "packets":
-                return LinePackets(desk, source, number, target)
+                self._check_wires()
+                return LinePackets(desk, source, number, target, self._records)
             case "frames":
+                self._check_wires()
                 return BusFrames(desk, source, number, target)
             case "bytes":
+                self._check_wires()
                 return PortBytes(desk, source, number, target)
             case "runs":
                 return RunsProgress(desk, source, number)
@@ -127,6 +138,10 @@ class PageWatches:
                     self._shared[what], number, _rate(rate_Hz, MOST_READINGS_HZ, MOST_READINGS_HZ)
                 )
         raise VerbRefused("bad_parameter", f"what: there is no {what[:80]!r}; there are {', '.join(KINDS)}")
+
+    def _check_wires(self) -> None:
+        if sum(isinstance(each, PassingItems) for _, _, each in self._streams.values()) >= MOST_WIRES:
+            raise VerbRefused("not_now", f"{MOST_WIRES} wires and ports are watched already; end a watch")
 
     def _check_rate(self, rate_Hz: float) -> None:
         others = [each.rate_Hz for _, _, each in self._streams.values() if isinstance(each, AxisSamples)]

@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from bridges.web.streams import PassingItems
@@ -15,8 +16,8 @@ from hil.wire.pcapng import Interface, RecordKind, header, record
 if TYPE_CHECKING:
     from hil.wire.can.can_bus_protocol import BusEvent
 
-KEPT_EVENTS, KEPT_BYTES = 10_000, 1 << 20
-"""Maximum of what a watch of packets keeps for a capture: so many events, and bytes of them."""
+KEPT_EVENTS, KEPT_BYTES = 10_000, 2 << 20
+"""Maximum of what is kept of a segment for captures: so many events, and bytes of them."""
 LINE_BAUD = 38400
 """Speed of a line without a station."""
 SETTLED_NS = 100_000_000
@@ -89,10 +90,39 @@ class PacketWords:
         }
 
 
-class LinePackets(PassingItems):
-    """Packets of a segment."""
+class SegmentRecord:
+    """Last events of a segment, kept for captures while pages watch it, for all of them together."""
 
-    def __init__(self, desk: Desk, source: Source, number: int, segment: str) -> None:
+    def __init__(self, desk: Desk, source: Source, segment: str) -> None:
+        self._kept: deque[SegmentEvent] = deque()
+        self._bytes = 0
+        self.heard = 0
+        """Number of events so far."""
+        self.pages = 0
+        self._watch = desk.watch(source, Watched.PACKETS, segment, self._hear)
+
+    def _hear(self, event: SegmentEvent) -> None:
+        self.heard += 1
+        self._kept.append(event)
+        self._bytes += _size(event)
+        while len(self._kept) > KEPT_EVENTS or self._bytes > KEPT_BYTES:
+            self._bytes -= _size(self._kept.popleft())
+
+    def since(self, heard: int) -> Sequence[SegmentEvent]:
+        """Events behind the first so many, as far as they are kept."""
+        gone = self.heard - len(self._kept)
+        return tuple(islice(self._kept, max(heard - gone, 0), None))
+
+    def close(self) -> None:
+        self._watch.close()
+
+
+class LinePackets(PassingItems):
+    """Packets of a segment. ``records``: of segments that are watched, by name."""
+
+    def __init__(
+        self, desk: Desk, source: Source, number: int, segment: str, records: dict[str, SegmentRecord]
+    ) -> None:
         here = desk.describe()
         if segment not in here.segments:
             known = ", ".join(here.segments) or "none"
@@ -100,17 +130,20 @@ class LinePackets(PassingItems):
         self._line, self._name, self._clock = here.segments[segment], segment, here.clock
         self._words = PacketWords(self._line)
         super().__init__(number, self._words.say, _size)
-        self._kept: deque[SegmentEvent] = deque()
-        self._kept_bytes = 0
         self._heard_lost = 0
-        self.watch = desk.watch(source, Watched.PACKETS, segment, self._heard)
+        self.watch = desk.watch(source, Watched.PACKETS, segment, self.put)
+        if segment not in records:
+            records[segment] = SegmentRecord(desk, source, segment)
+        self._records, self._record = records, records[segment]
+        self._record.pages += 1
+        self._since = self._record.heard
 
-    def _heard(self, event: SegmentEvent) -> None:
-        self.put(event)
-        self._kept.append(event)
-        self._kept_bytes += _size(event)
-        while len(self._kept) > KEPT_EVENTS or self._kept_bytes > KEPT_BYTES:
-            self._kept_bytes -= _size(self._kept.popleft())
+    def close(self) -> None:
+        super().close()
+        self._record.pages -= 1
+        if not self._record.pages:
+            self._record.close()
+            del self._records[self._name]
 
     def take(self, now_s: float) -> str | None:
         if self.lost != self._heard_lost:
@@ -125,7 +158,7 @@ class LinePackets(PassingItems):
         """What has passed, for a capture."""
         line = self._line
         source = Interface(self._name, line.framing.name, line.baud, line.line_format)
-        return Captured(program, source, tuple(self._kept), self._clock)
+        return Captured(program, source, self._record.since(self._since), self._clock)
 
 
 class Captured:

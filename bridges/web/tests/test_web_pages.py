@@ -16,6 +16,7 @@ from pages_of_tests import PACKED, Door, PagesDesk, blocks, frame, opened, raw_p
 from bridges.web import web_bridge, web_client
 from bridges.web.page_files import read_page
 from bridges.web.streams import MOST_ITEMS
+from bridges.web.web_watches import MOST_WIRES
 from hil.vocab.desk_protocol import Watched
 from hil.vocab.verbs import VerbRefused
 
@@ -197,6 +198,7 @@ def test_all_samples_of_a_turn_are_one_message() -> None:
         ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 0}, "rate_Hz: write 0.01 to 100"),
         ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 101}, "rate_Hz: write 0.01 to 100"),
         ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 60}, "up to 100 samples a second"),
+        ({"what": "samples", "target": "m2", "fields": ["y"], "rate_Hz": 1}, "m2 has no field 'y'"),
         ({"what": "status", "rate_Hz": 5}, "rate_Hz: write 0.01 to 4"),
         ({"what": "packets", "target": "bus0"}, "there is no segment 'bus0'; there are none"),
         ({"target": "m1"}, "what: this one is missing"),
@@ -263,6 +265,18 @@ def test_bytes_at_a_port_come_in_their_order_and_the_oldest_are_lost() -> None:
                 assert pushed["lost"] == 5
             numbers = [struct.unpack("<I", bytes.fromhex(item["hex"]))[0] for item in items]
             assert numbers == list(range(5, MOST_ITEMS + 5))
+
+    run(use)
+
+
+def test_only_so_many_wires_are_watched_at_a_time() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            for _ in range(MOST_WIRES):
+                assert "watch" in await page.ask("watch", what="bytes", target="m1")
+            assert (await page.ask("watch", what="bytes", target="m1"))["code"] == "not_now"
+            await page.ask("unwatch", watch=1)
+            assert "watch" in await page.ask("watch", what="bytes", target="m1")
 
     run(use)
 
