@@ -7,11 +7,9 @@
 
 import asyncio
 import statistics
-import sys
 import time
 from collections.abc import Sequence
 from contextlib import AsyncExitStack
-from typing import Any
 
 import aiohttp
 from _processes import Daemon, daemon, precise_cpu_s
@@ -67,8 +65,9 @@ async def page(stack: AsyncExitStack, url: str) -> Page:
     return Page(socket)
 
 
-async def shares(running: Daemon, pages: int, axes: int, *, deaf: int = 0) -> tuple[float, float]:
-    """Share of a core that the daemon takes, and rows a second that each page gets."""
+async def shares(running: Daemon, pages: int, axes: int, *, deaf: int = 0) -> tuple[float, float, float]:
+    """Share of a core that the daemon takes, rows a second that each page gets, and wakes of the core that
+    were missed in a second."""
     status = ask(next(running.folder.glob("run/*/control.sock")), "status")
     url = status["bridges"]["web"]["root"]
     async with AsyncExitStack() as stack:
@@ -78,48 +77,50 @@ async def shares(running: Daemon, pages: int, axes: int, *, deaf: int = 0) -> tu
         readers = [asyncio.create_task(each.read()) for each in open_pages[:pages]]
         await asyncio.sleep(1)
         before_rows = sum(each.rows for each in open_pages)
+        before = wakes(running)
         spent_s, began_s = precise_cpu_s(running.pid), time.monotonic()
         await asyncio.sleep(SECONDS)
         passed_s = time.monotonic() - began_s
         share = (precise_cpu_s(running.pid) - spent_s) / passed_s
+        missed_per_s = (wakes(running) - before) / passed_s
         rows_per_s = (sum(each.rows for each in open_pages) - before_rows) / passed_s
         for reader in readers:
             reader.cancel()
-    return share, rows_per_s / max(pages, 1)
+    return share, rows_per_s / max(pages, 1), missed_per_s
 
 
-def wakes(running: Daemon) -> dict[str, Any]:
-    status = ask(next(running.folder.glob("run/*/control.sock")), "status")
-    return {name: status[name] for name in ("ticks", "missed", "overruns")}
+def wakes(running: Daemon) -> int:
+    """Wakes of the core that were missed so far."""
+    missed: int = ask(next(running.folder.glob("run/*/control.sock")), "status")["missed"]
+    return missed
+
+
+CASES = {"nobody": (0, 0, 0), "page": (1, AXES, 0), "deaf": (1, AXES, 1), "many": (PAGES, 1, 0)}
+"""Pages that read, axes of each, and pages that do not read."""
 
 
 def main() -> None:
+    found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in CASES}
     with daemon(CONFIG + DOOR) as running:
         time.sleep(6)  # the boards' start
-        found: dict[str, list[float]] = {"nobody": [], "page": [], "deaf": [], "many": []}
-        rows = 0.0
-        before = wakes(running)
         for _ in range(ROUNDS):
-            found["nobody"].append(asyncio.run(shares(running, 0, 0))[0])
-            share, rows = asyncio.run(shares(running, 1, AXES))
-            found["page"].append(share)
-            found["deaf"].append(asyncio.run(shares(running, 1, AXES, deaf=1))[0])
-            share, of_many = asyncio.run(shares(running, PAGES, 1))
-            found["many"].append(share)
-        after = wakes(running)
-    middle = {name: statistics.median(each) for name, each in found.items()}
-    points = {name: 100 * (share - middle["nobody"]) for name, share in middle.items()}
-    print(f"nobody watches: {100 * middle['nobody']:.1f} % of a core")
-    print(f"{AXES} axes at {RATE_HZ:g} Hz to one page: {points['page']:.1f} points more (wanted at most 10),"
-          f" {rows:.0f} samples/s")  # fmt: skip
-    print(f"with a page beside it that does not read: {points['deaf']:.1f} points")
-    print(f"{PAGES} pages with an axis each: {points['many']:.1f} points, {of_many:.1f} samples/s each")
-    print(
-        f"wakes of the core: {after['ticks'] - before['ticks']}, missed {after['missed'] - before['missed']}"
-    )
-    report("web_door", points["page"], "points of a core", 10.0, 1.0,
-           {"reference": "what is wanted at most", "points": points, "samples_per_s": rows})  # fmt: skip
+            for name, (pages, axes, deaf) in CASES.items():
+                found[name].append(asyncio.run(shares(running, pages, axes, deaf=deaf)))
+    middle = {
+        name: [statistics.median(each) for each in zip(*rows, strict=True)] for name, rows in found.items()
+    }
+    points = {name: 100 * (share - middle["nobody"][0]) for name, (share, _, _) in middle.items()}
+    print(f"nobody watches: {100 * middle['nobody'][0]:.1f} % of a core")
+    for name, about in (
+        ("page", f"{AXES} axes at {RATE_HZ:g} Hz to one page"),
+        ("deaf", "the same with a page beside it that does not read"),
+        ("many", f"{PAGES} pages with an axis each"),
+    ):
+        print(f"{about}: {points[name]:.1f} points more, {middle[name][1]:.1f} samples/s each")
+    print("wakes missed a second:", ", ".join(f"{name} {each[2]:.1f}" for name, each in middle.items()))
+    extra: dict[str, object] = {"reference": "what is wanted at most", "points": points}
+    report("web_door", points["page"], "points of a core", 10.0, 1.0, extra)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

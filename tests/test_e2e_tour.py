@@ -12,7 +12,7 @@ RT = r"rt: .*"
 NUMBERS = r"-?\d[\d.,]*"
 """Times, counts and states of a bench that runs differ from one look to the next."""
 HISTOGRAMS = r"(?:latency|lag) .*"
-WEB = r"(?m:^web: http://127\.0\.0\.1:\d+/$)"
+WEB = r"http://127\.0\.0\.1:\d+/"
 """Address of the page: another port where 8080 is taken."""
 VERDICTS = r"(?:health|rt): (?s:.*?)(?=\n(?:rt|wakes))"
 """Verdicts on this machine, which differ elsewhere; long lines are broken."""
@@ -40,7 +40,9 @@ def test_the_tour(place: Place) -> None:
     assert fits(printed, done.stdout), done
 
     said = place.cli("status", "--bench", "demo")
-    assert fits(shown(TOUR, "Look at the bench", place), said, VERDICTS, HISTOGRAMS, r" +", NUMBERS), said
+    assert fits(shown(TOUR, "Look at the bench", place), said, WEB, VERDICTS, HISTOGRAMS, r" +", NUMBERS), (
+        said
+    )
 
     lines = re.findall(r"^\$ hil (.*)$", block(TOUR, "Make it fail"), re.M)
     said = "".join(place.cli(*line.split(), "--runtime-dir", str(place.runtime)) for line in lines)

@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from hil import __version__
+from hil.cli.bridge_views import reached_at
 from hil.cli.first_keys import first_keys
 from hil.cli.port_views import HINT, verdict_lines
 from hil.config.port_kinds import port_kinds
@@ -84,9 +85,7 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         lines.append(f"\n{name}: the drive at {control.drive.address}{away}; {axis} {name}")
     for kind, bridge in serving.live.bridges.items():
         status = bridge.status()
-        doors = [*status["listen"], *status["connect"]]
-        is_told = len(doors) == 1 and doors[0] in status["root"]  # a URL
-        lines.append(f"\n{kind}: {status['root']}" + ("" if is_told else f" at {', '.join(doors)}"))
+        lines.append(f"\n{kind}: {reached_at(status)}")
         if status["insecure"]:
             lines.append(
                 f"  insecure: {status.get('risk', 'every program that can reach it may do everything')}"

@@ -7,6 +7,7 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from hil.cli.bridge_views import reached_at
 from hil.cli.bus_views import bus_tables
 from hil.cli.hints import pasteable
 from hil.cli.run_reports import run_line
@@ -125,7 +126,6 @@ def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _bridge_line(row: dict[str, Any]) -> str:
-    doors = ", ".join([*row["listen"], *row["connect"]])
     counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
     if row["dropped"]:
         counts += f", {row['dropped']} dropped"
@@ -134,7 +134,7 @@ def _bridge_line(row: dict[str, Any]) -> str:
         if row["insecure"]
         else ""
     )
-    return f"{row['root']} at {doors}: {counts}{warning}"
+    return f"{reached_at(row)}: {counts}{warning}"
 
 
 def _drive_line(drive: dict[str, Any]) -> str:
