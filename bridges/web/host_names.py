@@ -6,10 +6,11 @@ name in ``Host`` and ``Origin``, and both are refused. Pure.
 
 from collections.abc import Iterable
 
-from bridges.web.web_options import authority
+from bridges.web.web_options import authority, has_port
 
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
-_ANY = ("0.0.0.0", "::", "")
+ANY = ("0.0.0.0", "::")
+"""Hosts that stand for all addresses of this computer."""
 _DEFAULT_PORT = {"http": 80, "https": 443}
 
 
@@ -18,9 +19,9 @@ class HostNames:
 
     def __init__(self, scheme: str, host: str, port: int, names: Iterable[str]) -> None:
         self.scheme = scheme
-        hosts = [*LOOPBACK, *([] if host in _ANY else [host])]
+        hosts = [*LOOPBACK, *([] if host in ANY else [host])]
         known = {authority(each, port) for each in hosts}
-        known |= {name if _has_port(name) else _with_port(name, port) for name in names}
+        known |= {name if has_port(name) else _with_port(name, port) for name in names}
         ending = f":{_DEFAULT_PORT[scheme]}"
         known |= {name.removesuffix(ending) for name in known if name.endswith(ending)}
         self._known = frozenset(name.lower() for name in known)
@@ -33,10 +34,6 @@ class HostNames:
         """True if the header ``Origin`` names the page that ``host`` has, or is not there: browsers send it
         with each WebSocket, and whenever something is posted."""
         return origin is None or origin.lower() == f"{self.scheme}://{host.lower()}"
-
-
-def _has_port(name: str) -> bool:
-    return ":" in name.rpartition("]")[2]
 
 
 def _with_port(name: str, port: int) -> str:

@@ -1,25 +1,24 @@
-"""The web bridge: its listeners, its pages, and their turns."""
+"""The web bridge: what it is made of, and its connections."""
 
 import asyncio
 import logging
 import socket
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from ssl import SSLContext
 from typing import Any
 
-from aiohttp import WSCloseCode, web
+from aiohttp import web
 
 from bridges.web.bench_words import BenchWords
-from bridges.web.host_names import HostNames
-from bridges.web.http_door import SECURITY, SUBPROTOCOL, HttpDoor
+from bridges.web.host_names import ANY, HostNames
+from bridges.web.http_door import HttpDoor
 from bridges.web.locks import NoLock, PasswordLock, TokenLock
+from bridges.web.open_pages import CLOSE_S, OpenPages
 from bridges.web.page_files import read_page
 from bridges.web.shared_reading import SharedReading
-from bridges.web.streams import FAST_S, SLOW_S
 from bridges.web.tls_files import context
-from bridges.web.web_client import Surroundings, WebClient
-from bridges.web.web_options import FIRST_PORT, LAST_PORT, Options, authority
+from bridges.web.web_client import Surroundings
+from bridges.web.web_options import FIRST_PORT, LAST_PORT, Options, authority, has_port
 from bridges.web.web_terminals import SharedPorts
 from bridges.web.web_users import UsersError, read_users
 from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
@@ -33,14 +32,12 @@ OURS = Source("web", Role.VIEWER)
 """Source of what the bridge reads for all pages."""
 HTTP_CLIENTS = 32
 """Connections beside those of pages: files, and who logs in."""
-HEARTBEAT_S = 20.0
 KEPT_S = 30.0
 """Time for which a connection without a request is kept."""
 TLS_S = 10.0
 """Maximum time for a TLS handshake."""
 SEND_BYTES = 128 * 1024
 """Buffer of the system for a page: what is in it cannot be dropped any more."""
-CLOSE_S = 2.0
 
 log = logging.getLogger("hil")
 _SILENT = logging.Logger("bridges.web")  # what clients do wrong is answered and counted, and not logged
@@ -69,17 +66,11 @@ class WebBridge:
         self._door: HttpDoor | None = None
         self._server: web.Server | None = None
         self._tls: SSLContext | None = None
-        self._around: Surroundings | None = None
+        self._pages: OpenPages | None = None
         self._listen: list[str] = []
         self._visits: dict[object, Visit] = {}
         self._ends: dict[object, asyncio.Event] = {}
         """Visits, and events of their ends, by the connections' protocols."""
-        self._clients: dict[WebClient, str] = {}
-        """Pages with their sessions."""
-        self._turns: asyncio.Task[None] | None = None
-        self._wake = asyncio.Event()
-        self._gone = {"commands": 0, "rejected": 0, "lost": 0}
-        """Counters of pages that have gone."""
 
     async def open(self) -> None:
         options, loop = self._options, asyncio.get_running_loop()
@@ -94,9 +85,8 @@ class WebBridge:
         port = listeners[0].getsockname()[1]
         self._listen = [address_shown(each) for each in listeners]
         hosts = HostNames("https" if self._tls else "http", options.host, port, options.names)
-        self._door = HttpDoor(hosts, page, lock, f"hil-{port}", self._enter, self._left)
         shared = {name: SharedReading(self._desk, OURS, name) for name in ("status", "faults")}
-        self._around = Surroundings(
+        around = Surroundings(
             self._desk,
             BenchWords(self._desk, page.version),
             shared,
@@ -105,11 +95,12 @@ class WebBridge:
             options.messages_per_s,
             options.samples_per_s,
         )
+        self._pages = pages = OpenPages(around, options.sockets, options.message_kb * 1024)
+        self._door = HttpDoor(hosts, page, lock, f"hil-{port}", self._enter, pages.leave)
         self._server = _Server(self._door.answer, self._ends)
         self._visitors = Visitors("web", options.sockets + HTTP_CLIENTS, loop, self._stay, log.warning)
         for listener in listeners:
             self._visitors.listen(listener)
-        self._turns = loop.create_task(self._give_turns())
         if isinstance(lock, TokenLock):
             log.info("bridges.web: the token of this run is %s", lock.token)
         if risk := self._risk():
@@ -117,50 +108,44 @@ class WebBridge:
 
     async def close(self) -> None:
         visitors, self._visitors = self._visitors, None
-        if visitors is None or self._around is None:
+        if visitors is None or self._pages is None:
             return
         visitors.close()
-        going = [client.end(WSCloseCode.GOING_AWAY, "the bench has ended") for client in list(self._clients)]
-        with suppress(TimeoutError):
-            async with asyncio.timeout(CLOSE_S):
-                await asyncio.gather(*going, return_exceptions=True)
-        if self._turns:
-            self._turns.cancel()
-            with suppress(asyncio.CancelledError):
-                await self._turns
-        self._around.ports.close()
+        await self._pages.close()
         await asyncio.gather(*visitors.send_away(), return_exceptions=True)
         if self._server:
             await self._server.shutdown(CLOSE_S)
 
     async def devices_changed(self, names: Collection[str]) -> None:
         """Tell all pages, which get the whole description again."""
-        if self._around is None:
-            return
-        self._around.words.changed()
-        for client in list(self._clients):
-            await client.changed(names)
+        if self._pages is not None:
+            await self._pages.changed(names)
 
     def status(self) -> Mapping[str, Any]:
-        options, clients = self._options, list(self._clients)
-        scheme = "https" if options.tls else "http"
+        options, pages = self._options, self._pages
         listen = self._listen or [authority(options.host, options.port or FIRST_PORT)]
+        counters = pages.counters() if pages else {"commands": 0, "rejected": 0, "dropped": 0}
         turned_away = self._visitors.turned_away if self._visitors else 0
         refused = self._door.rejected if self._door else 0
         return {
-            "root": f"{scheme}://{listen[0]}/",
+            "root": self._url(listen[0]),
             "listen": listen,
             "connect": [],
-            "links": len(clients),
-            "commands": self._gone["commands"] + sum(client.commands for client in clients),
-            "rejected": turned_away
-            + refused
-            + self._gone["rejected"]
-            + sum(client.rejected for client in clients),
-            "dropped": self._gone["lost"] + sum(client.watches.lost for client in clients),
+            "links": len(pages) if pages else 0,
+            **counters,
+            "rejected": turned_away + refused + counters["rejected"],
             "insecure": bool(self._risk()),
             "risk": self._risk(),
         }
+
+    def _url(self, listens_at: str) -> str:
+        """Address of the page in a browser; by a name that it answers to, where it listens everywhere."""
+        options = self._options
+        host, port = listens_at.rsplit(":", 1)
+        if options.host in ANY:
+            host = options.names[0] if options.names else "localhost"
+        at = host if has_port(host) else f"{host}:{port}"
+        return f"{'https' if options.tls else 'http'}://{at}/"
 
     def _risk(self) -> str:
         """What may happen as nobody has closed the door; empty: nothing."""
@@ -220,56 +205,11 @@ class WebBridge:
                 transport.abort()
 
     async def _enter(self, request: web.BaseRequest, source: Source, session: str) -> web.StreamResponse:
-        """Take a page in until it leaves."""
-        assert self._around is not None
-        if len(self._clients) >= self._options.sockets:
-            return web.Response(status=503, text=f"{self._options.sockets} pages are open already.\n")
-        page = web.WebSocketResponse(
-            protocols=(SUBPROTOCOL,),
-            heartbeat=HEARTBEAT_S,
-            max_msg_size=self._options.message_kb * 1024,
-            compress=False,
-            writer_limit=1 << 16,
-        )
-        page.headers.update(SECURITY)
-        await page.prepare(request)
-        transport = request.transport
-        assert isinstance(transport, asyncio.Transport)
-        client = WebClient(page, source, self._around, transport, self._wake.set)
-        self._clients[client] = session
-        if visit := self._visits.get(request.protocol):
-            visit.is_busy = visit.has_asked = True
+        """Take a page in. Its connection is not let go for others meanwhile."""
+        assert self._pages is not None
+        visit = self._visits[request.protocol]
+        visit.is_busy = visit.has_asked = True
         try:
-            await client.stay()
+            return await self._pages.enter(request, source, session)
         finally:
-            del self._clients[client]
-            self._gone["commands"] += client.commands
-            self._gone["rejected"] += client.rejected
-            self._gone["lost"] += client.watches.lost
-        return page
-
-    def _left(self, session: str) -> None:
-        """End the pages of a session."""
-        for client, own in list(self._clients.items()):
-            if own == session:
-                client.abort()
-
-    async def _give_turns(self) -> None:
-        """Give each page its turn, all of them at the rate that the fastest one wants."""
-        loop = asyncio.get_running_loop()
-        while True:
-            watching = [client for client in self._clients if len(client.watches)]
-            if not watching:
-                self._wake.clear()
-                await self._wake.wait()
-                continue
-            started_s = loop.time()
-            for client in watching:
-                try:
-                    client.turn(started_s)
-                except Exception:  # hil's own error: this page is lost, all else goes on
-                    log.exception("bridges.web: a page is sent away")
-                    client.abort()
-                await asyncio.sleep(0)
-            interval_s = FAST_S if any(client.watches.is_fast for client in watching) else SLOW_S
-            await asyncio.sleep(max(started_s + interval_s - loop.time(), interval_s / 4))
+            visit.is_busy = False

@@ -100,7 +100,7 @@ class Options(BaseModel):
     def _are_names(cls, names: list[str]) -> list[str]:
         for name in names:
             try:
-                endpoint(name if _has_port(name) else f"{name}:1")
+                endpoint(name if has_port(name) else f"{name}:1")
             except ValueError as error:
                 remedy = "write a name or an address, with or without a port, as in lab1 or [::1]:9000"
                 raise PydanticCustomError("names", "{why}", {"why": str(error), "remedy": remedy}) from None
@@ -162,5 +162,6 @@ def authority(host: str, port: int) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
-def _has_port(name: str) -> bool:
+def has_port(name: str) -> bool:
+    """True if a port stands behind a name, as in ``lab1:9000`` and ``[::1]:9000``."""
     return name.rpartition("]")[2].startswith(":") if name.startswith("[") else ":" in name

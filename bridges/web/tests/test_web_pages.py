@@ -355,7 +355,7 @@ def test_who_does_not_read_loses_what_comes_then_the_socket(monkeypatch: pytest.
             watching(door).waiting = []
             door.desk.endless = [PACKED.pack(0, 0, 0, 0)] * 2000
             await door.until(lambda: door.bridge.status()["dropped"] > 0)
-            transports = [client._transport for client in door.bridge._clients]  # type: ignore[attr-defined]
+            transports = [client._transport for client in door.bridge._pages._clients]  # type: ignore[attr-defined]
             assert max(each.get_write_buffer_size() for each in transports) < 1 << 20
             assert await page.ask("ask", operation="faults") == []
             await door.until(lambda: door.bridge.status()["links"] == 1)

@@ -75,3 +75,23 @@ def test_a_port_that_was_named_is_that_one_or_none() -> None:
     )
     with pytest.raises(BridgeError, match=r"host: 192\.0\.2\.1:0: "):
         asyncio.run(make(Options(host="192.0.2.1", port=0, insecure=True), PagesDesk()).open())
+
+
+@pytest.mark.parametrize(
+    ("host", "names", "root"),
+    [
+        ("127.0.0.1", [], "http://127.0.0.1:{}/"),
+        ("localhost", ["lab1"], "http://127.0.0.1:{}/"),
+        ("0.0.0.0", [], "http://localhost:{}/"),
+        ("0.0.0.0", ["lab1"], "http://lab1:{}/"),
+        ("0.0.0.0", ["lab1:9000"], "http://lab1:9000/"),
+    ],
+)
+def test_the_address_is_one_that_a_browser_can_open(host: str, names: list[str], root: str) -> None:
+    async def use() -> None:
+        async with opened(host=host, names=names, insecure=True) as door:
+            status = door.bridge.status()
+            assert status["root"] == root.format(status["listen"][0].rpartition(":")[2])
+            assert status["insecure"] is (host == "0.0.0.0")
+
+    asyncio.run(use())
