@@ -62,6 +62,7 @@ GO_ON: dict[str, Callable[[Session, str], str]] = {
     "capture": lambda session, command: captured(session, command, lambda: talk(session), 2),
     # Where masters of a CAN bus count by the angle, it is refused.
     "zero": lambda session, command: carried_out(session, command.replace("m1", "m2")),
+    "web user": lambda session, command: carried_out(session, f"echo a long password | {command}"),
     "zenoh router": lambda session, command: interrupted(session, command, lambda said: "Ctrl-C" in said),
 }
 """How commands are carried out that go on until Ctrl-C, which is no error of them, or want another board."""

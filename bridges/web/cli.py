@@ -31,7 +31,7 @@ def user(
     Asks for a password, or reads one line where the standard input is no terminal. What it prints has the
     password's hash alone.
 
-    Example: hil web user ann:operator >> users
+    Example: hil web user ann:operator
     """
     import secrets
     import sys

@@ -60,7 +60,7 @@ def test_the_demo_is_a_valid_bench_with_both_boards_and_defaults() -> None:
     catalogue = find_catalogue()
     demo = parse((ROOT / "examples" / "demo.yaml").read_text(), "demo.yaml", catalogue)
     devices = {"m1": {"profile": "mechaduino"}, "s1": {"profile": "sac"}}
-    assert demo == from_dict({"bench": "demo", "devices": devices}, catalogue)
+    assert demo == from_dict({"bench": "demo", "devices": devices, "bridges": {"web": {}}}, catalogue)
     assert demo.devices["s1"].baud == 38400
     assert (demo.rate_hz, demo.speed, demo.seed, demo.cpu) == (1000, 1.0, 0, None)
     m1 = demo.devices["m1"]
