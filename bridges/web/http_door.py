@@ -4,6 +4,7 @@ import asyncio
 import logging
 import secrets
 from collections.abc import Awaitable, Callable, Mapping
+from math import ceil
 from typing import Any, Protocol
 
 from aiohttp import web
@@ -135,7 +136,7 @@ class HttpDoor:
         if given is None:
             return _text(400, 'Write {"user": "...", "password": "..."}, or {"token": "..."}.')
         if wait_s := self._limit.wait_s(request.remote or "", _now_s()):
-            return _text(429, "Too many attempts; wait a little.", **{"Retry-After": f"{wait_s:.0f}"})
+            return _text(429, "Too many attempts; wait a little.", **{"Retry-After": f"{ceil(wait_s)}"})
         if (user := await self._lock.opened(given)) is None:
             log.warning("bridges.web: somebody at %s could not log in", request.remote)
             return _text(401, "That is not right.")
