@@ -59,7 +59,9 @@ def saved(page: Page, name: str) -> bytes:
 
 
 def sent(page: Page, line: str) -> None:
-    expect(page.get_by_label("Commands that were sent, the last first").get_by_text(line, exact=True)).to_be_visible()
+    expect(
+        page.get_by_label("Commands that were sent, the last first").get_by_text(line, exact=True)
+    ).to_be_visible()
 
 
 def running(page: Page, row: int) -> None:

@@ -46,7 +46,9 @@ class Bench:
 
 def companion_bench(speed: float, **top: Any) -> Iterator[Bench]:
     """Serve two SACs on a segment with the web's door."""
-    text = config(speed=speed, devices={name: {"profile": "sac", "flash": {}} for name in ("s1", "s2")}, **top)
+    text = config(
+        speed=speed, devices={name: {"profile": "sac", "flash": {}} for name in ("s1", "s2")}, **top
+    )
     chromium = shutil.which("chromium")
     assert chromium, "chromium is missing"
     bench = json.loads(text) | {"bridges": {"web": {"port": 0}}}
