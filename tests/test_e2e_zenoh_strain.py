@@ -48,12 +48,15 @@ def test_a_subscriber_that_never_reads_costs_nobody_else(bench: Bench) -> None:
     gate = threading.Event()
     subscriber = stuck.session.declare_subscriber("hil/t/**", lambda sample: gate.wait())
     try:
-        times: list[int] = []
+        before = bench.bridge()["dropped"]
         heard, mine = bench.plain.listen("axis/m1/state/packed")
         with mine:
             until(lambda: len(heard) > 2000, "states while another one does not read")
         times = [struct.unpack_from("<q", sample.payload.to_bytes())[0] for sample in heard]
-        assert {b - a for a, b in pairwise(times)} == {1_000_000}
+        steps_ms = [(b - a) / 1e6 for a, b in pairwise(times)]
+        assert all(step_ms >= 1 and step_ms.is_integer() for step_ms in steps_ms)
+        missing = sum(steps_ms) - len(steps_ms)  # a daemon that a busy computer kept waiting counts them
+        until(lambda: bench.bridge()["dropped"] - before >= missing, "all that are missing to be counted")
         assert bench.plain.one("axis/m1/state")["at_ns"] > 0
     finally:
         gate.set()
