@@ -45,7 +45,7 @@ class Feed(NamedTuple):
 
     ``per_minute``: millimetres in a minute along the path of X Y Z, or along that of U V W if X Y Z stay, or
     degrees in a minute if only A B C turn. ``inverse_time``: how often in a minute this motion could be done.
-    ``per_revolution``: as ``per_minute``, but for each turn of the spindle.
+    ``per_revolution``: as ``per_minute``, for each turn of the spindle.
     """
 
     kind: FeedKind
