@@ -88,7 +88,7 @@ def test_files_go_to_the_board_and_come_back_byte_for_byte(page: Page, bench: Be
 def test_a_bad_file_is_told_with_its_place_and_changes_nothing(page: Page) -> None:
     before = cell(page, 3, "Steps")
     choose(page, "Load queue file", "queue.txt", QUEUE.replace(b" 3000 ", b" x ", 2)[:-40])
-    expect(page.get_by_text('queue.txt:3:6: steps is "x"; write a whole number')).to_be_visible()
+    expect(page.get_by_text('queue.txt:1:53: deltaT is "x"; write a whole number')).to_be_visible()
     choose(page, "Load one-shots", "shots.txt", b"v159\r\nxm12")
     expect(page.get_by_text("shots.txt:2:5: the file ends in the middle of one-shot 2")).to_be_visible()
     assert cell(page, 3, "Steps") == before

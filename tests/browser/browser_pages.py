@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # --import-mode=importlib le
 from e2e_support import Place, Server, config
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-PATIENCE_MS = 60_000
+PATIENCE_MS = 20_000
 
 
 class Bench:
@@ -40,7 +40,8 @@ class Bench:
     def saved_queue(self) -> bytes:
         """Queue of s1, as ``hil sac save`` writes it."""
         back = self.place.folder / "back.txt"
-        self.place.hil("sac", "save", str(back), "--device", "s1")
+        where = ("--runtime-dir", str(self.place.runtime))
+        self.place.hil("sac", "save", str(back), "--device", "s1", *where)
         return back.read_bytes()
 
 

@@ -87,6 +87,7 @@ function Line({ name }: { name: string }) {
 }
 
 function ListHead({ feed, shown, isPaused }: { feed: WireFeed; shown: number; isPaused: boolean }) {
+  void redraw.value; // the log is no signal, and equal props draw nothing anew
   const fresh = isPaused ? feed.log.count - (feed.paused.value!.at(-1)?.number ?? 0) : 0;
   return (
     <div class="card-head">
