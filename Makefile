@@ -39,10 +39,13 @@ web/node_modules: web/package-lock.json
 	cd web && npm ci --no-audit --no-fund
 	@touch $@
 
-# The page in a browser, with a door and without. Needs Chromium: sudo apt install chromium
+# The page in Chromium, at doors of benches that run: three minutes. Needs Chromium: sudo apt install chromium.
+# What an older Node than 20 installs is not tried: accessibility is skipped.
 test-web: $(VENV)/.dev
-	@command -v chromium >/dev/null || { echo "skipped: chromium is missing (sudo apt install chromium)"; exit 0; }; \
-	  $(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/browser/browser_*.py
+	@! $(HAS_NODE) || $(MAKE) -s --no-print-directory web/node_modules
+	@$(SIDE_BY_SIDE) -p no:cacheprovider -rs -n 2 tests/browser/browser_*.py
+
+HAS_NODE = { command -v npm && node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 20)'; } >/dev/null 2>&1
 
 # The C alone: no Python, under the address, undefined-behaviour and thread sanitizers.
 test-native:

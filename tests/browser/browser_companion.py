@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from browser_pages import Bench, companion_bench
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 SPEED = 20
 # Rows in the form in which the companion program saves them: slow ones to loop over, then others.
@@ -23,8 +23,8 @@ SHOTS = b"xm4000v20a999d999\r\n\r\nv159\r\n" + b"\r\n" * 97
 
 
 @pytest.fixture
-def bench() -> Iterator[Bench]:
-    yield from companion_bench(SPEED)
+def bench(chromium: Browser) -> Iterator[Bench]:
+    yield from companion_bench(chromium, SPEED)
 
 
 @pytest.fixture

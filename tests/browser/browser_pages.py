@@ -1,64 +1,95 @@
-"""Benches with pages in a headless Chromium, for the companion and the wire."""
+"""Benches that serve pages, and the pages in Chromium.
+
+A test asks for ``chromium`` (``conftest.py``), serves a bench with ``served``, and opens its pages with
+``Bench.open``. A bench is served once for a file where its tests leave nothing behind.
+"""
 
 import json
-import os
 import re
-import shutil
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # --import-mode=importlib leaves it out
+import pytest
+from e2e_support import Place, Server, config, until
+from playwright.sync_api import Browser, BrowserContext, Page
 
-from e2e_support import Place, Server, config
-from playwright.sync_api import Browser, Page, expect, sync_playwright
-
+ROOT = Path(__file__).parents[2]
+AXE = ROOT / "web/node_modules/axe-core/axe.min.js"
 PATIENCE_MS = 20_000
+"""A bound for what takes well under a second on an idle machine."""
+PHONE = {"width": 390, "height": 844}
+DESK = {"width": 1400, "height": 1000}
 
 
 class Bench:
-    """A served bench, and a browser that opens its pages. Errors of a page fail the test."""
+    """A served bench, and a browser that opens its pages. Errors of a page fail the test that closes it."""
 
     def __init__(self, place: Place, server: Server, browser: Browser) -> None:
         self.place, self.server, self._browser = place, server, browser
         self.errors: list[str] = []
-        found = re.search(r"^web: (http://\S+)", server.output, re.M)
-        assert found, server.output
-        self.url = found[1]
+        """Exceptions in pages, and what they wrote as errors to their consoles."""
+        self._contexts: list[BrowserContext] = []
+        self.url = address_of(server)
 
-    def open(self, where: str, **options: Any) -> Page:
-        """Open a page in a browser context of its own."""
-        context = self._browser.new_context(viewport={"width": 1400, "height": 1000}, **options)
+    def open(self, where: str = "", **options: Any) -> Page:
+        """Open a page in a profile of its own. ``where``: the place in it, as in ``bench/m1``."""
+        context = self._browser.new_context(**{"viewport": DESK, **options})
         context.set_default_timeout(PATIENCE_MS)
+        self._contexts.append(context)
         page = context.new_page()
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
         page.goto(f"{self.url}#/{where}")
         return page
 
+    def close_pages(self) -> None:
+        """Close the pages. Raises AssertionError: there were errors in them."""
+        for context in self._contexts:
+            context.close()
+        self._contexts.clear()
+        errors, self.errors = self.errors, []
+        assert errors == []
+
     def saved_queue(self) -> bytes:
         """Queue of s1, as ``hil sac save`` writes it."""
         back = self.place.folder / "back.txt"
-        where = ("--runtime-dir", str(self.place.runtime))
-        self.place.hil("sac", "save", str(back), "--device", "s1", *where)
+        self.place.hil("sac", "save", str(back), "--device", "s1")
         return back.read_bytes()
 
 
-def companion_bench(speed: float, **top: Any) -> Iterator[Bench]:
-    """Serve two SACs on a segment with the web's door."""
-    text = config(
-        speed=speed, devices={name: {"profile": "sac", "flash": {}} for name in ("s1", "s2")}, **top
-    )
-    chromium = shutil.which("chromium")
-    assert chromium, "chromium is missing"
-    bench = json.loads(text) | {"bridges": {"web": {"port": 0}}}
-    expect.set_options(timeout=PATIENCE_MS)
-    arguments = ["--no-sandbox"] if os.getuid() == 0 else []
-    with Place() as place, sync_playwright() as playwright:
-        server = place.serve(json.dumps(bench))
-        browser = playwright.chromium.launch(executable_path=chromium, args=arguments)
-        made = Bench(place, server, browser)
+def address_of(server: Server) -> str:
+    """Address of a bench's page, as `hil serve` prints it."""
+    found = until(lambda: re.search(r"^web: (https?://\S+)", server.output, re.M), "the page's address")
+    return found[1]
+
+
+@contextmanager
+def served(chromium: Browser, bench: Mapping[str, Any]) -> Iterator[Bench]:
+    """Serve a bench, with a web door if it has none."""
+    content = {"bridges": {"web": {"port": 0}}, **bench}
+    with Place() as place:
+        made = Bench(place, place.serve(json.dumps(content)), chromium)
         yield made
-        browser.close()
-        assert made.errors == []
+        made.close_pages()
+
+
+def companion_bench(chromium: Browser, speed: float, **top: Any) -> Iterator[Bench]:
+    """Serve two SACs."""
+    devices = {name: {"profile": "sac", "flash": {}} for name in ("s1", "s2")}
+    with served(chromium, json.loads(config(speed=speed, devices=devices, **top))) as bench:
+        yield bench
+
+
+def violations(page: Page) -> list[str]:
+    """What axe-core finds wrong with a page for those who do not see or use a mouse: rules and elements."""
+    if not AXE.is_file():
+        pytest.skip("axe-core is missing: `npm ci` in web/, or `make test-web` with npm")
+    page.evaluate(AXE.read_text())  # not as a script of the page, which its policy forbids
+    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
+    return [
+        f"{rule['id']}: {node['target']}: {node['failureSummary']}"
+        for rule in found["violations"]
+        for node in rule["nodes"]
+    ]

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 from browser_pages import Bench, companion_bench
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 SEGMENTS = {"bus0": {"stations": ["s1", "s2"], "taps": {"master": {"port": "pty"}}}}
 PACKETS = {"role": "grid", "name": "Packets"}
 
 
 @pytest.fixture
-def bench() -> Iterator[Bench]:
-    yield from companion_bench(1, segments=SEGMENTS)
+def bench(chromium: Browser) -> Iterator[Bench]:
+    yield from companion_bench(chromium, 1, segments=SEGMENTS)
 
 
 @pytest.fixture

@@ -1,0 +1,27 @@
+"""The page that is in the wheel is made of the sources that are here."""
+
+import hashlib
+import json
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / "web"
+SINGLE = (
+    *("build_version.mjs", "index.html", "package-lock.json", "package.json", "tsconfig.json"),
+    "vite.config.mjs",
+)
+
+
+def version_of_sources() -> str:
+    """Checksum as ``web/build_version.mjs`` computes it."""
+    below = [path.relative_to(SOURCES).as_posix() for path in SOURCES.glob("src/**/*") if path.is_file()]
+    digest = hashlib.sha256()
+    for name in sorted([*SINGLE, *below], key=str.encode):
+        content = (SOURCES / name).read_bytes()
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
+    return digest.hexdigest()
+
+
+def test_the_built_page_is_of_these_sources() -> None:
+    built = json.loads((ROOT / "bridges/web/static/build.json").read_text())
+    assert built == {"version": version_of_sources()}, "the sources have changed: `make web`, and commit it"
