@@ -5,15 +5,10 @@ import { signal } from "@preact/signals";
 import { notify, notifyError } from "../../parts/notices";
 import { link as door } from "../../store";
 import type { TerminalHandle } from "../../net/link";
-import { BoardLink, LinkError, QUESTION, type LinkState, type Operation } from "./board_link";
-import {
-  CALIBRATION_S, calibrationLine, factorText, judged, LONGEST_S, type Calibration,
-} from "./calibration";
+import { BoardLink, LinkError, QUESTION, type AskOptions, type LinkState, type Operation } from "./board_link";
+import { Calibrator } from "./calibrator";
 import { withName, withOperation, type CommandTime } from "./command_times";
-import {
-  changed, newQueue, replacedByBoard, seenOnBoard, sentToBoard, unsent, type QueueState,
-} from "./queue_model";
-import { isPossible, rowCommand, sameRow, stepAtOneRpm_us } from "./queue_row";
+import { QueueSync } from "./queue_sync";
 import {
   readConfiguration, readListing, readSession, readSpeed, type Configuration,
 } from "./queue_screen";
@@ -34,14 +29,14 @@ const SETTLED_MS = 250;
 const CHANGES_QUEUE = /^(m|z|q(\d|[rc]))/i;
 const CHANGES_SETTINGS = /^[$gab]|^[vdl]\d?/i;
 
-export interface CalibrationState {
-  readonly rpm: number;
-  readonly elapsed_s: number;
-}
-
 export class BoardSession {
   readonly state = signal<{ state: LinkState; why: string }>({ state: "opening", why: "" });
-  readonly queue = signal<QueueState>(newQueue());
+  readonly sync = new QueueSync(
+    (line, options) => this.ask(line, options),
+    () => this.stepsPerRev,
+    () => (this.isStale = false),
+  );
+  readonly queue = this.sync.queue;
   readonly motion = signal<Motion>(STANDING);
   readonly configuration = signal<Configuration | undefined>(undefined);
   /** Defaults and flags of `cf`. */
@@ -49,11 +44,8 @@ export class BoardSession {
   readonly incoming = signal("");
   readonly sent = signal<readonly SentLine[]>([]);
   readonly times = signal<readonly CommandTime[]>([]);
-  readonly isOffline = signal(false);
   readonly oneShots = signal<readonly string[]>(Array.from({ length: ONE_SHOTS }, () => ""));
-  readonly calibrating = signal<CalibrationState | undefined>(undefined);
-  readonly calibrations = signal<ReadonlyMap<number, Calibration>>(new Map());
-  readonly isSending = signal(false);
+  readonly calibrator = new Calibrator(this);
 
   private line: BoardLink;
   private terminal: TerminalHandle | undefined;
@@ -65,7 +57,6 @@ export class BoardSession {
   private areSettingsStale = false;
   private typedAt_ms = 0;
   private isWorking = false;
-  private waiter: ((operation: Operation | Error) => void) | undefined;
 
   constructor(readonly port: string) {
     this.line = this.newLine();
@@ -88,7 +79,7 @@ export class BoardSession {
 
   /** Close the port for other programs, unless a calibration has to end first. */
   detach(): void {
-    if (this.calibrating.peek()) return;
+    if (this.calibrator.running.peek()) return;
     window.clearInterval(this.timer);
     this.terminal?.close();
     this.terminal = undefined;
@@ -113,7 +104,7 @@ export class BoardSession {
 
   private setState(state: LinkState, why: string): void {
     this.state.value = { state, why };
-    if (state === "closed" || state === "starting") this.waiter?.(new LinkError(why));
+    if (state === "closed" || state === "starting") this.calibrator.giveUp(why);
     if (state === "starting") this.motion.value = STANDING;
     if (state === "ready") {
       this.isStale = true;
@@ -132,6 +123,11 @@ export class BoardSession {
 
   // ---- what is typed ----
 
+  /** Type a line; answers what the board says to it. Throws LinkError. */
+  ask(line: string, options?: AskOptions): Promise<string[]> {
+    return this.line.ask(line, options);
+  }
+
   /** Type a line, and tell when it goes wrong. Answers whether it went. */
   async type(text: string): Promise<boolean> {
     try {
@@ -145,7 +141,7 @@ export class BoardSession {
 
   /** Stop: `S` at once, `s` with the session's deceleration. */
   async stop(letter: "S" | "s"): Promise<void> {
-    this.waiter?.(new LinkError("stopped"));
+    this.calibrator.giveUp("stopped");
     try {
       await this.line.urgent(letter);
     } catch (error) {
@@ -177,7 +173,7 @@ export class BoardSession {
 
   /** Correct the board's clock, and let it take the correction. */
   async correct(remedy: string): Promise<void> {
-    if ((await this.type(remedy)) && (await this.type("$R"))) this.calibrations.value = new Map();
+    if ((await this.type(remedy)) && (await this.type("$R"))) this.calibrator.results.value = new Map();
   }
 
   pulse(sign: "+" | "-"): void {
@@ -205,7 +201,7 @@ export class BoardSession {
   /** Another client's line: its listing serves here too, and its commands move the same motor. */
   private heardOthers(text: string, answer: string[]): void {
     const listing = text === "q" ? readListing(answer) : "";
-    if (typeof listing !== "string") this.queue.value = seenOnBoard(this.queue.peek(), listing.rows, this.stepsPerRev);
+    if (typeof listing !== "string") this.sync.seen(listing.rows);
     else if (!QUESTION.test(text)) this.typed(text);
   }
 
@@ -219,7 +215,7 @@ export class BoardSession {
     this.motion.value = operation.kind === "begins" ? afterBegin(motion) : afterEnd(motion);
     const what = runningText(this.motion.peek().running);
     this.times.value = withOperation(this.times.peek(), operation, what);
-    this.waiter?.(operation);
+    this.calibrator.hear(operation);
   }
 
   // ---- looking at the board ----
@@ -227,7 +223,7 @@ export class BoardSession {
   private tick(): void {
     this.line.tick();
     const now_ms = performance.now();
-    if (!this.line.isIdle || this.isWorking || this.calibrating.peek()) return;
+    if (!this.line.isIdle || this.isWorking || this.calibrator.running.peek()) return;
     const isSettled = now_ms - this.typedAt_ms >= SETTLED_MS;
     if (this.areSettingsStale && isSettled) void this.work(() => this.readSettings());
     else if (this.isStale && isSettled && !this.isTimed()) void this.work(() => this.readQueue());
@@ -287,149 +283,8 @@ export class BoardSession {
     const speed = isMoving === undefined ? readSpeed(await this.line.ask("vd", { isQuiet: true })) : undefined;
     const listing = readListing(await this.line.ask("q", { isQuiet: true }));
     if (typeof listing === "string") throw new Error(`${this.port}: ${listing}`);
-    this.queue.value = seenOnBoard(this.queue.peek(), listing.rows, this.stepsPerRev);
+    this.sync.seen(listing.rows);
     this.motion.value = afterListing(this.motion.peek(), listing.at, isMoving ?? (speed?.period_us ?? 0) > 0);
-  }
-
-  // ---- the queue ----
-
-  /** Take an edit; it is sent at once unless the editor is offline. */
-  edit(queue: QueueState): void {
-    const before = this.queue.peek();
-    if (queue === before) return;
-    this.queue.value = queue;
-    if (!this.isOffline.peek() && before.board) void this.sendRows();
-  }
-
-  /** Take a file's rows into the editor, in one step that can be undone. */
-  take(rows: QueueState["rows"]): void {
-    this.edit(changed(this.queue.peek(), rows));
-  }
-
-  setOffline(isOffline: boolean): void {
-    this.isOffline.value = isOffline;
-    if (!isOffline) void this.sendRows();
-  }
-
-  /** Send the rows that the board does not have yet, and read them back. Answers whether it has them now. */
-  async sendRows(): Promise<boolean> {
-    if (this.isSending.peek()) return false;
-    this.isSending.value = true;
-    try {
-      while (unsent(this.queue.peek()).length) await this.readBack(await this.sendUnsent());
-      return true;
-    } catch (error) {
-      this.isOffline.value = true;
-      notify(`${(error as Error).message}\nThe editor is offline now; "Update queue" sends what is missing.`, true);
-      return false;
-    } finally {
-      this.isSending.value = false;
-    }
-  }
-
-  private async sendUnsent(): Promise<Set<number>> {
-    const sent = new Set<number>();
-    for (let [position] = unsent(this.queue.peek()); position !== undefined; [position] = unsent(this.queue.peek())) {
-      await this.sendRow(position);
-      sent.add(position);
-    }
-    return sent;
-  }
-
-  private async sendRow(position: number): Promise<void> {
-    const { rows, steps_per_rev } = this.queue.peek();
-    const row = rows[position - 1]!;
-    if (!isPossible(row, steps_per_rev)) {
-      const cycle_us = Math.floor(stepAtOneRpm_us(steps_per_rev) / row.rpm);
-      throw new Error(
-        `row ${position}: RPM ${row.rpm} and cycle ${row.cycle_us} contradict each other at ${steps_per_rev} steps` +
-          ` a turn; write cycle ${cycle_us}`,
-      );
-    }
-    await this.line.ask(rowCommand(position, row, steps_per_rev));
-    this.queue.value = sentToBoard(this.queue.peek(), position, row);
-  }
-
-  private async readBack(positions: ReadonlySet<number>): Promise<void> {
-    const wanted = this.queue.peek().board!;
-    const listing = readListing(await this.line.ask("q", { isQuiet: true }));
-    if (typeof listing === "string") throw new Error(`the rows were sent, but could not be read back: ${listing}`);
-    const wrong = [...positions].filter((p) => !sameRow(wanted[p - 1]!, listing.rows[p - 1]!));
-    this.queue.value = seenOnBoard(this.queue.peek(), listing.rows, this.stepsPerRev);
-    if (wrong.length) throw new Error(`the board does not have what was sent: row ${wrong.join(", ")}`);
-    this.isStale = false;
-  }
-
-  /** Throw away what was not sent: the editor has what the board has. */
-  async revert(): Promise<void> {
-    try {
-      const listing = readListing(await this.line.ask("q", { isQuiet: true }));
-      if (typeof listing === "string") throw new Error(listing);
-      this.queue.value = replacedByBoard(this.queue.peek(), listing.rows, this.stepsPerRev);
-    } catch (error) {
-      notifyError(error);
-    }
-  }
-
-  // ---- calibration ----
-
-  /** Run for a minute at a speed and time it. The motor turns, without a ramp. */
-  async calibrate(rpm: number): Promise<void> {
-    const board = this.configuration.peek();
-    if (!board || this.calibrating.peek()) return;
-    const begin = calibrationLine(rpm, board);
-    if ("refused" in begin) return notify(begin.refused, true);
-    this.calibrating.value = { rpm, elapsed_s: 0 };
-    const wasOn = this.isOpsOn;
-    try {
-      await this.checkStanding();
-      await this.line.ask("$O1");
-      const begun = this.signal("begins", 3);
-      await this.line.ask(begin.line);
-      const begun_ms = (await begun).at_ms;
-      const found = judged(rpm, board, (await this.minute(rpm)).at_ms - begun_ms);
-      this.calibrations.value = new Map(this.calibrations.peek()).set(rpm, found);
-      notify(`${rpm} RPM: factor ${factorText(found)}; ${found.judgement}`);
-    } catch (error) {
-      notify(`Calibration at ${rpm} RPM: ${(error as Error).message}`, true);
-      if (this.isReady) await this.stop("S");
-    } finally {
-      this.calibrating.value = undefined;
-      if (!wasOn && this.isReady) await this.type("$O0");
-    }
-  }
-
-  private async checkStanding(): Promise<void> {
-    const speed = readSpeed(await this.line.ask("vd", { isQuiet: true }));
-    if (!speed || speed.period_us > 0) throw new LinkError("the motor runs; stop it first");
-  }
-
-  private async minute(rpm: number): Promise<Operation> {
-    const start_ms = performance.now();
-    const timer = window.setInterval(() => {
-      const elapsed_s = Math.min((performance.now() - start_ms) / 1000, CALIBRATION_S);
-      this.calibrating.value = { rpm, elapsed_s };
-    }, 500);
-    try {
-      return await this.signal("ends", LONGEST_S);
-    } finally {
-      window.clearInterval(timer);
-    }
-  }
-
-  /** Wait for a signal of soft_ops. */
-  private signal(kind: Operation["kind"], timeout_s: number): Promise<Operation> {
-    return new Promise((done, failed) => {
-      const timer = window.setTimeout(() => settle(new LinkError(`no signal came within ${timeout_s} s`)), timeout_s * 1000);
-      const settle = (heard: Operation | Error) => {
-        if (!(heard instanceof Error) && heard.kind !== kind) return;
-        window.clearTimeout(timer);
-        if (this.waiter === settle) this.waiter = undefined;
-        if (heard instanceof Error) failed(heard);
-        else done(heard);
-      };
-      this.waiter = settle;
-    });
   }
 
   /** Seconds since the page knows the board, for the list of times. */

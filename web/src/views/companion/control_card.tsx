@@ -217,8 +217,9 @@ function Continuous({ session, isDisabled }: Props) {
 }
 
 function Calibrate({ session, isDisabled }: Props) {
-  const now = session.calibrating.value;
-  const found = session.calibrations.value;
+  const now = session.calibrator.running.value;
+  const board = session.configuration.value;
+  const found = session.calibrator.results.value;
   const remedies = [...found.values()].filter(({ remedy }) => remedy);
   const last = remedies.at(-1);
   return (
@@ -230,7 +231,7 @@ function Calibrate({ session, isDisabled }: Props) {
           const caption = now?.rpm === rpm ? `${Math.floor(now.elapsed_s)} of ${CALIBRATION_S} s` : result ? result.factor.toFixed(6) : String(rpm);
           return (
             <button
-              key={rpm} type="button" disabled={isDisabled || now !== undefined} onClick={() => void session.calibrate(rpm)}
+              key={rpm} type="button" disabled={isDisabled || now !== undefined} onClick={() => board && void session.calibrator.run(rpm, board)}
               aria-label={`Calibrate at ${rpm} RPM${result ? `: factor ${factorText(result)}` : ""}`}
               title={result ? `${rpm} RPM: factor ${factorText(result)}; ${result.judgement}` : `Run a minute at ${rpm} RPM without a ramp, and time it`}
             >

@@ -31,7 +31,7 @@ function QueueState({ session }: { session: BoardSession }) {
   const missing = unsent(session.queue.value).length;
   const { running } = session.motion.value;
   const runs = typeof running === "number" ? `row ${running} runs` : running && running !== "unknown" ? `${running} runs` : "";
-  const words = !board ? "not read yet" : session.isSending.value ? `sending, ${missing} left` : missing ? `${missing} not sent` : "as in the board";
+  const words = !board ? "not read yet" : session.sync.isSending.value ? `sending, ${missing} left` : missing ? `${missing} not sent` : "as in the board";
   return (
     <span class="row" role="status">
       <span class={missing && board ? "pill is-running" : "pill"}>{words}</span>
@@ -61,7 +61,7 @@ function RowTools({ session, selection, isDisabled }: { session: BoardSession; s
       {tool("Paste above", `Insert what was copied above ${of}`, () => selection.pasteAbove())}
       {tool("Undo", "Undo the last change", () => selection.undo(), !undo.length)}
       {tool("Redo", "Make the change again", () => selection.redo(), !redo.length)}
-      {tool("Clear", "Clear all rows", () => session.edit(cleared(session.queue.peek())))}
+      {tool("Clear", "Clear all rows", () => session.sync.edit(cleared(session.queue.peek())))}
       <span class="soft" aria-live="polite">{of}</span>
     </div>
   );
@@ -70,10 +70,10 @@ function RowTools({ session, selection, isDisabled }: { session: BoardSession; s
 function BoardTools({ session, isDisabled }: { session: BoardSession; isDisabled: boolean }) {
   const missing = unsent(session.queue.value).length;
   const hasBoard = session.queue.value.board !== undefined;
-  const isSending = session.isSending.value;
+  const isSending = session.sync.isSending.value;
   const load = (name: string, bytes: Uint8Array) => {
     try {
-      session.take(readQueue(bytes, name).rows);
+      session.sync.take(readQueue(bytes, name).rows);
       notify(`${name}: 30 rows`);
     } catch (error) {
       if (!(error instanceof FileRefusal)) throw error;
@@ -83,16 +83,16 @@ function BoardTools({ session, isDisabled }: { session: BoardSession; isDisabled
   return (
     <div class="row tools" role="toolbar" aria-label="Queue and board">
       <label class="row check">
-        <input type="checkbox" checked={session.isOffline.value} onChange={(event) => session.setOffline(event.currentTarget.checked)} />
+        <input type="checkbox" checked={session.sync.isOffline.value} onChange={(event) => session.sync.setOffline(event.currentTarget.checked)} />
         Offline
       </label>
       <button
         type="button" class="primary" disabled={isDisabled || !hasBoard || isSending || !missing}
-        title="Send the rows that the board does not have yet, and read them back" onClick={() => void session.sendRows()}
+        title="Send the rows that the board does not have yet, and read them back" onClick={() => void session.sync.sendRows()}
       >
         Update queue
       </button>
-      <button type="button" disabled={isDisabled || isSending} title="Read the board's queue; what was not sent is lost" onClick={() => void session.revert()}>
+      <button type="button" disabled={isDisabled || isSending} title="Read the board's queue; what was not sent is lost" onClick={() => void session.sync.revert()}>
         Read
       </button>
       <button type="button" disabled={isDisabled || isSending} title="Keep the board's queue in its EEPROM (qs)" onClick={() => void session.keep()}>

@@ -97,7 +97,7 @@ const RowLine = memo(function RowLine(props: RowProps) {
     isRunning ? "runs now" : "", isNext ? "the next command goes here" : "", props.isUnsent ? "not sent yet" : "",
     props.isLoopStart ? "loop start" : "", props.isLoopFinish ? "loop finish" : "",
   ].filter(Boolean).join(", ");
-  const put = (changed: QueueRow) => session.edit(setRow(session.queue.peek(), position, changed));
+  const put = (changed: QueueRow) => session.sync.edit(setRow(session.queue.peek(), position, changed));
   const numbers = new Map(CELLS.map((cell) => [cell.name, (
     <NumberCell key={cell.name} cell={cell} position={position} row={row} stepsPerRev={props.stepsPerRev} put={put} isDisabled={props.isDisabled} />
   )]));

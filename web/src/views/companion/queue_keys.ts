@@ -54,20 +54,20 @@ export class Selection {
 
   private insertAt(position: number): void {
     const queue = this.session.queue.peek();
-    this.session.edit(inserted(queue, position, [seedRow(queue.steps_per_rev)]));
+    this.session.sync.edit(inserted(queue, position, [seedRow(queue.steps_per_rev)]));
     this.place(position, 1);
   }
 
   remove(): void {
     const { from, to } = this.range.peek();
-    this.session.edit(deleted(this.session.queue.peek(), from, to));
+    this.session.sync.edit(deleted(this.session.queue.peek(), from, to));
     this.place(from, 1);
   }
 
   move(by: number): void {
     const { from, to } = this.range.peek();
     const count = this.count;
-    this.session.edit(moved(this.session.queue.peek(), from, to, from + by));
+    this.session.sync.edit(moved(this.session.queue.peek(), from, to, from + by));
     this.place(from + by, count);
   }
 
@@ -91,7 +91,7 @@ export class Selection {
       return;
     }
     const { from } = this.range.peek();
-    this.session.edit(pasted(this.session.queue.peek(), from, rows));
+    this.session.sync.edit(pasted(this.session.queue.peek(), from, rows));
     this.place(from, Math.min(rows.length, ROWS - from + 1));
   }
 
@@ -100,16 +100,16 @@ export class Selection {
     const { rows, problems } = rowsOfText(copied);
     if (problems.length) return notify(problems.join("\n"), true);
     const { from } = this.range.peek();
-    this.session.edit(inserted(this.session.queue.peek(), from, rows));
+    this.session.sync.edit(inserted(this.session.queue.peek(), from, rows));
     this.place(from, Math.min(rows.length, ROWS - from + 1));
   }
 
   undo(): void {
-    this.session.edit(undone(this.session.queue.peek()));
+    this.session.sync.edit(undone(this.session.queue.peek()));
   }
 
   redo(): void {
-    this.session.edit(redone(this.session.queue.peek()));
+    this.session.sync.edit(redone(this.session.queue.peek()));
   }
 
   /** Do what a key says; answers whether it says something. `isHead`: the focus is on a row's number. */

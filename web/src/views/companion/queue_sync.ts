@@ -1,0 +1,105 @@
+/** Queue of the editor and queue of the board: what is sent, read back, and thrown away. */
+
+import { signal } from "@preact/signals";
+import { notify, notifyError } from "../../parts/notices";
+import type { AskOptions } from "./board_link";
+import { changed, newQueue, replacedByBoard, seenOnBoard, sentToBoard, unsent, type QueueState } from "./queue_model";
+import { isPossible, rowCommand, sameRow, stepAtOneRpm_us } from "./queue_row";
+import { readListing } from "./queue_screen";
+
+export class QueueSync {
+  readonly queue = signal<QueueState>(newQueue());
+  readonly isOffline = signal(false);
+  readonly isSending = signal(false);
+
+  /** `ask`: types a line at the board and answers what it says; `stepsPerRev`: the board's own; `isRead`: called
+   * when its queue was read back. */
+  constructor(
+    private readonly ask: (line: string, options?: AskOptions) => Promise<string[]>,
+    private readonly stepsPerRev: () => number,
+    private readonly isRead: () => void,
+  ) {}
+
+  /** Take what the board lists; what was edited and not sent stays. */
+  seen(rows: QueueState["rows"]): void {
+    this.queue.value = seenOnBoard(this.queue.peek(), rows, this.stepsPerRev());
+  }
+
+  /** Take an edit; it is sent at once unless the editor is offline. */
+  edit(queue: QueueState): void {
+    const before = this.queue.peek();
+    if (queue === before) return;
+    this.queue.value = queue;
+    if (!this.isOffline.peek() && before.board) void this.sendRows();
+  }
+
+  /** Take a file's rows into the editor, in one step that can be undone. */
+  take(rows: QueueState["rows"]): void {
+    this.edit(changed(this.queue.peek(), rows));
+  }
+
+  setOffline(isOffline: boolean): void {
+    this.isOffline.value = isOffline;
+    if (!isOffline) void this.sendRows();
+  }
+
+  /** Send the rows that the board does not have yet, and read them back. Answers whether it has them now. */
+  async sendRows(): Promise<boolean> {
+    if (this.isSending.peek()) return false;
+    this.isSending.value = true;
+    try {
+      while (unsent(this.queue.peek()).length) await this.readBack(await this.sendUnsent());
+      return true;
+    } catch (error) {
+      this.isOffline.value = true;
+      notify(`${(error as Error).message}\nThe editor is offline now; "Update queue" sends what is missing.`, true);
+      return false;
+    } finally {
+      this.isSending.value = false;
+    }
+  }
+
+  private async sendUnsent(): Promise<Set<number>> {
+    const sent = new Set<number>();
+    for (let [position] = unsent(this.queue.peek()); position !== undefined; [position] = unsent(this.queue.peek())) {
+      await this.sendRow(position);
+      sent.add(position);
+    }
+    return sent;
+  }
+
+  private async sendRow(position: number): Promise<void> {
+    const { rows, steps_per_rev } = this.queue.peek();
+    const row = rows[position - 1]!;
+    if (!isPossible(row, steps_per_rev)) {
+      const cycle_us = Math.floor(stepAtOneRpm_us(steps_per_rev) / row.rpm);
+      throw new Error(
+        `row ${position}: RPM ${row.rpm} and cycle ${row.cycle_us} contradict each other at ${steps_per_rev} steps` +
+          ` a turn; write cycle ${cycle_us}`,
+      );
+    }
+    await this.ask(rowCommand(position, row, steps_per_rev));
+    this.queue.value = sentToBoard(this.queue.peek(), position, row);
+  }
+
+  private async readBack(positions: ReadonlySet<number>): Promise<void> {
+    const wanted = this.queue.peek().board!;
+    const listing = readListing(await this.ask("q", { isQuiet: true }));
+    if (typeof listing === "string") throw new Error(`the rows were sent, but could not be read back: ${listing}`);
+    const wrong = [...positions].filter((p) => !sameRow(wanted[p - 1]!, listing.rows[p - 1]!));
+    this.seen(listing.rows);
+    if (wrong.length) throw new Error(`the board does not have what was sent: row ${wrong.join(", ")}`);
+    this.isRead();
+  }
+
+  /** Throw away what was not sent: the editor has what the board has. */
+  async revert(): Promise<void> {
+    try {
+      const listing = readListing(await this.ask("q", { isQuiet: true }));
+      if (typeof listing === "string") throw new Error(listing);
+      this.queue.value = replacedByBoard(this.queue.peek(), listing.rows, this.stepsPerRev());
+    } catch (error) {
+      notifyError(error);
+    }
+  }
+}
