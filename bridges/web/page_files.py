@@ -1,5 +1,6 @@
 """Files of the page, read once: a daemon serves those that were there when it began."""
 
+import gzip
 import hashlib
 import json
 from collections.abc import Mapping
@@ -22,13 +23,14 @@ _TYPES: Mapping[str, str] = {
     ".webmanifest": "application/manifest+json",
     ".woff2": "font/woff2",
 }
-_COMPRESSED = ".gz"
+_PACKED_BYTES = 1024
+"""A file from this size on is packed, if that makes it smaller: below it all fits into one packet anyway."""
 _NO_PAGE = b"This hil was built without its page: `make web` builds it. The door itself works.\n"
 
 
 @dataclass(frozen=True)
 class PageFile:
-    """File of the page. ``compressed``: the same by gzip, empty where there is none."""
+    """File of the page. ``compressed``: the same by gzip, empty where it would not be smaller."""
 
     content: bytes
     compressed: bytes
@@ -50,16 +52,16 @@ def read_page(folder: Path = STATIC) -> PageFiles:
     files: dict[str, PageFile] = {}
     for path in sorted(folder.rglob("*")) if folder.is_dir() else ():
         if path.is_file() and path.suffix in _TYPES:
-            packed = path.with_name(path.name + _COMPRESSED)
-            compressed = packed.read_bytes() if packed.is_file() else b""
             place = f"/{path.relative_to(folder).as_posix()}"
-            files[place] = _page_file(path.read_bytes(), compressed, _TYPES[path.suffix])
+            files[place] = _page_file(path.read_bytes(), _TYPES[path.suffix])
     if f"/{INDEX}" not in files:
-        files[f"/{INDEX}"] = _page_file(_NO_PAGE, b"", _TYPES[".txt"])
+        files[f"/{INDEX}"] = _page_file(_NO_PAGE, _TYPES[".txt"])
     return PageFiles({**files, "/": files[f"/{INDEX}"]}, _version(files))
 
 
-def _page_file(content: bytes, compressed: bytes, content_type: str) -> PageFile:
+def _page_file(content: bytes, content_type: str) -> PageFile:
+    packed = gzip.compress(content, mtime=0) if len(content) >= _PACKED_BYTES else content
+    compressed = packed if len(packed) < len(content) else b""
     return PageFile(content, compressed, content_type, f'"{hashlib.sha256(content).hexdigest()[:32]}"')
 
 

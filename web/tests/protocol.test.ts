@@ -13,24 +13,39 @@ function samples(watch: number, lost: number, fields: number, values: number[], 
   return frame;
 }
 
-describe("binary frames", () => {
+function joined(...parts: ArrayBuffer[]): ArrayBuffer {
+  const bytes = parts.flatMap((part) => [...new Uint8Array(part)]);
+  return Uint8Array.from(bytes).buffer;
+}
+
+describe("binary messages", () => {
   it("reads samples", () => {
-    const frame = readBinary(samples(7, 3, 2, [0.5, 1, 2, 0.6, 3, 4]));
-    expect(frame).toMatchObject({ kind: "samples", watch: 7, lost: 3, columns: 3, rows: 2 });
-    expect(frame.kind === "samples" && [...frame.values]).toEqual([0.5, 1, 2, 0.6, 3, 4]);
+    const [block] = readBinary(samples(7, 3, 2, [0.5, 1, 2, 0.6, 3, 4])) ?? [];
+    expect(block).toMatchObject({ kind: "samples", watch: 7, lost: 3, columns: 3, rows: 2 });
+    expect(block?.kind === "samples" && [...block.values]).toEqual([0.5, 1, 2, 0.6, 3, 4]);
   });
 
-  it.each([0, 1, 7, 12, 15, 17, 39])("takes %i bytes of a cut frame for unknown", (length) => {
-    expect(readBinary(samples(7, 0, 2, [1, 2, 3]).slice(0, length)).kind).toBe("unknown");
+  it("reads the blocks of all watches, also of other widths and without rows", () => {
+    const message = joined(samples(7, 0, 2, [0.5, 1, 2]), samples(8, 1, 1, []), samples(9, 2, 1, [0.5, 6, 0.6, 7]));
+    const blocks = readBinary(message) ?? [];
+    expect(blocks).toMatchObject([{ watch: 7, rows: 1 }, { watch: 8, rows: 0, lost: 1 }, { watch: 9, rows: 2, columns: 2 }]);
+    expect(blocks.map((block) => block.kind === "samples" && [...block.values])).toEqual([[0.5, 1, 2], [], [0.5, 6, 0.6, 7]]);
+  });
+
+  it.each([0, 1, 7, 12, 15, 17, 39])("takes %i bytes of a cut message for none", (length) => {
+    expect(readBinary(samples(7, 0, 2, [1, 2, 3]).slice(0, length))).toBeNull();
+  });
+
+  it("takes a message whose second block is cut for none", () => {
+    expect(readBinary(joined(samples(7, 0, 1, [1, 2]), samples(8, 0, 1, [1, 2]).slice(0, 24)))).toBeNull();
   });
 
   it("does not believe a number of rows that does not fit", () => {
-    expect(readBinary(samples(7, 0, 2, [1, 2, 3], 2 ** 32 - 1)).kind).toBe("unknown");
+    expect(readBinary(samples(7, 0, 2, [1, 2, 3], 2 ** 32 - 1))).toBeNull();
   });
 
   it("reads what it writes for terminals", () => {
-    const frame = readBinary(terminalFrame(9, Uint8Array.of(1, 255)).buffer);
-    expect(frame).toEqual({ kind: "terminal", terminal: 9, bytes: Uint8Array.of(1, 255) });
+    expect(readBinary(terminalFrame(9, Uint8Array.of(1, 255)).buffer)).toEqual([{ kind: "terminal", terminal: 9, bytes: Uint8Array.of(1, 255) }]);
   });
 });
 
@@ -45,7 +60,8 @@ describe("text frames", () => {
     expect(refused.kind === "error" && refused.error).toBeInstanceOf(Refused);
     expect(readText('{"watch":3,"items":[1],"lost":4}')).toEqual({ kind: "push", watch: 3, items: [1], lost: 4 });
     expect(readText('{"watch":3,"value":null}')).toEqual({ kind: "push", watch: 3, value: null, lost: 0 });
-    expect(readText('{"closed":{"terminal":5,"why":"gone"}}')).toEqual({ kind: "closed", terminal: 5, why: "gone" });
+    expect(readText('{"closed":{"terminal":5,"why":"gone"}}')).toEqual({ kind: "closed", what: "terminal", number: 5, why: "gone" });
+    expect(readText('{"closed":{"watch":6,"why":"m1 was changed"}}')).toEqual({ kind: "closed", what: "watch", number: 6, why: "m1 was changed" });
   });
 
   it("reads a greeting of which everything is missing or wrong", () => {

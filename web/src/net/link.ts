@@ -1,56 +1,8 @@
 /** The connection to the door. It comes back by itself; what was watched and open is watched and open again. */
 
 import { signal } from "@preact/signals";
+import type { LinkState, LoginKind, SampleSink, TerminalAnswer, TerminalHandle, TerminalSink, WatchHandle, WatchRequest } from "./channels";
 import { type Hello, readBinary, readText, Refused, terminalFrame } from "./protocol";
-
-export type LinkState = "connecting" | "open" | "lost" | "login";
-
-export interface LoginKind {
-  login: "none" | "token" | "password";
-}
-
-export interface SampleSink {
-  /** Take rows of at_s and the fields in the order asked; `lost`: samples lost since the beginning. */
-  samples?(values: Float64Array, rows: number, columns: number, lost: number): void;
-  items?(items: unknown[], lost: number): void;
-  value?(value: unknown): void;
-  /** The bench refused the watch, now or after a connection came back. */
-  refused?(error: Refused): void;
-  /** A new connection: the watch begins again, and there is a gap in what it told. */
-  again?(): void;
-}
-
-export interface WatchRequest {
-  what: "samples" | "packets" | "frames" | "bytes" | "runs" | "status" | "faults";
-  target?: string;
-  fields?: string[];
-  rate_Hz?: number;
-}
-
-export interface WatchHandle {
-  /** Number of the watch at the server, for `export`; 0: not begun. */
-  readonly number: number;
-  close(): void;
-}
-
-/** Answer to an opened port: its other clients, and its baud, as far as they are told. */
-export interface TerminalAnswer {
-  terminal: number;
-  clients?: number;
-  baud?: number;
-}
-
-export interface TerminalSink {
-  bytes(bytes: Uint8Array): void;
-  /** The port is open, for the first time or again. */
-  opened(answer: TerminalAnswer): void;
-  closed(why: string): void;
-}
-
-export interface TerminalHandle {
-  send(bytes: Uint8Array): void;
-  close(): void;
-}
 
 interface Pending {
   resolve(answer: unknown): void;
@@ -363,15 +315,10 @@ export class Link {
         else sink?.value?.(message.value);
         break;
       }
-      case "closed": {
-        const terminal = this.terminalByNumber.get(message.terminal);
-        this.terminalByNumber.delete(message.terminal);
-        if (terminal) {
-          terminal.number = 0;
-          terminal.sink.closed(message.why);
-        }
+      case "closed":
+        if (message.what === "watch") this.watchEnded(message.number);
+        else this.terminalEnded(message.number, message.why);
         break;
-      }
       default:
         this.garbage.value += 1;
     }
@@ -384,14 +331,30 @@ export class Link {
     return request;
   }
 
+  /** The bench has ended a watch, as its device was exchanged: it begins anew, or is refused. */
+  private watchEnded(number: number): void {
+    const watching = this.byNumber.get(number);
+    if (!watching) return;
+    this.byNumber.delete(number);
+    watching.number = 0;
+    watching.sink.again?.();
+    void this.begin(watching);
+  }
+
+  private terminalEnded(number: number, why: string): void {
+    const terminal = this.terminalByNumber.get(number);
+    if (!terminal) return;
+    this.terminalByNumber.delete(number);
+    terminal.number = 0;
+    terminal.sink.closed(why);
+  }
+
   private takeBinary(data: ArrayBuffer): void {
-    const frame = readBinary(data);
-    if (frame.kind === "samples") {
-      this.byNumber.get(frame.watch)?.sink.samples?.(frame.values, frame.rows, frame.columns, frame.lost);
-    } else if (frame.kind === "terminal") {
-      this.terminalByNumber.get(frame.terminal)?.sink.bytes(frame.bytes);
-    } else {
-      this.garbage.value += 1;
+    const parts = readBinary(data);
+    if (!parts) this.garbage.value += 1;
+    for (const part of parts ?? []) {
+      if (part.kind === "terminal") this.terminalByNumber.get(part.terminal)?.sink.bytes(part.bytes);
+      else this.byNumber.get(part.watch)?.sink.samples?.(part.values, part.rows, part.columns, part.lost);
     }
   }
 }

@@ -91,7 +91,7 @@ export type ServerMessage =
   | { kind: "answer"; id: number; answer: unknown }
   | { kind: "error"; id: number; error: Refused }
   | { kind: "push"; watch: number; items?: unknown[]; value?: unknown; lost: number }
-  | { kind: "closed"; terminal: number; why: string }
+  | { kind: "closed"; what: "terminal" | "watch"; number: number; why: string }
   | { kind: "unknown" };
 
 type Json = Record<string, unknown>;
@@ -184,7 +184,8 @@ export function readText(frame: string): ServerMessage {
   if (isObject(told["hello"])) return { kind: "hello", hello: readHello(told["hello"]), isChange: false };
   if (isObject(told["changed"])) return { kind: "hello", hello: readHello(told["changed"]), isChange: true };
   if (isObject(told["closed"])) {
-    return { kind: "closed", terminal: Number(told["closed"]["terminal"]), why: text(told["closed"]["why"]) };
+    const what = "watch" in told["closed"] ? "watch" : "terminal";
+    return { kind: "closed", what, number: Number(told["closed"][what]), why: text(told["closed"]["why"]) };
   }
   const id = told["id"];
   if (typeof id === "number" && isObject(told["error"])) {
@@ -207,32 +208,45 @@ const TERMINAL = 2;
 const SAMPLES_HEAD = 16;
 const TERMINAL_HEAD = 8;
 
-export type StreamFrame =
-  | { kind: "samples"; watch: number; lost: number; columns: number; rows: number; values: Float64Array }
-  | { kind: "terminal"; terminal: number; bytes: Uint8Array }
-  | { kind: "unknown" };
+/** Block of samples of a watch: `values` are rows of at_s and the fields. `lost`: samples since the beginning. */
+export interface SampleBlock {
+  kind: "samples";
+  watch: number;
+  lost: number;
+  columns: number;
+  rows: number;
+  values: Float64Array;
+}
 
-/** Decode a binary frame. A samples frame's `values` are rows of at_s and the fields; a frame whose length
- * does not fit its head is "unknown". Little endian, as the computers of browsers are. */
-export function readBinary(frame: ArrayBuffer): StreamFrame {
-  if (frame.byteLength < TERMINAL_HEAD) return { kind: "unknown" };
-  const head = new DataView(frame);
-  const kind = head.getUint8(0);
-  if (kind === TERMINAL) {
-    return { kind: "terminal", terminal: head.getUint32(4, true), bytes: new Uint8Array(frame, TERMINAL_HEAD) };
+export interface TerminalBytes {
+  kind: "terminal";
+  terminal: number;
+  bytes: Uint8Array;
+}
+
+export type BinaryPart = SampleBlock | TerminalBytes;
+
+/** Decode a binary message: blocks of samples one after the other, one for each watch, or bytes of a terminal. Null:
+ * it is none, as where its length does not fit what it says. Little endian, as the computers of browsers are. */
+export function readBinary(message: ArrayBuffer): BinaryPart[] | null {
+  const head = new DataView(message);
+  if (message.byteLength >= TERMINAL_HEAD && head.getUint8(0) === TERMINAL) {
+    return [{ kind: "terminal", terminal: head.getUint32(4, true), bytes: new Uint8Array(message, TERMINAL_HEAD) }];
   }
-  if (kind !== SAMPLES || frame.byteLength < SAMPLES_HEAD) return { kind: "unknown" };
-  const columns = 1 + head.getUint8(1);
-  const rows = head.getUint32(12, true);
-  if (frame.byteLength !== SAMPLES_HEAD + rows * columns * 8) return { kind: "unknown" };
-  return {
-    kind: "samples",
-    watch: head.getUint32(4, true),
-    lost: head.getUint32(8, true),
-    columns,
-    rows,
-    values: new Float64Array(frame, SAMPLES_HEAD, rows * columns),
-  };
+  const blocks: SampleBlock[] = [];
+  let at = 0;
+  while (at < message.byteLength) {
+    if (at + SAMPLES_HEAD > message.byteLength || head.getUint8(at) !== SAMPLES) return null;
+    const columns = 1 + head.getUint8(at + 1);
+    const rows = head.getUint32(at + 12, true);
+    const begin = at + SAMPLES_HEAD;
+    const end = begin + rows * columns * 8;
+    if (end > message.byteLength) return null;
+    const values = new Float64Array(message, begin, rows * columns);
+    blocks.push({ kind: "samples", watch: head.getUint32(at + 4, true), lost: head.getUint32(at + 8, true), columns, rows, values });
+    at = end;
+  }
+  return blocks.length ? blocks : null;
 }
 
 /** Encode bytes typed at a terminal. */

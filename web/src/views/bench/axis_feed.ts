@@ -3,7 +3,7 @@
 
 import { signal } from "@preact/signals";
 import { Ring } from "../../model/ring";
-import type { WatchHandle } from "../../net/link";
+import type { WatchHandle } from "../../net/channels";
 import { link, status } from "../../store";
 
 export const RATE_HZ = 60;

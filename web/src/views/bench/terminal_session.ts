@@ -5,7 +5,7 @@ import { type ITheme, Terminal } from "@xterm/xterm";
 import "@xterm/xterm/css/xterm.css";
 import { effect, signal } from "@preact/signals";
 import { TerminalText } from "../../model/terminal_text";
-import type { TerminalHandle } from "../../net/link";
+import type { TerminalHandle } from "../../net/channels";
 import { link } from "../../store";
 import { colour, theme } from "../../theme";
 import { withSheets } from "./strict_styles";

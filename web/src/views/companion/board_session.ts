@@ -4,7 +4,7 @@
 import { signal } from "@preact/signals";
 import { notify, notifyError } from "../../parts/notices";
 import { link as door } from "../../store";
-import type { TerminalHandle } from "../../net/link";
+import type { TerminalHandle } from "../../net/channels";
 import { BoardLink, LinkError, QUESTION, type AskOptions, type LinkState, type Operation } from "./board_link";
 import { Calibrator } from "./calibrator";
 import { withName, withOperation, type CommandTime } from "./command_times";

@@ -1,7 +1,7 @@
 /** Packets of segments and frames of buses as they come, kept while the page is open. */
 
 import { signal } from "@preact/signals";
-import type { WatchHandle } from "../../net/link";
+import type { WatchHandle } from "../../net/channels";
 import { link, status } from "../../store";
 import { packetFilter, PacketLog, readPacket, type WirePacket } from "./packet_log";
 import { BenchClock } from "./time_line";

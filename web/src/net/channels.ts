@@ -1,0 +1,52 @@
+/** What the link offers: watches and terminals, and who hears what they tell. */
+
+import type { Refused } from "./protocol";
+
+export type LinkState = "connecting" | "open" | "lost" | "login";
+
+export interface LoginKind {
+  login: "none" | "token" | "password";
+}
+
+export interface SampleSink {
+  /** Take rows of at_s and the fields in the order asked; `lost`: samples lost since the beginning. */
+  samples?(values: Float64Array, rows: number, columns: number, lost: number): void;
+  items?(items: unknown[], lost: number): void;
+  value?(value: unknown): void;
+  /** The bench refused the watch, now or after a connection came back. */
+  refused?(error: Refused): void;
+  /** A new connection: the watch begins again, and there is a gap in what it told. */
+  again?(): void;
+}
+
+export interface WatchRequest {
+  what: "samples" | "packets" | "frames" | "bytes" | "runs" | "status" | "faults";
+  target?: string;
+  fields?: string[];
+  rate_Hz?: number;
+}
+
+export interface WatchHandle {
+  /** Number of the watch at the server, for `export`; 0: not begun. */
+  readonly number: number;
+  close(): void;
+}
+
+/** Answer to an opened port: its other clients, and its baud, as far as they are told. */
+export interface TerminalAnswer {
+  terminal: number;
+  clients?: number;
+  baud?: number;
+}
+
+export interface TerminalSink {
+  bytes(bytes: Uint8Array): void;
+  /** The port is open, for the first time or again. */
+  opened(answer: TerminalAnswer): void;
+  closed(why: string): void;
+}
+
+export interface TerminalHandle {
+  send(bytes: Uint8Array): void;
+  close(): void;
+}
