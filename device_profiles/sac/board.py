@@ -3,6 +3,7 @@
 from device_profiles.sac import dialogues, verbs
 from device_profiles.sac.firmware import Sac
 from device_profiles.sac.framing import FRAMING
+from device_profiles.sac.line_nodes import NODES
 from device_profiles.sac.packet import encode
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.profile import Commands, Example, Profile, UartSpec
@@ -18,6 +19,7 @@ PROFILE = Profile(
     firmware=Sac,
     uarts={MAIN: UartSpec(about="terminal"), NETWORK: UartSpec(about="packets, over RS485")},
     framing=FRAMING,
+    line_nodes=NODES,
     verbs=verbs.VERBS,
     starve=verbs.starve,
     dialogues={"reset": dialogues.reset},

@@ -22,6 +22,7 @@ from hil.testing.checks.findings import CheckFailed
 from hil.testing.checks.port_check import check_port
 from hil.testing.checks.recording_desk import RecordingDesk
 from hil.testing.control import replay_control
+from hil.testing.line_masters import NotInTime, attend
 from hil.testing.motion_replay import replay_motion
 from hil.testing.served_bench import LiveError, ServedBench, live
 from hil.testing.session_player import play
@@ -33,10 +34,12 @@ __all__ = [
     "ConfigError",
     "Difference",
     "LiveError",
+    "NotInTime",
     "RecordingDesk",
     "Replayed",
     "ServedBench",
     "SessionRefused",
+    "attend",
     "check_bridge",
     "check_codec",
     "check_port",

@@ -107,6 +107,13 @@ class TapFace:
         self.read()
         return heard
 
+    @property
+    def next_ns(self) -> SimTimeNs:
+        """Time at which the next character is complete, of those that are on the wire already; ``FOREVER``:
+        none is."""
+        assert isinstance(self._tap, Tap)
+        return self._tap.next_ns
+
 
 class FaultFace:
     """Fault that was injected; as a context it is cleared at the end."""

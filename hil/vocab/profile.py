@@ -11,6 +11,7 @@ from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.dialogue import Dialogue, Task
 from hil.vocab.firmware import MAIN, Board, Firmware
 from hil.vocab.framing import Framing
+from hil.vocab.line_node import LineNodes
 from hil.vocab.recorded_session import SessionPlan
 from hil.vocab.terminal_axis import TerminalAxis
 from hil.vocab.verbs import Verb, table_of
@@ -84,6 +85,8 @@ class Profile:
     """Axes of a board with several, by name, at most 16; empty: it has one, which needs no name, or none."""
     framing: Framing | None = None
     """Framing of the line that the board is on; None: it has no say in that."""
+    line_nodes: LineNodes | None = None
+    """How the master of that line speaks with its nodes; None: hil has no master for it."""
     verbs: tuple[Verb, ...] = ()
     """Requests that a twin understands beside those of all boards."""
     starve: Callable[..., bool | None] | None = None

@@ -1,0 +1,62 @@
+"""Masters of lines without I/O at the taps of a bench, in simulated time."""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from hil.testing.bench import Bench
+from hil.vocab.time import NS_PER_MS, SimTimeNs
+
+SLICE_NS = 1 * NS_PER_MS
+"""Time in which nothing that begins on the line can be complete unseen: an answer of 6 characters takes
+1.5 ms at 38400 baud."""
+
+
+class LineMaster(Protocol):
+    """Master of a line without I/O: ``hil.mother.Mother``, or one of yours."""
+
+    def receive(self, data: bytes, at_ns: int) -> None:
+        """Take bytes of the line, the last of which came at ``at_ns``."""
+
+    def due_ns(self) -> int:
+        """Time at which ``advance`` has something to do."""
+
+    def advance(self, now_ns: int) -> None:
+        """Do what is due."""
+
+    def to_send(self) -> bytes:
+        """Bytes that go out now."""
+
+
+class NotInTime(AssertionError):
+    """Error of masters that did not come to their end in time."""
+
+
+def attend(
+    bench: Bench, masters: Mapping[str, LineMaster], until: Callable[[], bool], *, within_ms: float = 60_000
+) -> None:
+    """Let masters work at taps, by their names, until ``until`` is true.
+
+    Raises:
+        NotInTime: that takes longer than ``within_ms``, simulated.
+    """
+    __tracebackhide__ = True
+    end_ns = bench.now_ns + within_ms * NS_PER_MS
+    while not _turn(bench, masters, until):
+        if bench.now_ns >= end_ns:
+            raise NotInTime(f"not at its end after {within_ms:g} ms")
+        dues = [bench.tap(name).next_ns for name in masters] + [each.due_ns() for each in masters.values()]
+        next_ns = min(*dues, bench.now_ns + SLICE_NS)
+        bench.run_until(SimTimeNs(max(next_ns, bench.now_ns)) / NS_PER_MS)
+
+
+def _turn(bench: Bench, masters: Mapping[str, LineMaster], until: Callable[[], bool]) -> bool:
+    """Hand on what has come and what goes out; answers whether it is over."""
+    for name, master in masters.items():
+        tap = bench.tap(name)
+        for at_ns, byte in tap.read_timed():
+            master.receive(bytes((byte,)), at_ns)
+        if master.due_ns() <= bench.now_ns:
+            master.advance(bench.now_ns)
+        if out := master.to_send():
+            tap.write(out)
+    return until()
