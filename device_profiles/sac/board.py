@@ -5,6 +5,7 @@ from device_profiles.sac.firmware import Sac
 from device_profiles.sac.framing import FRAMING
 from device_profiles.sac.line_nodes import NODES
 from device_profiles.sac.packet import encode
+from device_profiles.sac.paths import PATHS
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.profile import Commands, Example, Profile, UartSpec
 
@@ -24,6 +25,7 @@ PROFILE = Profile(
     starve=verbs.starve,
     dialogues={"reset": dialogues.reset},
     terminal_axis=dialogues.RunAxis,
+    paths=PATHS,
     shown_first=(
         *("at_ns", "position_deg", "velocity_rpm", "torque_Nm", "commanded_deg", "lag_steps", "lost_steps"),
         *("motion_state", "speed_rpm", "queue_position", "pending"),
