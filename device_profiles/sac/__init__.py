@@ -6,6 +6,6 @@ program: ``terminal.py`` reads lines, ``network.py`` packets, and ``command_line
 ``session.py`` and ``parameters.py`` hold what the board knows, ``eeprom.py`` keeps it, ``screens.py`` draws.
 The pulses are made in the core (``native/motion``).
 
-``paths.py`` plans commands for several boards that move together: ``straight_line.py`` lines,
+``path_planner.py`` plans commands for several boards that move together: ``straight_line.py`` lines,
 ``axis_commands.py`` what each axis gets, ``pulse_times.py`` when its pulses come.
 """

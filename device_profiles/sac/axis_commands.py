@@ -11,7 +11,7 @@ from device_profiles.sac.pulse_times import (
     ramp_us,
 )
 from device_profiles.sac.typed_text import MIN_CYCLE_US
-from hil.vocab.path_planning import NodeCommand, StepAxis
+from hil.vocab.path_planning import NodeCommand, StepperAxis
 
 LARGEST_ERROR_STEPS = 0.1
 """Error of a piece of constant speed at which a new one begins."""
@@ -21,7 +21,7 @@ class AxisCommands:
     """Commands that an axis gets one after the other, and where they leave it. Attributes that the board
     keeps from the command before are left out."""
 
-    def __init__(self, name: str, axis: StepAxis) -> None:
+    def __init__(self, name: str, axis: StepperAxis) -> None:
         self.axis = axis
         self.commands: list[NodeCommand] = []
         self.at_half_us = 0

@@ -5,7 +5,7 @@ from device_profiles.sac.firmware import Sac
 from device_profiles.sac.framing import FRAMING
 from device_profiles.sac.line_nodes import NODES
 from device_profiles.sac.packet import encode
-from device_profiles.sac.paths import PATHS
+from device_profiles.sac.path_planner import PATHS
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.profile import Commands, Example, Profile, UartSpec
 

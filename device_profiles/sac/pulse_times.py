@@ -8,7 +8,7 @@ from functools import lru_cache
 from math import pi, sqrt
 
 from device_profiles.sac.typed_text import NO_RAMP, WORD
-from hil.vocab.path_planning import StepAxis
+from hil.vocab.path_planning import StepperAxis
 
 LOAD_US = 16
 """Time to load a command that is no seamless continuation."""
@@ -19,7 +19,7 @@ LEAST_ACCELERATION, WHOLE_FROM, MOST_ACCELERATION = 1, 100_00, NO_RAMP - 100
 MOST_CYCLE_US = WORD - 1
 
 
-def radians_per_s2(axis: StepAxis, steps_per_s2: float) -> float:
+def radians_per_s2(axis: StepperAxis, steps_per_s2: float) -> float:
     """Acceleration as the board takes it, of one in full steps."""
     return 2 * pi / axis.steps_per_rev * steps_per_s2
 
@@ -44,13 +44,13 @@ def ramp_us(steps_per_rev: int, acc_hundredths: int, steps: int) -> tuple[int, .
     return tuple(periods)
 
 
-def ramp_rpm(axis: StepAxis, acc_hundredths: int, steps: int) -> int:
+def ramp_rpm(axis: StepperAxis, acc_hundredths: int, steps: int) -> int:
     """Least speed to command, in whole RPM, such that a linear ramp is at least so many steps long."""
     acceleration = acc_hundredths / 100
     rpm = int(sqrt(2 * (2 * pi / axis.steps_per_rev) * acceleration * steps) * 60 / (2 * pi))
     return max(rpm + 1, axis.slow_rpm + 1)
 
 
-def cruise_half_us(axis: StepAxis, cycle_us: int, pulses: int) -> int:
+def cruise_half_us(axis: StepperAxis, cycle_us: int, pulses: int) -> int:
     """Duration of so many pulses, counted from the beginning of a full step."""
     return (2 * cycle_us * pulses) >> axis.microstep_exponent

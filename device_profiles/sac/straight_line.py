@@ -19,7 +19,7 @@ from device_profiles.sac.pulse_times import (
     radians_per_s2,
     ramp_us,
 )
-from hil.vocab.path_planning import AxisMove, NodeCommand
+from hil.vocab.path_planning import AxisMotion, NodeCommand
 
 CANDIDATES = 40
 """Number of accelerations that are tried for the axis with the largest one, each a hundredth less."""
@@ -66,7 +66,7 @@ class Course:
 class LineAxis:
     """Share of an axis in a line."""
 
-    def __init__(self, name: str, move: AxisMove) -> None:
+    def __init__(self, name: str, move: AxisMotion) -> None:
         self.name, self.move = name, move
         self.pulses = abs(move.pulses)
         self.steps = self.pulses / move.axis.pulses_per_step
@@ -133,7 +133,7 @@ class LineAxis:
             self.commands.ramp_down(steps, hundredths, is_ccw)
 
 
-def plan_line(moves: Mapping[str, AxisMove]) -> list[NodeCommand]:
+def plan_line(moves: Mapping[str, AxisMotion]) -> list[NodeCommand]:
     """Plan the commands of a line. Raises ValueError: a move has no pulses, speed or acceleration."""
     for name, move in moves.items():
         if not move.pulses or not move.speed_per_s > 0 or not move.acceleration_per_s2 > 0:

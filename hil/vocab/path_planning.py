@@ -5,7 +5,7 @@ A machine's planner (``hil.toolpath``) knows millimetres, limits and corners; a 
 microseconds. Nothing moves here, and no clock is read: a plan is data, which the master of a line sends.
 
 A *phrase* begins and ends at rest. The first command of each of its axes is held; one broadcast
-(``PathPlanning.release``) starts all of them, and from then on each axis goes by its own clock.
+(``PathPlanner.release``) starts all of them, and from then on each axis goes by its own clock.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ from typing import Protocol
 
 
 @dataclass(frozen=True)
-class StepAxis:
+class StepperAxis:
     """Axis as its board is set up."""
 
     steps_per_rev: int = 200
@@ -29,11 +29,11 @@ class StepAxis:
 
 
 @dataclass(frozen=True)
-class AxisMove:
+class AxisMotion:
     """Share of an axis in a straight line from rest to rest. Speed and acceleration are the most that it
     may have here; all axes of a line are slowed down alike."""
 
-    axis: StepAxis
+    axis: StepperAxis
     pulses: int
     """Signed, positive clockwise; never 0."""
     speed_per_s: float
@@ -60,7 +60,7 @@ class NodeCommand:
 
 
 @dataclass(frozen=True)
-class Phrase:
+class NodePhrase:
     """Commands from a rest to a rest, in the order in which they are to be sent: by ``needed_us``."""
 
     commands: Sequence[NodeCommand]
@@ -68,7 +68,7 @@ class Phrase:
     """Time from the release until the last axis stands."""
 
 
-class Stream(Protocol):
+class PhrasePlan(Protocol):
     """Phrase made piece by piece, while earlier pieces move already."""
 
     def add(self, duration_us: float, pulses: Mapping[str, int]) -> Sequence[NodeCommand]:
@@ -84,7 +84,7 @@ class Stream(Protocol):
         """Time from the release to the end of the last piece."""
 
 
-class PathPlanning(Protocol):
+class PathPlanner(Protocol):
     """What plans the commands of a kind of board."""
 
     @property
@@ -99,7 +99,7 @@ class PathPlanning(Protocol):
         """Character times for which a command of so many bytes occupies the line: its packet, the
         turnaround, the answer."""
 
-    def line(self, moves: Mapping[str, AxisMove]) -> Phrase:
+    def line(self, moves: Mapping[str, AxisMotion]) -> NodePhrase:
         """Plan a straight line from rest to rest that all axes keep to, at the speed and the acceleration
         that their limits allow: the ramps are in the ratio of the ways.
 
@@ -107,5 +107,5 @@ class PathPlanning(Protocol):
             ValueError: a move has no pulses, or a speed or acceleration that is not above 0.
         """
 
-    def stream(self, axes: Mapping[str, StepAxis]) -> Stream:
+    def stream(self, axes: Mapping[str, StepperAxis]) -> PhrasePlan:
         """Begin a phrase of pieces of constant speed, without ramps and without gaps."""

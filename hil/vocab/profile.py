@@ -12,7 +12,7 @@ from hil.vocab.dialogue import Dialogue, Task
 from hil.vocab.firmware import MAIN, Board, Firmware
 from hil.vocab.framing import Framing
 from hil.vocab.line_node import LineNodes
-from hil.vocab.path_planning import PathPlanning
+from hil.vocab.path_planning import PathPlanner
 from hil.vocab.recorded_session import SessionPlan
 from hil.vocab.terminal_axis import TerminalAxis
 from hil.vocab.verbs import Verb, table_of
@@ -100,7 +100,7 @@ class Profile:
     """Dialogues with a real board over its terminal, by the verbs that they stand for."""
     terminal_axis: Callable[[int], TerminalAxis] | None = None
     """Maker of what lets a real board be an axis of runs; None: nothing does."""
-    paths: PathPlanning | None = None
+    paths: PathPlanner | None = None
     """Planning of paths whose pulses its boards make by themselves; None: they make none."""
     shown_first: tuple[str, ...] = ("at_ns", "position_deg", "velocity_rpm", "torque_Nm")
     """Fields of an axis that its short state has."""

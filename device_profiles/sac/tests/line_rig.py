@@ -1,9 +1,9 @@
 """SACs on a segment, and a master that sends them the commands of a plan in simulated time."""
 
 from device_profiles.sac.packet import encode
-from device_profiles.sac.paths import PATHS
+from device_profiles.sac.path_planner import PATHS
 from hil.testing import Bench
-from hil.vocab.path_planning import StepAxis
+from hil.vocab.path_planning import StepperAxis
 
 FIRST_NODE = 4
 CHARACTER_MS = 10 / 38.4
@@ -14,7 +14,7 @@ class LineRig:
     """SACs ``s0``, ``s1``..., one for each microstep exponent, at the nodes from 4 on."""
 
     def __init__(self, exponents, slow_rpm=10):
-        self.axes = {f"s{i}": StepAxis(200, j, slow_rpm) for i, j in enumerate(exponents)}
+        self.axes = {f"s{i}": StepperAxis(200, j, slow_rpm) for i, j in enumerate(exponents)}
         names = list(self.axes)
         segment = {"stations": names, "taps": {"master": {}}}
         devices = {name: {"profile": "sac"} for name in names}

@@ -10,9 +10,9 @@ from random import Random
 import pytest
 from line_rig import LineRig
 
-from device_profiles.sac.paths import PATHS
+from device_profiles.sac.path_planner import PATHS
 from device_profiles.sac.pulse_times import ramp_us
-from hil.vocab.path_planning import AxisMove, Phrase
+from hil.vocab.path_planning import AxisMotion, NodePhrase
 
 LINES = int(os.environ.get("HIL_FUZZ", "8"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))
@@ -35,7 +35,7 @@ def largest_deviation(times, steps, exponents):
 def random_move(axis, random, longest):
     steps = random.randint(1, random.choice((40, 400, longest)))
     unit = axis.pulses_per_step
-    return AxisMove(
+    return AxisMotion(
         axis,
         random.choice((1, -1)) * steps * unit,
         random.uniform(20, 2000) * unit,
@@ -91,7 +91,10 @@ def begin_of(plan, pulses):
 def test_a_plan_says_when_its_commands_begin_and_end():
     rig = LineRig((1, 0))
     plan = PATHS.line(
-        {"s0": AxisMove(rig.axes["s0"], 3000, 2000, 3000), "s1": AxisMove(rig.axes["s1"], -617, 2000, 1000)}
+        {
+            "s0": AxisMotion(rig.axes["s0"], 3000, 2000, 3000),
+            "s1": AxisMotion(rig.axes["s1"], -617, 2000, 1000),
+        }
     )
     rig.perform(plan)
     pulses = rig.pulses()[0]
@@ -106,7 +109,7 @@ def test_a_plan_says_when_its_commands_begin_and_end():
 
 def test_speed_and_acceleration_stay_within_the_limits():
     axis = LineRig((1,)).axes["s0"]
-    plan = PATHS.line({"s0": AxisMove(axis, 8000, 2000, 3000)})
+    plan = PATHS.line({"s0": AxisMotion(axis, 8000, 2000, 3000)})
     cruise = max(plan.commands, key=lambda c: c.pulses)
     assert cruise.data == b"m6668vc1000a999"
     assert plan.commands[0].data.startswith(b"m666l1v300a47.12d999")  # 3000 pulses/s2 are 47.124 rad/s2
@@ -114,7 +117,7 @@ def test_speed_and_acceleration_stay_within_the_limits():
 
 def test_a_line_of_nothing_is_refused():
     axis = LineRig((1,)).axes["s0"]
-    for move in (AxisMove(axis, 0, 1, 1), AxisMove(axis, 9, 0, 1), AxisMove(axis, 9, 1, -1.0)):
+    for move in (AxisMotion(axis, 0, 1, 1), AxisMotion(axis, 9, 0, 1), AxisMotion(axis, 9, 1, -1.0)):
         with pytest.raises(ValueError, match="s0: a line needs"):
             PATHS.line({"s0": move})
 
@@ -132,10 +135,10 @@ def test_a_stream_keeps_to_its_times_and_rests():
     for pulses in ways:
         commands += stream.add(20_000, pulses)
     commands.sort(key=lambda c: c.needed_us)
-    rig.perform(Phrase(commands, stream.at_us))
+    rig.perform(NodePhrase(commands, stream.at_us))
     assert rig.late == 0
     pulses = rig.pulses()[0]
-    release_ns = begin_of(Phrase(commands, 0), pulses)
+    release_ns = begin_of(NodePhrase(commands, 0), pulses)
     for name in rig.axes:
         done = 0
         for number, way in enumerate(ways):

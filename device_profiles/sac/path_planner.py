@@ -6,7 +6,7 @@ from device_profiles.sac.axis_commands import AxisCommands
 from device_profiles.sac.packet import encode
 from device_profiles.sac.straight_line import plan_line
 from hil.vocab.motion import QUEUE_LEN
-from hil.vocab.path_planning import AxisMove, NodeCommand, Phrase, StepAxis
+from hil.vocab.path_planning import AxisMotion, NodeCommand, NodePhrase, StepperAxis
 
 TURNAROUND_CHARACTERS = 2
 """Characters of silence before a board's answer."""
@@ -16,7 +16,7 @@ ANSWER_CHARACTERS = len(encode(1, 4, b"\6"))
 class SacStream:
     """Pieces of constant speed for several axes, without ramps and without gaps."""
 
-    def __init__(self, axes: Mapping[str, StepAxis]) -> None:
+    def __init__(self, axes: Mapping[str, StepperAxis]) -> None:
         self._axes = {name: AxisCommands(name, axis) for name, axis in axes.items()}
         self.at_us = 0.0
 
@@ -43,11 +43,11 @@ class SacPaths:
         packet = len(encode(4, 1, b"m")) - 1 + data_bytes
         return packet + TURNAROUND_CHARACTERS + ANSWER_CHARACTERS
 
-    def line(self, moves: Mapping[str, AxisMove]) -> Phrase:
+    def line(self, moves: Mapping[str, AxisMotion]) -> NodePhrase:
         commands = plan_line(moves)
-        return Phrase(commands, max(command.end_us for command in commands))
+        return NodePhrase(commands, max(command.end_us for command in commands))
 
-    def stream(self, axes: Mapping[str, StepAxis]) -> SacStream:
+    def stream(self, axes: Mapping[str, StepperAxis]) -> SacStream:
         return SacStream(axes)
 
 
