@@ -20,6 +20,7 @@ RAMPS_MOVE = "it moves; stop it first"
 PATHS_MOVE = "it follows a path or turns; let it end, or stop it"
 LOOP_OFF = "its control loop is off; enable it first"
 NO_VERBS = "it has no verbs to be moved by"
+NO_SHAFT = "it has pins alone, and no shaft"
 
 
 class TwinAxes:
@@ -75,8 +76,9 @@ class TwinAxis:
         kind, state = self._axis.kind, self.state()
         is_free = self._follows_paths and not state.keeps_angle
         at_deg = state.position_deg if is_free else state.commanded_deg
-        assert at_deg is not None  # a twin tells every value
         fields, pins = tuple(kind.fields), tuple(kind.inputs)
+        if at_deg is None:
+            return AxisNow(0.0, False, fields, pins, NO_SHAFT)
         return AxisNow(at_deg, self._follows_paths, fields, pins, self._why_not(state))
 
     def _why_not(self, state: AxisState) -> str | None:

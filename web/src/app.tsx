@@ -1,4 +1,5 @@
 import { useEffect, useRef } from "preact/hooks";
+import { Guarded } from "./parts/guarded";
 import { Notices } from "./parts/notices";
 import { HelpDialog, openHelp } from "./parts/help";
 import { go, href, path } from "./router";
@@ -23,25 +24,35 @@ function LinkState() {
   );
 }
 
+/** Health of the bench; a click lists its problems. */
 function Health() {
   const health = status.value.health;
   if (!health) return null;
   const time_s = (status.value.sim_ns ?? 0) / 1e9;
-  const title = [`late ${health.late_ms} ms`, ...health.problems.map(problemText)].join("\n");
+  const pill = `pill is-${health.state}`;
   return (
     <>
-      <span class={`pill is-${health.state}`} title={title}>
-        {health.state}
-      </span>
+      {health.problems.length > 0 ? (
+        <details class="health">
+          <summary class={pill} aria-label={`Health: ${health.state}; its problems`}>
+            {health.state}
+          </summary>
+          <ul class="card" aria-label="Problems of the bench">
+            {health.problems.map((problem) => (
+              <li key={problem}>{problem}</li>
+            ))}
+          </ul>
+        </details>
+      ) : (
+        <span class={pill} title={`late ${health.late_ms} ms`}>
+          {health.state}
+        </span>
+      )}
       <span class="clock" title="simulated time">
         {time_s.toFixed(1)} s
       </span>
     </>
   );
-}
-
-function problemText(problem: unknown): string {
-  return typeof problem === "string" ? problem : JSON.stringify(problem);
 }
 
 function Header({ current }: { current: ViewEntry | undefined }) {
@@ -138,7 +149,9 @@ export function App() {
         {!isLogin && !hello.value && <p class="empty">Waiting for the bench …</p>}
         {hello.value && current && (
           <div class="view" hidden={isLogin}>
-            <current.View key={current.id} path={path.value.slice(1)} />
+            <Guarded key={current.id}>
+              <current.View path={path.value.slice(1)} />
+            </Guarded>
           </div>
         )}
       </main>

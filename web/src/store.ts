@@ -2,12 +2,17 @@
 
 import { computed, signal } from "@preact/signals";
 import { VERSION } from "./build";
-import type { ActiveFault, FaultMark } from "./model/fault_marks";
+import { type ActiveFault, type FaultMark, injected } from "./model/fault_marks";
+import { type RunProgress, withRun } from "./model/run_progress";
+import type { Status } from "./model/status";
 import { Link } from "./net/link";
 import type { DeviceRow, Role } from "./net/protocol";
 
 /** The server's version while it is another one than this page's, although the page was loaded again. */
 export const otherVersion = signal("");
+
+/** For so long the time goes on without being told. */
+const MOST_UNTOLD_s = 1;
 
 const RELOADED_FOR = "hil.reloaded-for";
 
@@ -37,50 +42,46 @@ export function may(role: Role): boolean {
   return RANK[hello.value?.role ?? "viewer"] >= RANK[role];
 }
 
-/** Answer of the operation `status`; what is not there is undefined. */
-export interface Status {
-  sim_ns?: number;
-  elapsed_ns?: number;
-  rate_hz?: number;
-  speed?: number;
-  ticks?: number;
-  missed?: number;
-  rt?: string;
-  rt_line?: string;
-  health?: { state: string; late_ms: number; problems: unknown[] };
-  devices?: DeviceStatus[];
-}
-
-export interface DeviceStatus {
-  device: string;
-  failed: string | null;
-  clients: number;
-  rx_bytes: number;
-  tx_bytes: number;
-  dropped_bytes: number;
-  note?: string | null;
-  address?: string;
-  snapshot?: Record<string, number | null> | null;
-  snapshots?: Record<string, Record<string, number | null>>;
-}
-
-export const status = signal<Status>({});
+export const status = signal<Status>({ devices: [] });
 /** The status before the present one: rates are differences. */
-export const statusBefore = signal<Status>({});
+export const statusBefore = signal<Status>({ devices: [] });
 
 export const activeFaults = signal<ActiveFault[]>([]);
 
 export const faultMarks = signal<FaultMark[]>([]);
+/** Simulated times at which faults were injected from here, in seconds, by their numbers. */
+export const injections = new Map<number, number>();
 
-export interface RunProgress {
-  run: string;
-  state: string;
-  [key: string]: unknown;
+/** Note when a fault was injected from here; the list of active faults comes before this answer, or after. */
+export function noteInjected(number: number, parameters: Record<string, unknown>, at_s: number): void {
+  injections.set(number, at_s);
+  faultMarks.value = injected(faultMarks.peek(), number, parameters, at_s);
 }
 
+/** Runs that the bench remembers, the last first. */
 export const runs = signal<RunProgress[]>([]);
 
+export function takeProgress(run: RunProgress): void {
+  runs.value = withRun(runs.peek(), run);
+}
+
+/** Time of this page at which the status was told, in ms. */
+let toldAt_ms = 0;
+
+export function takeStatus(told: Status): void {
+  statusBefore.value = status.peek();
+  toldAt_ms = performance.now();
+  status.value = told;
+}
+
 /** Simulated time at the bench, in seconds, as last told. */
-export function benchTime_s(): number {
+export function toldTime_s(): number {
   return (status.peek().sim_ns ?? 0) / 1e9;
+}
+
+/** Simulated time at the bench, in seconds: it is told twice a second, and goes on evenly between. */
+export function benchTime_s(): number {
+  if (link.state.peek() !== "open" || toldAt_ms === 0) return toldTime_s();
+  const since_s = Math.min((performance.now() - toldAt_ms) / 1000, MOST_UNTOLD_s);
+  return toldTime_s() + since_s * (status.peek().speed ?? 1);
 }

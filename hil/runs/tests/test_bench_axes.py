@@ -129,3 +129,12 @@ def test_a_stepper_says_whether_it_moves() -> None:
     axis.stop("prejudice", 600.0)
     bench.run(ms=SOON_MS)
     assert (axis.state().is_moving, axis.state().is_under_way) == (False, False)
+
+
+def test_a_board_without_a_shaft_is_beside_those_of_a_run() -> None:
+    """The pins of an Uno take part in no motion, and keep no other axis from it."""
+    bench = Bench({"bench": "t", "devices": {"u1": {"profile": "uno"}, "s1": {"profile": "sac"}}})
+    bench.run_until(ms=NOW_MS)
+    axes = TwinAxes(bench._runtime, bench._sampler).axes()
+    assert axes["u1"].why_not == "it has pins alone, and no shaft"
+    assert axes["s1"].why_not is None

@@ -19,8 +19,9 @@ export function digitsOf(unit: string): number {
   return DIGITS[unit] ?? (unit === "" || unit === "count" || unit === "pulse" ? 0 : 2);
 }
 
-/** Format a bound so that it can be read and typed: 1000000, 0.001, 1e18. */
+/** Format a bound so that it can be read: 1000000, 0.001, 2^53. */
 export function plain(bound: number): string {
+  if (bound >= 1e12 && Number.isInteger(Math.log2(bound))) return `2^${Math.log2(bound)}`;
   return Number.isInteger(bound) && Math.abs(bound) < 1e12 ? String(bound) : String(Number(bound.toPrecision(6)));
 }
 

@@ -108,6 +108,10 @@ function text(value: unknown): string {
   return typeof value === "string" ? value : "";
 }
 
+function texts(value: unknown): string[] {
+  return list(value).filter((each) => typeof each === "string");
+}
+
 /** Read what the server told about the bench; what is missing is empty. */
 export function readHello(raw: unknown): Hello {
   const told = isObject(raw) ? raw : {};
@@ -122,8 +126,8 @@ export function readHello(raw: unknown): Hello {
     devices: list<Json>(told["devices"]).filter(isObject).map(readDevice),
     segments: segments.map((line) => line.name),
     lines: new Map(segments.map((line) => [line.name, line])),
-    buses: list(told["buses"]),
-    ports: list(told["ports"]),
+    buses: texts(told["buses"]),
+    ports: texts(told["ports"]),
     operations: isObject(told["operations"]) ? told["operations"] : {},
     fault_kinds: list<Json>(told["fault_kinds"]).filter(isObject).map(readFaultKind),
   };
@@ -150,8 +154,19 @@ function readDevice(raw: Json): DeviceRow {
     profile: text(raw["profile"]),
     is_real: raw["is_real"] === true,
     verbs,
-    fields: list(raw["fields"]),
-    inputs: isObject(raw["inputs"]) ? (raw["inputs"] as Record<string, string>) : {},
+    fields: list<Json>(raw["fields"]).filter(isObject).map(readField),
+    inputs: Object.fromEntries(Object.entries(isObject(raw["inputs"]) ? raw["inputs"] : {}).map(([pin, field]) => [pin, text(field)])),
+  };
+}
+
+function readField(raw: Json): FieldRow {
+  return {
+    name: text(raw["name"]),
+    type: text(raw["type"]),
+    unit: text(raw["unit"]),
+    meaning: text(raw["meaning"]),
+    is_settable: raw["is_settable"] === true,
+    is_state: raw["is_state"] === true,
   };
 }
 

@@ -17,7 +17,7 @@ export const WORDS: [string, string][] = [
   ["simulated time", "The bench's own clock. All plots have it on their axis; it stands while the bench is late."],
   ["late", "How far the simulated time is behind the wall clock."],
   ["lag", "How far a board's firmware is behind the simulated time, in ms; and in the status, how late its work was done."],
-  ["ok / strained / failing", "Health of the bench: whether it keeps up and all boards run."],
+  ["ok / late / failed", "Health of the bench: it keeps up and all boards run; answers come late; or something has stopped. A click says what, and what helps."],
   ["segment", "An RS485 wire with several stations."],
   ["role", "What you may do here: a viewer looks, an operator moves axes and starts runs, an admin also injects faults."],
 ];

@@ -55,26 +55,41 @@ export function panesOf(device: DeviceRow, chosen: string[]): Pane[] {
 
 export interface PinRow {
   name: string;
+  /** Field that tells its level; empty: none does. */
   field: string;
+  /** Bit of the field that is its level; null: the whole field is. */
+  bit: number | null;
   /** Whether it can be driven from here. */
   isInput: boolean;
   meaning: string;
 }
 
+/** Field of all pins of a microcontroller, a bit each: D2 is bit 2, A0 bit 14. */
+const ALL_PINS = "pin_levels";
+
+function bitOf(pin: string): number | null {
+  const [, kind, number] = /^([DA])(\d{1,2})$/.exec(pin) ?? [];
+  return kind ? Number(number) + (kind === "A" ? 14 : 0) : null;
+}
+
 /** Pins of an axis: its inputs, in their order, then other levels that its fields tell. */
 export function pinsOf(device: DeviceRow): PinRow[] {
   const meanings = new Map(device.fields.map((field) => [field.name, field.meaning]));
-  const inputs = Object.entries(device.inputs).map(([name, field]) => ({
-    name,
-    field: meanings.has(field) ? field : "",
-    isInput: true,
-    meaning: meanings.get(field) ?? "",
-  }));
+  const inputs = Object.entries(device.inputs).map(([name, field]) => {
+    const bit = meanings.has(field) || !meanings.has(ALL_PINS) ? null : bitOf(name);
+    const told = bit !== null ? ALL_PINS : meanings.has(field) ? field : "";
+    return { name, field: told, bit, isInput: true, meaning: bit !== null ? "" : (meanings.get(told) ?? "") };
+  });
   const known = new Set(inputs.map((pin) => pin.field));
   const others = device.fields
     .filter((field) => isLevel(field) && !known.has(field.name))
-    .map((field) => ({ name: field.name.replace(/^pin_/, ""), field: field.name, isInput: false, meaning: field.meaning }));
+    .map((field) => ({ name: field.name.replace(/^pin_/, ""), field: field.name, bit: null, isInput: false, meaning: field.meaning }));
   return [...inputs, ...others];
+}
+
+/** Level of a pin, of the value of its field. */
+export function levelOf(value: number, bit: number | null): number {
+  return bit === null || Number.isNaN(value) ? value : (value >> bit) & 1;
 }
 
 function isLevel(field: FieldRow): boolean {

@@ -1,6 +1,7 @@
 /** State, rate and lag of a device, from the bench's status. */
 
-import { activeFaults, devices, link, status, statusBefore, type DeviceStatus, type Status } from "../../store";
+import type { DeviceStatus, Status } from "../../model/status";
+import { activeFaults, devices, link, status, statusBefore } from "../../store";
 
 export interface Figures {
   state: "ok" | "failed" | "fault" | "unknown";
@@ -27,13 +28,13 @@ export function figuresOf(address: string): Figures {
   };
   if (!now) return { ...figures, state: "unknown", stateText: devices.value.has(name) && link.state.value === "open" ? "–" : "unknown" };
   if (now.failed) return { ...figures, state: "failed", stateText: "failed", why: now.failed };
-  if (!faults.length) return { ...figures, why: now.note ?? "" };
+  if (!faults.length) return { ...figures, why: now.note };
   const kinds = faults.map((fault) => fault.kind).join(", ");
   return { ...figures, state: "fault", stateText: faults.length > 1 ? `${faults.length} faults` : kinds, why: kinds };
 }
 
 function rowOf(told: Status, name: string): DeviceStatus | undefined {
-  return told.devices?.find((row) => row.device === name);
+  return told.devices.find((row) => row.device === name);
 }
 
 function rate_Hz(now: DeviceStatus, before: DeviceStatus): number {

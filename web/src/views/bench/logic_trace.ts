@@ -3,6 +3,7 @@
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
 import { palette } from "../../parts/palette";
 import type { AxisFeed } from "./axis_feed";
+import { levelOf } from "./axis_fields";
 
 const WINDOW_s = 5;
 const MARGIN = 0.2;
@@ -21,6 +22,7 @@ export class LogicTrace implements Drawer {
     private readonly canvas: HTMLCanvasElement,
     private readonly feed: AxisFeed,
     private readonly field: string,
+    private readonly bit: number | null,
   ) {
     this.context = canvas.getContext("2d");
     this.sight = new Sight(canvas);
@@ -57,9 +59,9 @@ export class LogicTrace implements Drawer {
     this.isEdge = false;
     let index = Math.max(ring.indexAt(to_s - WINDOW_s) - 1, ring.first);
     while (index < ring.total) {
-      const value = ring.at(column, index);
+      const value = levelOf(ring.at(column, index), this.bit);
       let end = index + 1;
-      while (end < ring.total && ring.at(column, end) === value) end++;
+      while (end < ring.total && levelOf(ring.at(column, end), this.bit) === value) end++;
       const from = xOf(index);
       const to = end < ring.total ? xOf(end) : width;
       if (value === value) this.span(context, value, from, to, height);

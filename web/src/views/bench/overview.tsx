@@ -83,7 +83,7 @@ function Live({ device }: { device: DeviceRow }) {
       end();
     };
   }, [device.name, wanted.join(" "), theme.value]);
-  if (!wanted.length) return <p class="soft strip-none">its axis cannot be watched</p>;
+  if (!wanted.length) return <p class="soft strip-none">no shaft that could be watched</p>;
   return (
     <>
       <div class="readings">

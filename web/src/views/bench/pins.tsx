@@ -6,14 +6,14 @@ import type { DeviceRow } from "../../net/protocol";
 import { link, may } from "../../store";
 import { theme } from "../../theme";
 import { feedOf, RATE_HZ } from "./axis_feed";
-import { type PinRow, pinsOf } from "./axis_fields";
+import { levelOf, type PinRow, pinsOf } from "./axis_fields";
 import { LogicTrace } from "./logic_trace";
 
 const VALUES_EVERY_MS = 100;
 
 export function Pins({ device }: { device: DeviceRow }) {
   const pins = pinsOf(device);
-  const fields = pins.map((pin) => pin.field).filter(Boolean);
+  const fields = [...new Set(pins.map((pin) => pin.field).filter(Boolean))];
   useEffect(() => feedOf(device.name).want(fields), [device.name, fields.join(" ")]);
   return (
     <>
@@ -35,9 +35,9 @@ function PinView({ device, pin }: { device: string; pin: PinRow }) {
   useEffect(() => {
     if (!canvas.current || !pin.field) return;
     const feed = feedOf(device);
-    const trace = new LogicTrace(canvas.current, feed, pin.field);
+    const trace = new LogicTrace(canvas.current, feed, pin.field, pin.bit);
     const timer = window.setInterval(() => {
-      const value = feed.ring.at(feed.column(pin.field), feed.ring.total - 1);
+      const value = levelOf(feed.ring.at(feed.column(pin.field), feed.ring.total - 1), pin.bit);
       const text = Number.isFinite(value) ? String(value) : "–";
       if (level.current && level.current.textContent !== text) level.current.textContent = text;
     }, VALUES_EVERY_MS);
@@ -45,7 +45,7 @@ function PinView({ device, pin }: { device: string; pin: PinRow }) {
       window.clearInterval(timer);
       trace.end();
     };
-  }, [device, pin.field, theme.value]);
+  }, [device, pin.field, pin.bit, theme.value]);
   const drive = (to: number) => link.ask("pin", device, { pin: pin.name, level: to }).catch(notifyError);
   return (
     <li class="pin">

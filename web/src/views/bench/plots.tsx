@@ -1,6 +1,7 @@
 /** The plots of an axis: a pane for each unit, one time axis, cursors, and what can be done with them. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
+import { timesText } from "../../model/fault_marks";
 import { digitsOf, shown } from "../../model/numbers";
 import { notify } from "../../parts/notices";
 import { faultMarks } from "../../store";
@@ -43,6 +44,7 @@ export function Plots({ model }: { model: PlotModel }) {
         ))}
       </div>
       <Cursors model={model} />
+      <FaultTimes model={model} />
     </section>
   );
 }
@@ -266,6 +268,23 @@ function Cursors({ model }: { model: PlotModel }) {
         </tbody>
       </table>
     </div>
+  );
+}
+
+const MOST_TIMES = 4;
+
+/** Times of the last faults that stand on the plots, as text. */
+function FaultTimes({ model }: { model: PlotModel }) {
+  const marks = faultMarks.value.slice(-MOST_TIMES);
+  if (!marks.length) return null;
+  return (
+    <ul class="fault-times soft" aria-label={`Faults on the plots of ${model.axis}`}>
+      {marks.map((mark) => (
+        <li key={mark.number}>
+          <span class="mono">{mark.kind}</span> on {mark.target}: {timesText(mark)}
+        </li>
+      ))}
+    </ul>
   );
 }
 

@@ -1,17 +1,9 @@
 /** Runs that the bench remembers, with their progress. */
 
 import { shown } from "../../model/numbers";
+import { type AxisReport, readRun, type RunProgress } from "../../model/run_progress";
 import { notifyError } from "../../parts/notices";
-import { link, may, type RunProgress, runs, status } from "../../store";
-import { takeProgress } from "./run_text";
-
-interface AxisReport {
-  target_deg: number;
-  position_deg: number | null;
-  error_max_deg: number | null;
-  error_rms_deg: number | null;
-  at_end: string | null;
-}
+import { link, may, runs, status, takeProgress } from "../../store";
 
 export function RunList() {
   return (
@@ -28,12 +20,17 @@ export function RunList() {
 }
 
 function RunCard({ run }: { run: RunProgress }) {
-  const step = Number(run["step"] ?? 0);
-  const steps = Number(run["steps"] ?? 0);
+  const { step, steps, planned_end_ns: end_ns } = run;
   const isUnderWay = run.state === "running" || run.state === "queued";
-  const end_ns = run["planned_end_ns"];
-  const left_s = typeof end_ns === "number" ? Math.max(0, (end_ns - (status.value.sim_ns ?? 0)) / 1e9) : null;
-  const cancel = (how: string) => link.ask<RunProgress>("cancel_run", run.run, { how }).then(takeProgress).catch(notifyError);
+  const left_s = end_ns !== null ? Math.max(0, (end_ns - (status.value.sim_ns ?? 0)) / 1e9) : null;
+  const cancel = async (how: string) => {
+    try {
+      const told = readRun(await link.ask("cancel_run", run.run, { how }));
+      if (told) takeProgress(told);
+    } catch (error) {
+      notifyError(error);
+    }
+  };
   return (
     <article class="run" aria-label={`Run ${run.run}`}>
       <div class="row">
@@ -55,8 +52,8 @@ function RunCard({ run }: { run: RunProgress }) {
         )}
       </div>
       <progress aria-label={`Progress of ${run.run}`} max={Math.max(steps, 1)} value={run.state === "done" ? Math.max(steps, 1) : step} />
-      {typeof run["why"] === "string" && run["why"] !== "" && <p class="problem">{run["why"]}</p>}
-      <Axes axes={(run["axes"] ?? {}) as Record<string, AxisReport>} />
+      {run.why && <p class="problem">{run.why}</p>}
+      <Axes axes={run.axes} />
     </article>
   );
 }

@@ -2,8 +2,9 @@
 
 import { computed, signal } from "@preact/signals";
 import { type DocumentProblem, readProblems } from "../../model/problems";
+import { readRun } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
-import { link, runs, type RunProgress } from "../../store";
+import { link, runs, takeProgress } from "../../store";
 
 export const text = signal(`run: example
 axes:
@@ -49,15 +50,12 @@ export async function startRun(): Promise<void> {
     found.value = readProblems(answer["problems"]);
     return;
   }
-  takeProgress(answer as RunProgress);
-}
-
-export function takeProgress(run: RunProgress): void {
-  runs.value = [run, ...runs.peek().filter((known) => known.run !== run.run)].slice(0, 50);
+  const run = readRun(answer);
+  if (run) takeProgress(run);
 }
 
 /** Ask for all runs that the bench remembers: those of before the page, and of others. */
 export async function readRuns(): Promise<void> {
-  const told = await link.ask<RunProgress[]>("runs", "").catch(() => null);
-  if (told) runs.value = [...told].reverse();
+  const told = await link.ask("runs", "").catch(() => null);
+  if (Array.isArray(told)) runs.value = told.map(readRun).filter((run) => run !== null).reverse();
 }

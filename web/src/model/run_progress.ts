@@ -1,0 +1,62 @@
+/** Runs and how far they are, as the bench tells. Pure. */
+
+export interface AxisReport {
+  target_deg: number | null;
+  position_deg: number | null;
+  error_max_deg: number | null;
+  error_rms_deg: number | null;
+  at_end: string | null;
+}
+
+export interface RunProgress {
+  run: string;
+  state: string;
+  step: number;
+  steps: number;
+  /** Simulated time at which it ends as planned; null: it is not known. */
+  planned_end_ns: number | null;
+  why: string;
+  axes: Record<string, AxisReport>;
+}
+
+const MOST_RUNS = 50;
+
+/** Read the progress of a run; null: it is none. */
+export function readRun(raw: unknown): RunProgress | null {
+  const told = object(raw);
+  if (typeof told["run"] !== "string") return null;
+  return {
+    run: told["run"],
+    state: String(told["state"] ?? ""),
+    step: numberOf(told["step"]) ?? 0,
+    steps: numberOf(told["steps"]) ?? 0,
+    planned_end_ns: numberOf(told["planned_end_ns"]),
+    why: typeof told["why"] === "string" ? told["why"] : "",
+    axes: Object.fromEntries(Object.entries(object(told["axes"])).map(([name, axis]) => [name, readAxis(axis)])),
+  };
+}
+
+function readAxis(raw: unknown): AxisReport {
+  const told = object(raw);
+  return {
+    target_deg: numberOf(told["target_deg"]),
+    position_deg: numberOf(told["position_deg"]),
+    error_max_deg: numberOf(told["error_max_deg"]),
+    error_rms_deg: numberOf(told["error_rms_deg"]),
+    at_end: typeof told["at_end"] === "string" ? told["at_end"] : null,
+  };
+}
+
+/** List of runs after one of them went on: it stays in its place, a new one comes first. */
+export function withRun(runs: RunProgress[], run: RunProgress): RunProgress[] {
+  const isKnown = runs.some((known) => known.run === run.run);
+  return isKnown ? runs.map((known) => (known.run === run.run ? run : known)) : [run, ...runs].slice(0, MOST_RUNS);
+}
+
+function object(value: unknown): Record<string, unknown> {
+  return typeof value === "object" && value !== null && !Array.isArray(value) ? (value as Record<string, unknown>) : {};
+}
+
+function numberOf(value: unknown): number | null {
+  return typeof value === "number" && Number.isFinite(value) ? value : null;
+}
