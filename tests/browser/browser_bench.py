@@ -5,6 +5,7 @@ import io
 import re
 import struct
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -170,7 +171,7 @@ def test_plots_are_saved(pages: Bench) -> None:
     assert {"position_deg", "velocity_rpm", "torque_Nm", "current_a_A"} <= set(rows[0])
     times_s = [float(row[0]) for row in rows[1:]]
     assert len(times_s) > 10
-    assert all(0 < later - earlier < 1 for earlier, later in zip(times_s, times_s[1:], strict=False))
+    assert all(0 < later - earlier < 1 for earlier, later in pairwise(times_s))
     with page.expect_download() as waiting:
         button(page, "PNG")
     png = Path(waiting.value.path()).read_bytes()
@@ -220,11 +221,9 @@ def test_a_step_response_is_drawn_before_and_after_new_gains(pages: Bench) -> No
     button(page, "Step, set gains, step again")
     table = page.locator(".gains table")
     expect(table.get_by_role("row", name=re.compile("^after"))).to_be_visible()
-    overshoots = [
-        float(table.get_by_role("row", name=re.compile(f"^{row}")).get_by_role("cell").nth(1).inner_text()[:-2])
-        for row in ("before", "after")
-    ]
-    assert overshoots[0] != overshoots[1]
+    rows = [table.get_by_role("row", name=re.compile(f"^{row}")) for row in ("before", "after")]
+    before, after = (row.get_by_role("cell").nth(1).inner_text() for row in rows)
+    assert before != after
     expect(page.get_by_role("img", name=re.compile("^Step responses"))).to_be_visible()
     expect(page.get_by_label(re.compile(r"^pKp, now 40"))).to_be_visible()
     page.get_by_label(re.compile("^pKp")).fill("15")
