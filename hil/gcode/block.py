@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from hil.gcode.expressions import Fault, KnownParameters, Values, BadValue
+from hil.gcode.expressions import BadValue, Fault, KnownParameters, Values
 from hil.gcode.words import AXES, G_WORDS, M_WORDS, PLAIN, REFUSED_LETTERS, Group, Word
 from hil.vocab.near_words import did_you_mean, nearest
 

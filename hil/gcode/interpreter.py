@@ -41,7 +41,7 @@ _SPINDLE: dict[str, SwitchState] = {"M3": "cw", "M4": "ccw", "M5": "off"}
 
 
 class Interpreter:
-    """Carries out lines on a ``ProgramState``, in the order of RS-274/NGC, 3.8, whatever that of their words."""
+    """Carries out lines in the order of RS-274/NGC, 3.8, whatever the order of their words."""
 
     def __init__(self, settings: Settings) -> None:
         self.state = ProgramState(settings)
