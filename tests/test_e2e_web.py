@@ -13,7 +13,7 @@ from typing import Any
 import aiohttp
 import pytest
 from desk_support import CONFIG, Asking, desk_in
-from e2e_support import PATIENCE_S
+from e2e_support import PATIENCE_S, READY_NS
 from markdown_blocks import block
 
 from bridges.web.password_hash import hash_of
@@ -189,6 +189,15 @@ def test_runs_and_faults_are_told(tmp_path: Path) -> None:
         number = (await page.ask("ask", operation="inject", target="m1", given=jam))["number"]
         told = await page.until(lambda each: isinstance(each, dict) and each.get("value"))
         assert [fault["kind"] for fault in told["value"]] == ["shaft_jam"]
+        assert (
+            READY_NS < told["value"][0]["begin_ns"] <= (await page.ask("ask", operation="status"))["sim_ns"]
+        )
+        later = {"fault": "shaft_jam", "parameters": {"start_s": 500}}
+        await page.ask("ask", operation="inject", target="m1", given=later)
+        told = await page.until(lambda each: isinstance(each, dict) and len(each.get("value", ())) == 2)
+        jam_ns, later_ns = (fault["begin_ns"] for fault in told["value"])
+        assert later_ns - jam_ns > 500_000_000_000
+        await page.ask("ask", operation="clear", given={"number": told["value"][1]["number"]})
         await page.ask("ask", operation="clear", given={"number": number})
         await page.until(lambda each: isinstance(each, dict) and each.get("value") == [])
         bad = await page.ask("ask", operation="run", given={"text": "run: a\nsteps: 5\n"})

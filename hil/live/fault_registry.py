@@ -9,6 +9,7 @@ from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
 from hil.sim.given_fault import fault_refusal
 from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused
+from hil.vocab.time import SimTimeNs
 
 
 class FaultRegistry:
@@ -18,6 +19,8 @@ class FaultRegistry:
         self._bench = bench
         self._boards = places.boards
         self._active: dict[int, Fault] = {}
+        self._begin_ns: dict[int, SimTimeNs] = {}
+        """Times at which those of real boards' lines were injected."""
 
     def inject(self, kind: str, target: str, parameters: Mapping[str, object]) -> int:
         """Inject a fault; answers its number.
@@ -36,7 +39,7 @@ class FaultRegistry:
             raise FaultRefused(f"{target} is a real board: what it can have is a byte fault, from now on")
         number = self._bench.faults.new_number()
         self._boards[target].end.inject(number, fault)
-        self._active[number] = fault
+        self._active[number], self._begin_ns[number] = fault, self._bench.now_ns
         return number
 
     def clear(self, number: int) -> None:
@@ -51,11 +54,15 @@ class FaultRegistry:
         self._active = {number: fault for number, fault in self._active.items() if fault.target != device}
 
     def listed(self) -> list[dict[str, Any]]:
-        """List all active faults; those of real lines with the number of bytes that each has changed."""
+        """List all active faults with the times at which they begin; those of real lines with the number of
+        bytes that each has changed."""
+        of_twins = self._bench.faults
         rows: list[dict[str, Any]] = [
-            {"number": number, **asdict(fault)} for number, fault in self._bench.faults.active.items()
+            {"number": number, **asdict(fault), "begin_ns": of_twins.begin_ns[number]}
+            for number, fault in of_twins.active.items()
         ]
         for number, fault in self._active.items():
             changed_bytes = self._boards[fault.target].end.changed_bytes(number)
-            rows.append({"number": number, **asdict(fault), "changed_bytes": changed_bytes})
+            told = {"begin_ns": self._begin_ns[number], "changed_bytes": changed_bytes}
+            rows.append({"number": number, **asdict(fault), **told})
         return rows

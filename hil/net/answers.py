@@ -39,7 +39,7 @@ _SHOT: Any = (
     {"position_deg": float, "velocity_rpm": float, "outputs_on": int, "microsteps": int},
     {"position_deg": float, "enabled": int, "age_ms": float},
 )
-_FAULT: dict[str, Any] = {"number": int, "kind": str, "target": str, "parameters": dict}
+_FAULT: dict[str, Any] = {"number": int, "kind": str, "target": str, "parameters": dict, "begin_ns": int}
 _PROBLEM: dict[str, Any] = {"kind": str, "about": str, "what": str, "remedy": str}
 _SEGMENT: dict[str, Any] = {
     "segment": str,

@@ -1,4 +1,4 @@
-"""Terminals in a browser: clients of a board as any other, which show what comes and carry out nothing of it."""
+"""Terminals in a browser: clients as any other. They show what comes, and carry out nothing of it."""
 
 import os
 import tty

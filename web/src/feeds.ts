@@ -4,7 +4,7 @@ import { marked, movedBack, readFaults } from "./model/fault_marks";
 import { RESTART_GAP_s } from "./model/ring";
 import { readRun } from "./model/run_progress";
 import { readStatus } from "./model/status";
-import { activeFaults, benchTime_s, faultMarks, injections, link, takeProgress, takeStatus, toldTime_s } from "./store";
+import { activeFaults, benchTime_s, faultMarks, link, takeProgress, takeStatus, toldTime_s } from "./store";
 
 const STATUS_RATE_HZ = 2;
 
@@ -18,15 +18,11 @@ export function startFeeds(): void {
       takeStatus(now);
     },
   });
-  let isFirst = true;
   link.watch({ what: "faults" }, {
     value: (value) => {
       const now = readFaults(value);
-      const at_s = benchTime_s();
-      const injectedAt_s = (number: number) => injections.get(number) ?? (isFirst ? -Infinity : at_s);
-      faultMarks.value = marked(faultMarks.peek(), now, injectedAt_s, at_s);
+      faultMarks.value = marked(faultMarks.peek(), now, benchTime_s());
       activeFaults.value = now;
-      isFirst = false;
     },
   });
   link.watch({ what: "runs" }, {

@@ -2,7 +2,7 @@
 
 import { computed, signal } from "@preact/signals";
 import { VERSION } from "./build";
-import { type ActiveFault, type FaultMark, injected } from "./model/fault_marks";
+import type { ActiveFault, FaultMark } from "./model/fault_marks";
 import { type RunProgress, withRun } from "./model/run_progress";
 import type { Status } from "./model/status";
 import { Link } from "./net/link";
@@ -49,14 +49,6 @@ export const statusBefore = signal<Status>({ devices: [] });
 export const activeFaults = signal<ActiveFault[]>([]);
 
 export const faultMarks = signal<FaultMark[]>([]);
-/** Simulated times at which faults were injected from here, in seconds, by their numbers. */
-export const injections = new Map<number, number>();
-
-/** Note when a fault was injected from here; the list of active faults comes before this answer, or after. */
-export function noteInjected(number: number, parameters: Record<string, unknown>, at_s: number): void {
-  injections.set(number, at_s);
-  faultMarks.value = injected(faultMarks.peek(), number, parameters, at_s);
-}
 
 /** Runs that the bench remembers, the last first. */
 export const runs = signal<RunProgress[]>([]);

@@ -42,6 +42,8 @@ class Faults:
         self._axes = AxisFaults()
         self.active: dict[int, Fault] = {}
         """Faults that are listed: in force, or still to begin."""
+        self.begin_ns: dict[int, SimTimeNs] = {}
+        """Times at which these began or will begin."""
 
     def listed(self, number: int) -> Fault:
         """A fault that is in force or still to begin.
@@ -125,7 +127,8 @@ class Faults:
         place = self._roster.place(fault.target)
         assert place
         self.active[number] = fault
-        begin_ns = now_ns + round(fault.number("start_s") * NS_PER_S)
+        begin_ns = SimTimeNs(now_ns + round(fault.number("start_s") * NS_PER_S))
+        self.begin_ns[number] = begin_ns
         for_ns = round(fault.number("for_s") * NS_PER_S)
         if begin_ns > now_ns:
             place.group.at(begin_ns, partial(self._begin, number, fault, place))
@@ -136,7 +139,7 @@ class Faults:
 
     def clear(self, number: int, now_ns: SimTimeNs) -> None:
         """End a fault, or cancel its beginning: by an input, or because its time is over."""
-        self.active.pop(number, None)
+        self._unlist(number)
         if begun := self._in_force.pop(number, None):
             self._end(number, *begun, now_ns)
 
@@ -145,15 +148,19 @@ class Faults:
         self._axes.forget(axes)
         for number, fault in list(self.active.items()):
             if owner_of(fault.target) == name and fault.target not in self._roster.taps:
-                del self.active[number]
+                self._unlist(number)
                 self._in_force.pop(number, None)
+
+    def _unlist(self, number: int) -> None:
+        self.active.pop(number, None)
+        self.begin_ns.pop(number, None)
 
     def _begin(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
         if number not in self.active:
             return
         kind = FAULT_KINDS[fault.kind]
         if kind.is_once:
-            del self.active[number]
+            self._unlist(number)
             if place.bus:
                 place.bus.faults.inject(number, fault, place.station)
             else:

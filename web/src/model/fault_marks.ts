@@ -5,10 +5,12 @@ export interface ActiveFault {
   kind: string;
   target: string;
   parameters: Record<string, unknown>;
+  /** Simulated time at which it begins; null: it is not told. */
+  begin_s: number | null;
 }
 
-/** A fault on the time axis: simulated seconds of its begin and end as this page saw them. `begin_s` is
- * -Infinity if it was there before the page, `end_s` is null while it is active. */
+/** A fault on the time axis: simulated seconds of its begin and end. `end_s` is when the page saw that it had ended, or
+ * null while it is active. */
 export interface FaultMark {
   number: number;
   kind: string;
@@ -20,40 +22,30 @@ export interface FaultMark {
 /** Read the list of active faults; what is none is left out. */
 export function readFaults(raw: unknown): ActiveFault[] {
   return (Array.isArray(raw) ? (raw as unknown[]) : []).flatMap((each) => {
-    const { number, kind, target, parameters } = (each ?? {}) as Record<string, unknown>;
+    const { number, kind, target, parameters, begin_ns } = (each ?? {}) as Record<string, unknown>;
     if (typeof number !== "number" || typeof kind !== "string" || typeof target !== "string") return [];
-    return [{ number, kind, target, parameters: { ...(parameters as object | null) } }];
+    const begin_s = typeof begin_ns === "number" ? begin_ns / 1e9 : null;
+    return [{ number, kind, target, parameters: { ...(parameters as object | null) }, begin_s }];
   });
 }
 
 const MOST_MARKS = 200;
 
-/** Marks after the list of active faults changed: new ones were injected at `injectedAt_s`, those that are gone have
- * ended at `end_s`. */
-export function marked(before: FaultMark[], now: ActiveFault[], injectedAt_s: (number: number) => number, end_s: number): FaultMark[] {
+/** Marks after the list of active faults changed, at `now_s`: new ones begin, those that are gone have ended. */
+export function marked(before: FaultMark[], now: ActiveFault[], now_s: number): FaultMark[] {
   const active = new Set(now.map((fault) => fault.number));
-  const ended = before.map((mark) => (mark.end_s === null && !active.has(mark.number) ? { ...mark, end_s } : mark));
+  const ended = before.map((mark) => (mark.end_s === null && !active.has(mark.number) ? { ...mark, end_s: now_s } : mark));
   const known = new Set(before.filter((mark) => mark.end_s === null).map((mark) => mark.number));
   const begun = now
     .filter((fault) => !known.has(fault.number))
-    .map(({ number, kind, target, parameters }) => ({ number, kind, target, begin_s: injectedAt_s(number) + delay_s(parameters), end_s: null }));
+    .map(({ number, kind, target, begin_s }) => ({ number, kind, target, begin_s: begin_s ?? now_s, end_s: null }));
   return [...ended, ...begun].slice(-MOST_MARKS);
-}
-
-function delay_s(parameters: Record<string, unknown>): number {
-  const start_s = parameters["start_s"];
-  return typeof start_s === "number" ? start_s : 0;
-}
-
-/** Marks after the bench said when exactly a fault was injected. */
-export function injected(marks: FaultMark[], number: number, parameters: Record<string, unknown>, at_s: number): FaultMark[] {
-  return marks.map((mark) => (mark.number === number && mark.end_s === null ? { ...mark, begin_s: at_s + delay_s(parameters) } : mark));
 }
 
 /** Say when a fault was: "12.3 s to 14.0 s", "since 12.3 s". */
 export function timesText({ begin_s, end_s }: FaultMark): string {
-  const begin = Number.isFinite(begin_s) ? `${begin_s.toFixed(1)} s` : "before this page";
-  if (end_s === null) return Number.isFinite(begin_s) ? `since ${begin}` : `since ${begin} was opened`;
+  const begin = `${begin_s.toFixed(1)} s`;
+  if (end_s === null) return `since ${begin}`;
   return begin_s === end_s ? `at ${begin}` : `${begin} to ${end_s.toFixed(1)} s`;
 }
 

@@ -2,11 +2,10 @@
 
 import { signal } from "@preact/signals";
 import { useId } from "preact/hooks";
-import { timesText } from "../../model/fault_marks";
 import { notify, notifyError } from "../../parts/notices";
 import { ParameterForm } from "../../parts/parameter_form";
 import type { FaultKindRow, ParameterRow } from "../../net/protocol";
-import { activeFaults, benchTime_s, faultMarks, hello, link, may, noteInjected } from "../../store";
+import { activeFaults, benchTime_s, faultMarks, hello, link, may } from "../../store";
 import type { ViewEntry } from "../view";
 import { placesOf } from "./places";
 import "./faults.css";
@@ -59,7 +58,7 @@ function Active() {
                   <th scope="row" class="mono">{fault.kind}</th>
                   <td class="place">{fault.target}</td>
                   <td class="mono soft">{parametersText(fault.parameters)}</td>
-                  <td class="mono soft">{since(fault.number)}</td>
+                  <td class="mono soft">{fault.begin_s === null ? "" : `${fault.begin_s.toFixed(1)} s`}</td>
                   <td>
                     <button
                       type="button"
@@ -78,11 +77,6 @@ function Active() {
       )}
     </section>
   );
-}
-
-function since(number: number): string {
-  const mark = faultMarks.value.find((each) => each.number === number && each.end_s === null);
-  return mark ? timesText(mark).replace("since ", "") : "";
 }
 
 function parametersText(parameters: Record<string, unknown>): string {
@@ -144,11 +138,9 @@ function KindForm({ kind }: { kind: FaultKindRow }) {
   const rows = hasTiming ? kind.parameters : [...kind.parameters, ...TIMING];
   const inject = async (values: Record<string, unknown>) => {
     try {
-      const answer = await link.ask<{ number?: number; effective_at_ns?: number }>("inject", place, { fault: kind.name, parameters: values });
+      const answer = await link.ask<{ number?: number }>("inject", place, { fault: kind.name, parameters: values });
       notify(`${kind.name} on ${place}${answer.number === undefined ? "" : `: number ${answer.number}`}`);
-      const { number, effective_at_ns: at_ns } = answer;
-      if (kind.is_once) markOnce(kind.name, place, typeof at_ns === "number" ? at_ns / 1e9 : benchTime_s());
-      else if (number !== undefined && at_ns !== undefined) noteInjected(number, values, at_ns / 1e9);
+      if (kind.is_once) markOnce(kind.name, place);
     } catch (error) {
       notifyError(error);
     }
@@ -193,7 +185,8 @@ function KindForm({ kind }: { kind: FaultKindRow }) {
   );
 }
 
-function markOnce(kind: string, target: string, at_s: number): void {
+function markOnce(kind: string, target: string): void {
+  const at_s = benchTime_s();
   faultMarks.value = [...faultMarks.value, { number: onceNumber--, kind, target, begin_s: at_s, end_s: at_s }];
 }
 
