@@ -37,14 +37,22 @@ class PacketWords:
         self._splitter: Splitter = line.framing.splitter()
         self._over_ns = FOREVER
         self._by = ""
+        self._begun_ns = 0
+        """Time at which what is held began."""
+        self._is_open = False
+        """True if something is held and nobody was told."""
 
     def say(self, event: SegmentEvent) -> Sequence[dict[str, Any]]:
         """Packets that an event completes, or what was wrong on the line."""
         before = self.silence(event.at_ns)
+        self._is_open = True
         if event.is_damaged:
             return [*before, self._item(event.at_ns, event.data, event.about, error=event.about or "damaged")]
+        was_held = bool(self._splitter.pending)
         found = self._splitter.burst(event.data, event.at_ns, self._line.baud or LINE_BAUD)
         self._over_ns, self._by = found.over_ns, event.about
+        if found.items or not was_held:
+            self._begun_ns = event.at_ns
         return [*before, *self._packets(found.items)]
 
     def silence(self, now_ns: int) -> Sequence[dict[str, Any]]:
@@ -53,6 +61,16 @@ class PacketWords:
             return []
         self._over_ns = FOREVER
         return self._packets(self._splitter.silence(SimTimeNs(now_ns)))
+
+    def unfinished(self, now_ns: int) -> Sequence[dict[str, Any]]:
+        """What was on the line until now and is no packet yet, told once. It may go on: only in some framings
+        does silence end a packet."""
+        data = self._splitter.pending
+        if not self._is_open or not data or now_ns < self._begun_ns:
+            return []
+        self._is_open = False
+        item = self._item(self._begun_ns, data, "unfinished", error="unfinished", by=self._by)
+        return [{**item, "is_unfinished": True}]
 
     def start_again(self) -> None:
         """Forget what was heard in part: something in between was lost."""
@@ -152,7 +170,8 @@ class LinePackets(PassingItems):
         return super().take(now_s)
 
     def _after_silence(self) -> Sequence[Any]:
-        return self._words.silence(self._clock.times_ns()[0] - SETTLED_NS)
+        now_ns = self._clock.times_ns()[0] - SETTLED_NS
+        return [*self._words.silence(now_ns), *self._words.unfinished(now_ns)]
 
     def capture(self, program: str) -> "Captured":
         """What has passed, for a capture."""

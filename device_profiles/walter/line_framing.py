@@ -36,6 +36,10 @@ class LineSplitter:
     def silence(self, now_ns: SimTimeNs) -> Sequence[Item]:
         return ()
 
+    @property
+    def pending(self) -> bytes:
+        return self._held
+
     def copy(self) -> "LineSplitter":
         return LineSplitter(self._held)
 

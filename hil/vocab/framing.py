@@ -67,6 +67,10 @@ class Splitter(Protocol):
     def silence(self, now_ns: SimTimeNs) -> Sequence[Item]:
         """Note that the line is silent until now; answers what that completes."""
 
+    @property
+    def pending(self) -> bytes:
+        """Bytes that it has heard and given in no item yet: a packet may begin with them."""
+
     def copy(self) -> "Splitter":
         """Copy the splitter with its state: what it has heard and not given yet."""
 

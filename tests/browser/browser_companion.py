@@ -99,8 +99,8 @@ def test_the_queue_is_edited(page: Page) -> None:
     load(page)
     # The line that the manual's companion sends for a row, typed at the command line.
     type_line(page, "q9m-2000vc1500a1d1l0pu0s0t0")
-    expect(page.get_by_label("Row 9 direction: counter-clockwise")).to_be_visible()
-    expect(page.get_by_label("Row 9 unit: pulses")).to_be_visible()
+    expect(page.get_by_label("Row 9 direction: CCW")).to_be_visible()
+    expect(page.get_by_label("Row 9 unit: + pulse")).to_be_visible()
     assert cell(page, 9, "Steps") == "-2000"
     # A cell: RPM and cycle follow each other.
     rpm = page.get_by_label("Row 6 RPM in rpm", exact=True)

@@ -55,7 +55,8 @@ class Bench:
     def saved_queue(self) -> bytes:
         """Queue of s1, as ``hil sac save`` writes it."""
         back = self.place.folder / "back.txt"
-        self.place.hil("sac", "save", str(back), "--device", "s1")
+        where = ("--runtime-dir", str(self.place.runtime))
+        self.place.hil("sac", "save", str(back), "--device", "s1", *where)
         return back.read_bytes()
 
 

@@ -68,9 +68,17 @@ def test_bytes_that_cannot_be_sent_are_told(page: Page) -> None:
     page.get_by_role("combobox", name="Send").select_option("bytes as they are")
     page.get_by_label("Bytes, hexadecimal").fill("02 5")
     expect(page.get_by_text("a byte has two digits; one is missing")).to_be_visible()
-    page.get_by_label("Bytes, hexadecimal").fill("02 55 01")
+    page.get_by_label("Bytes, hexadecimal").fill("02 56 01")
     page.get_by_role("button", name="Send", exact=True).click()
-    expect(page.locator(".packet-rows .packet.is-bad")).to_have_count(1)
+    # It is no packet yet, and is shown as soon as the line is silent.
+    bad = page.locator(".packet-rows .packet.is-bad")
+    expect(bad).to_contain_text("unfinished")
+    expect(bad).to_contain_text("bus0.master")
+    page.get_by_label("Bytes, hexadecimal").fill("6d 39 03 00")
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(bad).to_have_count(0)
+    expect(page.locator(".packet-rows .packet")).to_have_count(1)
+    expect(page.locator(".packet-rows .packet")).to_contain_text("1 -> 86 m9")
 
 
 def test_a_phone(page: Page) -> None:

@@ -4,14 +4,14 @@ import { hexPairs, modbusCrc, readHex, sacCrc, sacPacket } from "../src/views/wi
 import { BenchClock, timeLine } from "../src/views/wire/time_line";
 
 function packet(at_s: number, more: Partial<WirePacket> = {}): WirePacket {
-  return { number: 1, at_s, from: "s1", to: "85", by: ["s1"], hex: "02550103", text: "1 -> 85 m3000", error: null, duration_s: 0.1, ...more };
+  return { number: 1, at_s, from: "s1", to: "85", by: ["s1"], hex: "02550103", text: "1 -> 85 m3000", error: null, duration_s: 0.1, isUnfinished: false, ...more };
 }
 
 describe("the log", () => {
   test("reads what the door tells, and passes over what is no packet", () => {
     const told = { at_s: 1.5, from: 1, to: null, hex: "02", text: "x", error: null, duration_s: -1 };
     expect(readPacket(told, 7)).toEqual({
-      number: 7, at_s: 1.5, from: "1", to: "", by: ["1"], hex: "02", text: "x", error: null, duration_s: 0,
+      number: 7, at_s: 1.5, from: "1", to: "", by: ["1"], hex: "02", text: "x", error: null, duration_s: 0, isUnfinished: false,
     });
     for (const item of [null, 5, "x", {}, { at_s: "soon" }]) expect(readPacket(item, 1)).toBeUndefined();
     expect(readPacket({ at_s: 1, error: "" }, 1)?.error).toBe("error");
@@ -23,6 +23,7 @@ describe("the log", () => {
     expect(by({ from: null, by: "", error: "collision of s1.network and bus0.master" })).toEqual(["s1.network", "bus0.master"]);
     expect(by({ from: null, by: "" })).toEqual([]);
     expect(readPacket({ at_s: 1, from: null, error: "collision of a and b" }, 1)?.from).toBe("a and b");
+    expect(readPacket({ at_s: 1, from: null, by: "bus0.master" }, 1)?.from).toBe("bus0.master");
     expect(readPacket({ at_s: 1, from: "n1", frame: "181#01", text: "PDO" }, 1)?.text).toBe("181#01  PDO");
   });
 
@@ -35,6 +36,19 @@ describe("the log", () => {
     log.clear();
     expect([log.length, log.all()]).toEqual([0, []]);
   });
+});
+
+test("what is unfinished goes when something follows", () => {
+  const log = new PacketLog(3);
+  log.dropUnfinished();
+  for (let at_s = 1; at_s <= 4; at_s++) log.add(packet(at_s, { number: log.count + 1 }));
+  log.dropUnfinished();
+  expect(log.count).toBe(4);
+  log.add(packet(5, { number: 5, isUnfinished: true }));
+  log.dropUnfinished();
+  expect([log.count, log.all().map(({ at_s }) => at_s)]).toEqual([4, [3, 4]]);
+  for (let at_s = 6; at_s <= 8; at_s++) log.add(packet(at_s));
+  expect(log.all().map(({ at_s }) => at_s)).toEqual([6, 7, 8]);
 });
 
 describe("the filter", () => {

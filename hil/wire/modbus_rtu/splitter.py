@@ -69,6 +69,10 @@ class RtuSplitter:
             self._end(items)
         return items
 
+    @property
+    def pending(self) -> bytes:
+        return self._raw
+
     def copy(self) -> "RtuSplitter":
         other = RtuSplitter()
         vars(other).update(vars(self))

@@ -16,9 +16,9 @@ export function ControlCard({ session, isDisabled }: Props) {
       {text}
     </button>
   );
-  const pulse = (sign: "+" | "-", about: string) => (
-    <button type="button" disabled={isDisabled} aria-label={about} title={about} onClick={() => session.pulse(sign)}>
-      {sign === "+" ? "+1" : "−1"}
+  const pulse = (sign: "+" | "-", text: string, about: string) => (
+    <button type="button" disabled={isDisabled} aria-label={`${text}: ${about}`} title={about} onClick={() => session.pulse(sign)}>
+      {text}
     </button>
   );
   return (
@@ -40,8 +40,8 @@ export function ControlCard({ session, isDisabled }: Props) {
       </div>
       <div class="row tools">
         {send("y", "Release sync", "Release what waits for the sync")}
-        {pulse("+", "One pulse clockwise")}
-        {pulse("-", "One pulse counter-clockwise")}
+        {pulse("+", "+1", "One pulse clockwise")}
+        {pulse("-", "−1", "One pulse counter-clockwise")}
         <OpsSwitch session={session} isDisabled={isDisabled} />
         <GapSwitch session={session} isDisabled={isDisabled} />
       </div>

@@ -58,9 +58,9 @@ function RowTools({ session, selection, isDisabled }: { session: BoardSession; s
       {tool("Cut", `Cut ${of}`, () => selection.cut())}
       {tool("Copy", `Copy ${of}`, () => void selection.copy())}
       {tool("Paste", `Paste over ${of}`, () => selection.paste())}
-      {tool("Paste above", `Insert what was copied above ${of}`, () => selection.pasteAbove())}
+      {tool("Paste above", `Paste above ${of} what was copied`, () => selection.pasteAbove())}
       {tool("Undo", "Undo the last change", () => selection.undo(), !undo.length)}
-      {tool("Redo", "Make the change again", () => selection.redo(), !redo.length)}
+      {tool("Redo", "Redo the change", () => selection.redo(), !redo.length)}
       {tool("Clear", "Clear all rows", () => session.sync.edit(cleared(session.queue.peek())))}
       <span class="soft" aria-live="polite">{of}</span>
     </div>

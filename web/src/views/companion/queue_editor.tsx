@@ -105,7 +105,7 @@ const RowLine = memo(function RowLine(props: RowProps) {
     <td>
       <button
         type="button" class="cell-toggle" data-at={`${position}.${name}`} disabled={props.isDisabled}
-        aria-label={`Row ${position} ${label}: ${about}`} title={about} onClick={() => put({ ...row, ...change })}
+        aria-label={`Row ${position} ${label}: ${text}, ${about}`} title={about} onClick={() => put({ ...row, ...change })}
       >
         {text}
       </button>

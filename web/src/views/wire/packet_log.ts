@@ -15,6 +15,8 @@ export interface WirePacket {
   readonly text: string;
   readonly error: string | null;
   readonly duration_s: number;
+  /** It has begun and does not go on; what comes next has its bytes, or takes its place. */
+  readonly isUnfinished: boolean;
 }
 
 /** Read an item of a packets watch; undefined: it is none. */
@@ -27,16 +29,18 @@ export function readPacket(item: unknown, number: number): WirePacket | undefine
   const error = told["error"] === null || told["error"] === undefined ? null : textOf(told["error"]) || "error";
   const frame = textOf(told["frame"]);
   const text = textOf(told["text"]);
+  const by = drivers(told, error);
   return {
     number,
     at_s,
-    from: textOf(told["from"]) || (COLLISION.exec(error ?? "")?.[1] ?? ""),
+    from: textOf(told["from"]) || by.join(" and "),
     to: textOf(told["to"]),
-    by: drivers(told, error),
+    by,
     hex: textOf(told["hex"]),
     text: frame && frame !== text ? `${frame}  ${text}`.trim() : text,
     error,
     duration_s: Number.isFinite(duration_s) && duration_s > 0 ? duration_s : 0,
+    isUnfinished: told["is_unfinished"] === true,
   };
 }
 
@@ -89,6 +93,16 @@ export class PacketLog {
     }
     this.ring[this.first] = packet;
     this.first = (this.first + 1) % this.most;
+  }
+
+  /** Take the last packet out if it is unfinished: it goes on. */
+  dropUnfinished(): void {
+    const last = this.at(this.length - 1);
+    if (!last?.isUnfinished) return;
+    const kept = this.all().slice(0, -1);
+    this.ring.length = this.first = 0;
+    this.ring.push(...kept);
+    this.count -= 1;
   }
 
   clear(): void {

@@ -11,6 +11,8 @@ const LANE_PX = 18;
 const LABEL_PX = 96;
 const FOOT_PX = 18;
 const TICKS = 5;
+/** Least width of a tick with its label. */
+const TICK_PX = 64;
 const LEAST_PX = 1.5;
 /** Width by which a collision is drawn beyond its begin and end. */
 const COLLISION_PX = 4;
@@ -108,7 +110,8 @@ function drawCollisions(
 }
 
 function drawScale(context: CanvasRenderingContext2D, left: number, span: number, bottom: number, colours: ReturnType<typeof palette>): void {
-  for (let tick = 0; tick <= TICKS; tick++) {
+  const step = span / TICKS < TICK_PX ? TICKS : 1;
+  for (let tick = 0; tick <= TICKS; tick += step) {
     const x = left + (tick / TICKS) * span;
     context.fillStyle = colours.grid;
     context.fillRect(Math.min(x, left + span - 1), 0, 1, bottom);

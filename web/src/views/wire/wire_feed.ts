@@ -54,6 +54,7 @@ export class WireFeed {
 
   private take(items: unknown[], lost: number): void {
     for (const item of items) {
+      this.log.dropUnfinished();
       const packet = readPacket(item, this.log.count + 1);
       if (packet) this.log.add(packet);
     }
