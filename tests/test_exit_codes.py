@@ -78,6 +78,10 @@ CASES: dict[str, tuple[int, str]] = {
     "capture bus0 --bench nowhere": (Exit.FAILED, "running: t"),
     "decode empty.pcapng": (Exit.MISTAKE, "empty.pcapng"),
     "play empty.pcapng bus0.master": (Exit.MISTAKE, "empty.pcapng"),
+    "mother send bus0.master 85 v150": (Exit.DONE, "85 v150: done"),
+    "mother scan bus0.master --addresses 9-12": (Exit.FAILED, "0 of 4 addresses answer"),
+    "mother send bus0.master 2 v150": (Exit.MISTAKE, "write 4 to 255"),
+    "mother scan bus0.mastr": (Exit.MISTAKE, 'did you mean "bus0.master"?'),
     "can eds m1": (Exit.MISTAKE, "no CANopen node"),
     "modbus map m9": (Exit.MISTAKE, "no device 'm9'"),
     "capture nothing -w out.pcapng": (Exit.MISTAKE, "no port 'nothing'"),
@@ -136,7 +140,7 @@ def test_a_command_exits_with(
 def test_each_group_has_each_code() -> None:
     found = {(panel_of(line.split()[0]), code) for line, (code, _) in CASES.items()}
     assert found == {(panel, code) for panel in PANELS for code in (Exit.DONE, Exit.FAILED, Exit.MISTAKE)}
-    below = {Exit.RUN_FAILED, Exit.RUN_CANCELLED, Exit.INTERRUPTED, Exit.FIRMWARE_HUNG}
+    below = {Exit.RUN_FAILED, Exit.RUN_CANCELLED, Exit.NOT_KNOWN, Exit.INTERRUPTED, Exit.FIRMWARE_HUNG}
     assert {code for _, code in found} | below == set(EXIT_CODES)
 
 

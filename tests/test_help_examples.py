@@ -50,6 +50,11 @@ def talk(session: Session) -> None:
         master.read_until(b"\x06")
 
 
+def greet(session: Session) -> None:
+    with Client(str(session.place.runtime / "shop" / "s1")) as terminal:
+        terminal.write(b"1 good morning\r")
+
+
 def carried_out(session: Session, command: str) -> str:
     """Carry out a command that ends by itself, and says of its success by its exit code."""
     code, said = session.ended(command)
@@ -62,6 +67,7 @@ GO_ON: dict[str, Callable[[Session, str], str]] = {
     "capture": lambda session, command: captured(session, command, lambda: talk(session), 2),
     # Where masters of a CAN bus count by the angle, it is refused.
     "zero": lambda session, command: carried_out(session, command.replace("m1", "m2")),
+    "mother watch": lambda session, command: captured(session, command, lambda: greet(session), 1),
     "web user": lambda session, command: carried_out(session, f"echo a long password | {command}"),
     "zenoh router": lambda session, command: interrupted(session, command, lambda said: "Ctrl-C" in said),
 }

@@ -123,12 +123,7 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
         raise DialogueError(
             f"all rows were sent, but could not be read back: {error}; load them again"
         ) from error
-    wrong = [
-        f"row {row.position}: sent {row}, the board shows {now}"
-        for row, now in zip(file.rows, shown, strict=True)
-        if row != now
-    ]
-    if wrong:
+    if wrong := _differences(file.rows, shown):
         raise DialogueError("the board does not have what was sent:\n" + "\n".join(wrong))
     if store:
         try:
@@ -138,6 +133,26 @@ def load(file: QueueFile, *, store: bool) -> Dialogue[int]:
                 f"all rows are in the board, but perhaps not in its EEPROM: {error}; store them again"
             ) from error
     return len(shown)
+
+
+def _differences(sent: Sequence[Row], shown: Sequence[Row]) -> list[str]:
+    return [
+        f"row {row.position}: sent {row}, the board shows {now}"
+        for row, now in zip(sent, shown, strict=True)
+        if row != now
+    ]
+
+
+def differences(sent: Sequence[Row]) -> Dialogue[list[str]]:
+    """Compare rows that were sent over the network with the board's listing."""
+    return _differences(sent, (yield from save()))
+
+
+def device_id() -> Dialogue[int]:
+    """Read the board's address on the network."""
+    terminal = BoardTerminal()
+    yield from terminal.sync()
+    return number_on((yield from terminal.screen("cc")), r"M d_id\s+(\d+)")
 
 
 def save() -> Dialogue[list[Row]]:

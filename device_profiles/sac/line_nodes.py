@@ -4,11 +4,15 @@ Sources: SAC user manual, communications, network, ACK, soft_ops, Appendix C. De
 """
 
 import re
+from collections.abc import Sequence
 
+from device_profiles.sac import companion
+from device_profiles.sac.companion_files import Row, read_queue
 from device_profiles.sac.framing import FRAMING, TURNAROUND_CHARACTERS
 from device_profiles.sac.network import ACK, BROADCAST, DC1, DC2, NAK
 from device_profiles.sac.packet import DATA_MAX, FRAME_BYTES, Packet, crc8, encode
 from device_profiles.sac.parameters import FACTORY_BAUD
+from hil.vocab.dialogue import Dialogue, Refusal
 from hil.vocab.framing import Item
 from hil.vocab.line_node import LinePacket, Signal
 from hil.vocab.time import NS_PER_MS
@@ -19,6 +23,8 @@ ADDRESSES = range(4, 256)
 QUEUE_LENGTH = 30
 BUSY_NS = 500 * NS_PER_MS
 """Maximum delay of an answer: a listing of 30 rows keeps a board for 0.4 s at 38400 baud."""
+STEPS_PER_REV = 200
+"""Steps of a motor's turn, the factory's setting a."""
 _SIGNALS = {ACK: Signal.DONE, NAK: Signal.REFUSED, DC1: Signal.BEGUN, DC2: Signal.ENDED}
 _TEXTS = b" ."
 _END = b" "
@@ -37,6 +43,17 @@ _REPEATABLE = re.compile(
 _MOTION = re.compile(rb"[mM]|[xX][mM0-9lL]|l[sSfFnNaA0-9]|[nNy]")
 
 _SOFT_OPS = re.compile(rb"\$O([0-9])")
+
+
+class SacQueue:
+    """Queue of 30 rows for nodes: ``hil.vocab.line_node.NodeUpload``."""
+
+    def __init__(self, rows: Sequence[Row], steps_per_rev: int) -> None:
+        self._rows = rows
+        self.commands = [row.command(steps_per_rev).encode() for row in rows]
+
+    def differences(self) -> Dialogue[list[str]]:
+        return companion.differences(self._rows)
 
 
 class SacNodes:
@@ -93,6 +110,21 @@ class SacNodes:
     def tells_from(self, command: bytes) -> bool | None:
         told = _SOFT_OPS.match(command)
         return told and told[1] != b"0"
+
+    def queue_upload(self, content: bytes, file: str, steps_per_rev: int | None) -> SacQueue:
+        queue, steps = read_queue(content, file), steps_per_rev or STEPS_PER_REV
+        problems = [
+            f"{where}:1: RPM {row.rpm} and cycle {row.cycle_us} contradict each other at {steps} steps a"
+            " turn; write the pair of this motor, or its steps with --steps-per-rev"
+            for row, where in zip(queue.rows, queue.where, strict=True)
+            if not row.is_possible(steps)
+        ]
+        if problems:
+            raise Refusal("\n".join(problems))
+        return SacQueue(queue.rows, steps)
+
+    def address_at_terminal(self) -> Dialogue[int]:
+        return companion.device_id()
 
 
 NODES = SacNodes()

@@ -48,6 +48,7 @@ _ROWS = (
     CommandRow("capture", WIRE, "capture_commands:capture"),
     CommandRow("decode", WIRE, "capture_commands:decode"),
     CommandRow("play", WIRE, "capture_commands:play"),
+    CommandRow("mother", WIRE, "mother_commands:mother_app"),
     CommandRow("can", WIRE, "can_commands:can_app"),
     CommandRow("fault", FAULTS, "fault_commands:fault_app"),
     CommandRow("doctor", SERVICE, "bench_commands:doctor"),

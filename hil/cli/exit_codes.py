@@ -14,6 +14,7 @@ class Exit(IntEnum):
     MISTAKE = 2
     RUN_FAILED = 3
     RUN_CANCELLED = 4
+    NOT_KNOWN = 5
     FIRMWARE_HUNG = 70
     INTERRUPTED = 130
 
@@ -22,12 +23,15 @@ EXIT_CODES: dict[int, str] = {
     Exit.DONE: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
     Exit.FAILED: "failure: no bench answers, the bench or the board refused"
     f" ({', '.join(f'`{code}`' for code in NOT_MISTAKES)}), a log differs, the doctor found a problem;"
-    " of `hil capture`: the bench ended before it",
+    " of `hil capture`: the bench ended before it;"
+    " of `hil mother`: a node refused a command, or none was found",
     Exit.MISTAKE: "a mistake, with which a retry does not help: an option or a name that does not exist, a"
     " value out of its limits (all other codes of refusals), or a configuration or a file with problems,"
     " which are listed; of `hil serve`: something it needs is refused or in use",
     Exit.RUN_FAILED: "of `hil run`: the run failed; the report says why, and where all axes were left",
     Exit.RUN_CANCELLED: "of `hil run`: somebody else cancelled the run",
+    Exit.NOT_KNOWN: "of `hil mother`: the outcome of a command is not known: it was carried out once, or not"
+    " at all",
     Exit.FIRMWARE_HUNG: "of `hil serve`: a firmware could not be interrupted; the next start names it",
     Exit.INTERRUPTED: "ended early by Ctrl-C or SIGTERM; `hil run` ends its run first",
 }

@@ -234,6 +234,7 @@ def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
         own = {label: tap for label, tap in places.taps.items() if label.startswith(f"{name}.")}
         taps = [
             {"tap": label, "address": tap.port.address, "clients": tap.port.stats().clients}
+            | {"baud": segment.baud_of(label)}
             for label, tap in own.items()
         ]
         clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
@@ -243,6 +244,7 @@ def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
             notes += tap.end.tap.notes.values()
         nodes = {each.name: each.counters() for each in sim.nodes.values() if each.segment is segment}
         row = {"segment": name, "taps": taps, "nodes": nodes, "notes": notes}
+        row["framing"] = segment.framing.name
         rows.append(row | segment.counters(now_ns))
     return rows
 

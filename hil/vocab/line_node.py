@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple, Protocol
 
+from hil.vocab.dialogue import Dialogue
 from hil.vocab.framing import Framing, Item
 
 
@@ -120,3 +121,24 @@ class LineNodes(Protocol):
     def tells_from(self, command: bytes) -> bool | None:
         """Answer whether a node that has taken a command tells from then on when commands begin and end;
         None: the command has no say in that."""
+
+    def queue_upload(self, content: bytes, file: str, steps_per_rev: int | None) -> "NodeUpload":
+        """Read a file with a queue for nodes. ``steps_per_rev``: of their motors; None: the usual number.
+
+        Raises:
+            Refusal: a line ``file:line:column: what; remedy`` for each problem.
+        """
+
+    def address_at_terminal(self) -> Dialogue[int]:
+        """Ask a board at its terminal for its address on the line."""
+
+
+class NodeUpload(Protocol):
+    """Queue that is written into nodes over their line, and can be read back at their terminals."""
+
+    @property
+    def commands(self) -> Sequence[bytes]:
+        """Commands that write it, each of which may come twice."""
+
+    def differences(self) -> Dialogue[Sequence[str]]:
+        """Compare it with what a board lists at its terminal; a line for each difference."""

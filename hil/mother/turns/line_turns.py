@@ -39,6 +39,8 @@ class LineTiming:
     """Length of the longest packet that a node sends by itself."""
     shortest_bytes: int = 0
     """Length of the shortest answer."""
+    has_bit_times: bool = True
+    """False for a line without bits, as a pty with a program at its other end, that may answer at once."""
 
     def characters_ns(self, count: int) -> int:
         return character_ns(count, self.baud, self.bits)
@@ -54,6 +56,8 @@ class LineTiming:
     def earliest_ns(self, frame_bytes: int) -> int:
         """Time from the start of a packet before which no answer can have come; a tenth less, as clocks
         differ."""
+        if not self.has_bit_times:
+            return 0
         return (self.characters_ns(frame_bytes + self.shortest_bytes) + self.turnaround_ns) * 9 // 10
 
 
@@ -153,6 +157,7 @@ class LineTurns:
         current = self.current
         if current and current.unit == unit and current.answer_bytes:
             if at_ns - current.sent_ns < self.timing.earliest_ns(len(current.frame)):
+                current.early += 1
                 return None
             self.current = None
             self._free_at(at_ns, current)
@@ -194,7 +199,16 @@ class LineTurns:
         elif transaction.refusals == transaction.sent:
             transaction.end(Outcome.REFUSED, f"it refused it {_times(transaction.sent)}", now_ns)
         else:
-            transaction.end(Outcome.NOT_KNOWN, f"no answer to {_tries(transaction.sent)}", now_ns)
+            transaction.end(Outcome.NOT_KNOWN, self._why(transaction), now_ns)
+
+    def _why(self, transaction: Transaction) -> str:
+        """Reason why an outcome is not known."""
+        why = f"no answer to {_tries(transaction.sent)}"
+        if not transaction.may_repeat:
+            why += ", and it must not be carried out twice"
+        if transaction.early:
+            why += f"; an answer came earlier than {self.timing.baud} baud can carry it: is the line faster?"
+        return why
 
     def _free_at(self, at_ns: int, transaction: Transaction) -> None:
         timing = self.timing
@@ -232,8 +246,7 @@ class LineTurns:
         if transaction.may_repeat:
             self._again(transaction, now_ns)
             return
-        why = f"no answer to {_tries(transaction.sent)}, and it must not be carried out twice"
-        transaction.end(Outcome.NOT_KNOWN, why, now_ns)
+        transaction.end(Outcome.NOT_KNOWN, self._why(transaction), now_ns)
 
     def _is_silent(self, current: Transaction, now_ns: int) -> bool:
         if now_ns >= self._whole_ns:

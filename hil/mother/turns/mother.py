@@ -24,6 +24,7 @@ class Mother:
     ``latency_ns``: maximum delay of what lies between this program and the line, there and back: 0 in
     simulated time. ``tries``: how often a packet goes out at most. ``rest_ns``: time behind a time-out in
     which a late answer still counts, and the node gets nothing else; None: as long as a node can be busy.
+    ``has_bit_times``: False where answers may come at once, as from a program at a pty.
     """
 
     def __init__(
@@ -34,6 +35,7 @@ class Mother:
         latency_ns: int = 0,
         tries: int = TRIES,
         rest_ns: int | None = None,
+        has_bit_times: bool = True,
     ) -> None:
         self.nodes = nodes
         self.baud = baud or nodes.baud
@@ -48,6 +50,7 @@ class Mother:
             GAP_CHARACTERS * one_ns,
             nodes.signal_bytes,
             nodes.answer_bytes - 1,
+            has_bit_times,
         )
         self.rest_ns = (nodes.busy_ns if rest_ns is None else rest_ns) + latency_ns
         self.table: dict[int, NodeRow] = {}
@@ -112,12 +115,12 @@ class Mother:
     ) -> list[Transaction]:
         """Stop all nodes by one packet to all, then each of these so that it answers. What waits is dropped.
 
-        Answers the transactions of these nodes.
+        Answers the transactions, that to all first.
         """
         command = self.nodes.stop_at_once if is_at_once else self.nodes.stop_gracefully
         self.cancel(at_ns, "a stop came before it")
-        self.send(self.nodes.to_all, command, at_ns, is_urgent=True)
-        return [self.send(node, command, at_ns, is_urgent=True, ended=ended) for node in nodes]
+        units = (self.nodes.to_all, *nodes)
+        return [self.send(unit, command, at_ns, is_urgent=True, ended=ended) for unit in units]
 
     def scan(
         self, addresses: Sequence[int] | None, at_ns: int, *, tries: int = 1, ended: Ended | None = None
@@ -130,11 +133,13 @@ class Mother:
             for each in asked
         ]
 
-    def scan_ns(self, addresses: int, there: int) -> int:
+    def scan_ns(self, addresses: int, there: int, tries: int = 1) -> int:
         """Time of a scan, calculated: packets, turnarounds and time-outs. ``there``: how many answer."""
         timing, size = self.timing, len(self.nodes.encode(self.nodes.addresses[0], self.nodes.probe))
         answered_ns = timing.whole_ns(size, self.nodes.answer_bytes) - timing.latency_ns + timing.gap_ns
-        return there * answered_ns + (addresses - there) * timing.first_ns(size)
+        silent = addresses - there
+        rest_ns = timing.latency_ns if silent else 0  # behind the last one
+        return there * answered_ns + silent * tries * timing.first_ns(size) + rest_ns
 
     def cancel(self, at_ns: int, why: str = "cancelled") -> None:
         """Drop what waits, and repeat nothing that is under way."""

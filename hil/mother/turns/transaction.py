@@ -47,6 +47,8 @@ class Transaction:
     """Number of times that it went out."""
     refusals: int = 0
     silences: int = 0
+    early: int = 0
+    """Number of answers that came earlier than the line can carry them; they do not count."""
     queued_ns: int = 0
     first_ns: int = 0
     """Time at which it first went out."""

@@ -3,6 +3,7 @@
 import pytest
 
 from device_profiles.sac.line_nodes import NODES
+from device_profiles.sac.packet import encode
 from hil.mother.turns.mother import Mother
 from hil.mother.turns.transaction import Outcome
 from hil.testing.line_masters import NotInTime, attend
@@ -119,7 +120,7 @@ def test_a_stop_goes_before_all_and_drops_what_waits(segment):
     waiting = [mother.send(5, b"m100", b.now_ns) for _ in range(5)]
     stops = mother.stop([4, 5], b.now_ns, is_at_once=True)
     settle(b, mother)
-    assert [each.outcome for each in stops] == [Outcome.DONE] * 2
+    assert [each.outcome for each in stops] == [Outcome.SENT, Outcome.DONE, Outcome.DONE]
     assert [each.outcome for each in waiting[1:]] == [Outcome.NOT_SENT] * 4
     where_deg = b.axis("s4").snapshot().commanded_deg
     b.run(ms=500)
@@ -178,3 +179,14 @@ def test_what_cannot_be_sent_is_refused_and_nothing_waits(address, command):
         mother.send(address, command, 0)
     assert mother.is_idle
     assert mother.table == {}
+
+
+def test_answers_that_a_line_cannot_carry_do_not_count_and_the_reason_says_so():
+    for has_bit_times, outcome in ((True, Outcome.NOT_KNOWN), (False, Outcome.DONE)):
+        mother = Mother(NODES, has_bit_times=has_bit_times)
+        sent = mother.send(4, b"m100", 0)
+        mother.receive(encode(1, 4, b"\x06"), 100_000)
+        while not mother.is_idle:
+            mother.advance(mother.due_ns())
+        assert sent.outcome is outcome
+        assert ("earlier than 38400 baud can carry it" in sent.why) == has_bit_times

@@ -193,7 +193,7 @@ def test_a_stop_does_not_take_the_late_answer_of_something_else_for_its_own() ->
         move = mother.send(4, b"m2187", bench.now_ns)
         attend(bench, {"bus0.master": late}, lambda: bench.now_ns > move.queued_ns + 9 * NS_PER_MS)
         cut = bench.fault("wire_cut", "s4.network")
-        (stop,) = mother.stop([4], bench.now_ns)
+        (_, stop) = mother.stop([4], bench.now_ns)
         attend(bench, {"bus0.master": late}, lambda: mother.is_idle)
         cut.clear()
         assert move.outcome is Outcome.NOT_KNOWN

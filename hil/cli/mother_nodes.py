@@ -1,0 +1,210 @@
+"""``hil mother nodes`` and ``hil mother watch``: the nodes of lines, and what they say by themselves."""
+
+import json
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hil.cli.ask import Bench, RuntimeDir
+from hil.cli.exit_codes import Exit
+from hil.cli.mother_lines import (
+    Baud,
+    Latency,
+    LineOptions,
+    Lines,
+    ProfileName,
+    addresses,
+    on_lines,
+    place_of,
+)
+from hil.cli.told import AsJson, CommandAnswer
+
+if TYPE_CHECKING:
+    import asyncio
+
+    from hil.mother import LiveMother, MotherEvent, NodeRow
+
+ROUND_S = 1.0
+"""Interval at which a live table asks each node again."""
+LOOK_S = 0.1
+"""Interval of looks at signals and at ports that may have gone."""
+_WORDS = {"DC1": "begins a command", "DC2": "has ended a command"}
+_HEADS = ("line", "node", "seen", "round trip", "sent", "lost", "NAK", "state", "command", "text")
+
+
+def nodes(
+    lines: Lines,
+    asked: Annotated[str, typer.Option("--addresses", metavar="NODE", help="Which, as in 4-35.")] = "all",
+    live: Annotated[bool, typer.Option("--live", help="Ask them again each second, until Ctrl-C.")] = False,
+    baud: Baud = None,
+    latency_ms: Latency = None,
+    profile: ProfileName = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> CommandAnswer:
+    """Show a table of the nodes of lines: when each was seen, its round trip, what was lost.
+
+    Nodes with soft_ops tell whether they move, and how long their last command took.
+
+    Example: hil mother nodes bus0.master --addresses 80-90
+    """
+    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir)
+    places = [place_of(line, options) for line in lines]
+    wanted = [None if asked == "all" else addresses(asked, place.nodes) for place in places]
+
+    import asyncio
+
+    async def work(mothers: Sequence["LiveMother"]) -> list[dict[str, Any]]:
+        await asyncio.gather(*(mother.scan(of, 2) for mother, of in zip(mothers, wanted, strict=True)))
+        if live:
+            await _live(mothers)
+        return _rows(mothers)
+
+    rows = on_lines(places, 3, work)
+    text = _table(rows) if rows else "no node answers"
+    return CommandAnswer(rows, "" if live else text, Exit.DONE if rows else Exit.FAILED)
+
+
+async def _live(mothers: Sequence["LiveMother"]) -> None:
+    """Draw the table until a signal comes."""
+    import asyncio
+
+    from rich.console import Console
+    from rich.live import Live
+    from rich.text import Text
+
+    from hil.cli.interrupts import noted
+
+    with noted() as interrupts, Live(console=Console(), auto_refresh=False) as screen:
+        while not interrupts:
+            screen.update(Text(_table(_rows(mothers))), refresh=True)
+            await asyncio.gather(asyncio.sleep(ROUND_S), *(each.scan(list(each.table)) for each in mothers))
+
+
+def _rows(mothers: Sequence["LiveMother"]) -> list[dict[str, Any]]:
+    return [_row(mother, row) for mother in mothers for row in mother.table.values()]
+
+
+def _row(mother: "LiveMother", row: "NodeRow") -> dict[str, Any]:
+    def ms(ns: int | None) -> float | None:
+        return None if ns is None else round(ns / 1e6, 3)
+
+    return {
+        "line": mother.place.name,
+        "node": row.address,
+        "seen_s_ago": None if row.seen_ns is None else round((mother.now_ns() - row.seen_ns) / 1e9, 1),
+        "round_trip_ms": ms(row.round_trip_ns),
+        "sent": row.sent,
+        "lost": row.lost,
+        "refusals": row.refusals,
+        "strays": row.strays,
+        "state": row.state,
+        "command_ms": ms(row.command_ns),
+        "text": row.text,
+    }
+
+
+def _table(rows: Sequence[dict[str, Any]]) -> str:
+    """Rows as a table in plain text."""
+
+    def cells(row: dict[str, Any]) -> tuple[str, ...]:
+        trip, command = (row[name] for name in ("round_trip_ms", "command_ms"))
+        return (
+            row["line"],
+            str(row["node"]),
+            f"{row['seen_s_ago']:.1f} s ago",
+            "" if trip is None else f"{trip:.1f} ms",
+            *(str(row[name]) for name in ("sent", "lost", "refusals")),
+            row["state"],
+            "" if command is None else f"{command:.1f} ms",
+            row["text"],
+        )
+
+    table = [_HEADS, *map(cells, rows)]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in table
+    )
+
+
+def watch(
+    lines: Lines,
+    count: Annotated[
+        int | None, typer.Option("--count", "-c", help="End after so many lines.", min=1)
+    ] = None,
+    as_json: AsJson = False,
+    baud: Baud = None,
+    latency_ms: Latency = None,
+    profile: ProfileName = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> None:
+    """Print what nodes say by themselves, as it comes, until Ctrl-C: texts, and with soft_ops begin and end
+    of each command. Sends nothing.
+
+    Example: hil mother watch bus0.master -c 1
+    """
+    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir)
+    places = [place_of(line, options) for line in lines]
+
+    import asyncio
+
+    async def work(mothers: Sequence["LiveMother"]) -> None:
+        began_ns = {mother: mother.now_ns() for mother in mothers}
+        done = asyncio.Event()
+        told = 0
+
+        def show(mother: "LiveMother", event: "MotherEvent") -> None:
+            nonlocal told
+            if done.is_set():
+                return
+            told += 1
+            typer.echo(_said(mother, event, event.at_ns - began_ns[mother], as_json))
+            if told == count:
+                done.set()
+
+        for mother in mothers:
+            mother.listeners.append(partial(show, mother))
+        await _until(done, mothers)
+
+    on_lines(places, 1, work)
+
+
+async def _until(done: "asyncio.Event", mothers: Sequence["LiveMother"]) -> None:
+    """Wait for the end, a signal, or a port that has gone. Raises LineGone."""
+    import asyncio
+
+    from hil.cli.interrupts import noted
+
+    with noted() as interrupts:
+        while not (done.is_set() or interrupts):
+            for mother in mothers:
+                if mother.gone:
+                    raise mother.gone
+            with suppress(TimeoutError):
+                async with asyncio.timeout(LOOK_S):
+                    await done.wait()
+
+
+def _said(mother: "LiveMother", event: "MotherEvent", after_ns: int, as_json: bool) -> str:
+    row = mother.mother.table[event.node]
+    command_ms = row.command_ns / 1e6 if event.kind == "DC2" and row.command_ns is not None else None
+    if as_json:
+        return json.dumps(
+            {
+                "line": mother.place.name,
+                "after_s": round(after_ns / 1e9, 6),
+                "node": event.node,
+                "kind": event.kind,
+                "text": event.text,
+                "command_ms": command_ms,
+            }
+        )
+    said = _WORDS.get(event.kind, f"{event.kind}: {event.text}")
+    if command_ms is not None:
+        said += f", which took {command_ms:.1f} ms"
+    return f"{after_ns / 1e9:12.6f} {mother.place.name} {event.node} {said}"

@@ -1,0 +1,145 @@
+"""``hil mother queue``: a queue's file into many nodes at once, and back from their terminals."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hil.cli.ask import Bench, RuntimeDir, bench_meant, fail, port_of
+from hil.cli.exit_codes import Exit
+from hil.cli.mother_lines import (
+    Baud,
+    Latency,
+    LineOptions,
+    NodeNames,
+    OneLine,
+    ProfileName,
+    addresses,
+    exit_of_rows,
+    line_of,
+    on_lines,
+    place_of,
+    row_of,
+)
+from hil.cli.told import CommandAnswer
+
+if TYPE_CHECKING:
+    from hil.mother import LinePlace, LiveMother
+    from hil.vocab.line_node import NodeUpload
+
+NOT_READ = "nobody read them back: no terminal of this node is free here"
+
+
+def queue(
+    line: OneLine,
+    node: NodeNames,
+    file: Annotated[Path, typer.Argument(help="The queue's file.", metavar="FILE", show_default=False)],
+    steps_per_rev: Annotated[
+        int | None, typer.Option("--steps-per-rev", help="Steps of the motors' turn. [default: 200]", min=1)
+    ] = None,
+    read_back: Annotated[
+        bool,
+        typer.Option("--read-back/--no-read-back", help="Compare with what terminals of the bench list."),
+    ] = True,
+    baud: Baud = None,
+    latency_ms: Latency = None,
+    profile: ProfileName = None,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> CommandAnswer:
+    """Write a queue's file into nodes, all at once, and read it back.
+
+    A line cannot list a queue. At a tap of a bench, hil reads it back at the nodes' terminals; elsewhere it
+    says that nobody looked. Rows may come twice, so that those without an answer are repeated.
+
+    Example: hil mother queue bus0.master 85 moves.txt
+    """
+    from hil.vocab.dialogue import Refusal
+
+    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir))
+    units = [each for each in addresses(node, place.nodes) if each != place.nodes.to_all]
+    if not units:
+        raise fail("hil: name the nodes: who is told with all others does not answer", Exit.MISTAKE)
+    try:
+        upload = place.nodes.queue_upload(file.read_bytes(), str(file), steps_per_rev)
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", Exit.MISTAKE) from None
+    except Refusal as error:
+        raise fail(str(error), Exit.MISTAKE) from None
+
+    async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
+        (mother,) = mothers
+        sent = [mother.start(unit, each) for each in upload.commands for unit in units]
+        await mother.settled(sent)
+        return [row_of(line, each) for each in sent]
+
+    rows = on_lines([place], 3, work)
+    back = _read_back(place, units, upload, bench, runtime_dir) if read_back else {}
+    return _told(line, units, rows, back)
+
+
+def _told(
+    line: str, units: Sequence[int], rows: Sequence[dict[str, Any]], back: Mapping[int, Sequence[str]]
+) -> CommandAnswer:
+    answer, lines = [], []
+    for unit in units:
+        own = [row for row in rows if row["node"] == unit]
+        missing = [row for row in own if row["outcome"] != "done"]
+        is_read, differs = unit in back, list(back.get(unit, ()))
+        answer.append(
+            {
+                "line": line,
+                "node": unit,
+                "done": len(own) - len(missing),
+                "rows": own,
+                "is_read_back": is_read,
+                "differences": differs,
+            }
+        )
+        seen = ("read back, and differs" if differs else "read back, as sent") if is_read else NOT_READ
+        lines.append(f"{unit}: {len(own) - len(missing)} of {len(own)} rows are there; {seen}")
+        lines += [f"  {line_of(row, names_line=False)}" for row in missing]
+        lines += [f"  {each}" for each in differs]
+    code = exit_of_rows(rows)
+    is_wrong = any(each["differences"] for each in answer)
+    return CommandAnswer(answer, "\n".join(lines), Exit.FAILED if is_wrong and not code else code)
+
+
+def _read_back(
+    place: "LinePlace",
+    units: Sequence[int],
+    upload: "NodeUpload",
+    bench: str | None,
+    runtime_dir: Path | None,
+) -> dict[int, Sequence[str]]:
+    """Differences by node, of nodes whose terminal the bench has, and nobody else has open."""
+    from hil.cli.board_commands import SerialTalk
+    from hil.mother.line_place import is_address
+    from hil.net.control_client import ControlError, ask
+    from hil.vocab.dialogue import DialogueError
+
+    if is_address(place.name):
+        return {}
+    here = bench_meant(bench, runtime_dir)
+    try:
+        listed, segments = ask(here.socket, "list"), ask(here.socket, "segments")
+    except ControlError:
+        return {}
+    of_line = [row["stations"] for row in segments if place.name.startswith(row["segment"] + ".")]
+    stations = {name.partition(".")[0] for each in of_line for name in each}
+    found: dict[int, Sequence[str]] = {}
+    for row in listed["devices"]:
+        address = row["address"]
+        if address is None or row["device"] not in stations:
+            continue
+        if row["clients"] and not address.startswith("socket://"):
+            continue  # another program has it, and would get some of the answers
+        try:
+            with SerialTalk(port_of(address, bench, runtime_dir), place.baud, place.speed) as talk:
+                unit = talk.run(place.nodes.address_at_terminal())
+                if unit in units:
+                    found[unit] = talk.run(upload.differences())
+        except DialogueError as error:
+            typer.echo(f"hil: {row['device']}: not read back: {error}", err=True)
+    return found

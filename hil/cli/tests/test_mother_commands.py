@@ -1,0 +1,150 @@
+"""``hil mother`` at a running bench: what is printed, for people and for programs, and exit codes."""
+
+import json
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hil.testing import LiveError, ServedBench, live
+
+pytestmark = pytest.mark.long
+CONFIG = {
+    "bench": "line",
+    "devices": {name: {"profile": "sac"} for name in ("s4", "s5")},
+    "segments": {"bus0": {"stations": ["s4", "s5"], "taps": {"master": {"port": "pty"}}}},
+}
+ROW = " {} , 100 , 1 , 1 , 69 , 4321 , 1 , 10.47 , .5 , 3 , 1 , 2400000 \r\n"
+WATCHED = "import sys; sys.argv[0] = 'hil'; from hil.cli.entry import main; main()"
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[ServedBench]:
+    with live(CONFIG) as made:
+        for number in (4, 5):
+            made.type(f"s{number}", b"$CM%d\r" % number, b"$R\r", until=b"SAC>")
+        yield made
+
+
+def mother(bench: ServedBench, *words: str) -> str:
+    return bench.hil("mother", *words)
+
+
+def test_outcomes_of_commands(bench: ServedBench) -> None:
+    said = mother(bench, "send", "bus0.master", "4-5", "v150", "m10")
+    assert [line.partition(",")[0] for line in said.splitlines()] == [
+        *("4 v150: done", "5 v150: done", "4 m10: done", "5 m10: done")
+    ]
+    assert mother(bench, "send", "bus0.master", "all", "v100") == "all v100: sent\n"
+
+
+def test_outcomes_that_are_not_known_and_refused(bench: ServedBench) -> None:
+    bench.hil("fault", "inject", "packet_no_ack", "s4.network")
+    with pytest.raises(LiveError, match="exit code 5"):
+        mother(bench, "send", "bus0.master", "4", "m10", "v150")
+    bench.hil("fault", "clear")
+    bench.hil("fault", "inject", "packet_nak", "s4.network")
+    with pytest.raises(LiveError, match="exit code 1"):
+        mother(bench, "send", "bus0.master", "4", "v150")
+    bench.hil("fault", "clear")
+
+
+def test_outcomes_for_programs(bench: ServedBench) -> None:
+    (row,) = json.loads(mother(bench, "send", "bus0.master", "5", "v150", "--json"))
+    assert 4 < row.pop("round_trip_ms") < 1000
+    assert row == {
+        **{"line": "bus0.master", "node": 5, "command": "v150"},
+        **{"outcome": "done", "why": "", "tries": 1},
+    }
+
+
+def test_stop_release_and_text(bench: ServedBench) -> None:
+    assert mother(bench, "release", "bus0.master") == "all y: sent\n"
+    said = mother(bench, "stop", "bus0.master", "--nodes", "4", "--at-once").splitlines()
+    assert said[0] == "all S: sent"
+    assert said[1].startswith("4 S: done")
+    assert mother(bench, "text", "bus0.master", "5", "good", "morning").startswith("5 good morning: done")
+
+
+def test_scan_and_nodes(bench: ServedBench) -> None:
+    (found,) = json.loads(mother(bench, "scan", "bus0.master", "--addresses", "4-9", "--json"))
+    assert [each["node"] for each in found["nodes"]] == [4, 5]
+    assert found["addresses"] == 6
+    said = mother(bench, "nodes", "bus0.master", "--addresses", "4-9").splitlines()
+    assert [line.split()[:2] for line in said] == [
+        ["line", "node"],
+        ["bus0.master", "4"],
+        ["bus0.master", "5"],
+    ]
+
+
+def test_a_queue_is_there_and_read_back(bench: ServedBench, tmp_path: Path) -> None:
+    file = tmp_path / "queue.txt"
+    file.write_text("".join(ROW.format(position) for position in range(1, 31)))
+    said = mother(bench, "queue", "bus0.master", "4,5", str(file))
+    assert said == "".join(f"{node}: 30 of 30 rows are there; read back, as sent\n" for node in (4, 5))
+    rows = json.loads(mother(bench, "queue", bench.port("bus0.master"), "4", str(file), "--json"))
+    assert [(row["done"], row["is_read_back"]) for row in rows] == [(30, False)]
+
+
+def test_a_queue_with_problems_goes_nowhere(bench: ServedBench, tmp_path: Path) -> None:
+    file = tmp_path / "queue.txt"
+    file.write_text("".join(ROW.format(position) for position in range(1, 31)).replace("4321", "4000"))
+    with pytest.raises(LiveError, match=r"exit code 2\n.*queue.txt:1:1: RPM 69 and cycle 4000 contradict"):
+        mother(bench, "queue", "bus0.master", "4", str(file))
+
+
+def test_what_nodes_say_is_printed_as_it_comes(bench: ServedBench) -> None:
+    mother(bench, "send", "bus0.master", "4", "$O1")
+    where = ("--runtime-dir", str(bench.folder / "run"))
+    command = [
+        sys.executable,
+        "-P",
+        "-c",
+        WATCHED,
+        "mother",
+        "watch",
+        "bus0.master",
+        "-c",
+        "2",
+        "--json",
+        *where,
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as watching:
+        assert watching.stdout
+        until_open(bench)
+        bench.type("s4", b"m100v300a999d999\r", until=b"SAC>")
+        rows = [json.loads(line) for line in watching.stdout]
+        assert watching.wait(60) == 0
+    assert [(row["node"], row["kind"]) for row in rows] == [(4, "DC1"), (4, "DC2")]
+    assert rows[1]["command_ms"] == pytest.approx(100, abs=90)
+    mother(bench, "send", "bus0.master", "4", "$O0")
+
+
+def until_open(bench: ServedBench) -> None:
+    """Wait until somebody has the tap open."""
+    while not bench.ask("list")["taps"][0]["clients"]:
+        pass
+
+
+def test_a_live_table_ends_by_a_key(bench: ServedBench) -> None:
+    where = ("--runtime-dir", str(bench.folder / "run"))
+    words = ("mother", "nodes", "bus0.master", "--addresses", "4-6", "--live", *where)
+    ours, theirs = pty.openpty()
+    with subprocess.Popen([sys.executable, "-P", "-c", WATCHED, *words], stdout=theirs) as going_on:
+        os.close(theirs)
+        said = b""
+        while b"bus0.master  5" not in said:
+            said += os.read(ours, 4096)
+        going_on.terminate()
+        try:
+            while os.read(ours, 4096):
+                pass
+        except OSError:
+            pass
+        assert going_on.wait(60) == 0
+    os.close(ours)

@@ -1,0 +1,202 @@
+"""Mother at a port, on this computer's clock."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from hil.mother.line_place import LinePlace, find_line
+from hil.mother.line_port import LinePort
+from hil.mother.turns.mother import TRIES, Mother
+from hil.mother.turns.node_rows import MotherEvent, NodeRow
+from hil.mother.turns.transaction import Outcome, Transaction
+from hil.vocab.time import FOREVER, NS_PER_S
+
+
+class LineGone(Exception):
+    """Error of a port that has gone. ``outstanding``: the transactions that were not over; ``str(error)``
+    names them."""
+
+    def __init__(self, place: str, why: str, outstanding: Sequence[Transaction]) -> None:
+        self.why = why
+        self.outstanding = tuple(outstanding)
+        lines = [f"{place} has gone ({why})", *map(_outstanding, outstanding)]
+        super().__init__("; ".join(lines) if outstanding else f"{lines[0]}; nothing was outstanding")
+
+
+def _outstanding(transaction: Transaction) -> str:
+    command = transaction.command.decode("latin-1")
+    return f"{transaction.unit} {command}: {transaction.outcome}"
+
+
+class LiveMother:
+    """Mother whose line is open. Made by ``open_line``."""
+
+    def __init__(self, place: LinePlace, tries: int = TRIES, rest_ns: int | None = None) -> None:
+        self.place = place
+        self.mother = Mother(
+            place.nodes,
+            baud=place.baud,
+            latency_ns=place.latency_ns,
+            tries=tries,
+            rest_ns=rest_ns,
+            has_bit_times=place.has_bit_times,
+        )
+        self.gone: LineGone | None = None
+        """Error of the port, once it has gone."""
+        self.listeners: list[Callable[[MotherEvent], None]] = []
+        """Called with each event of a node."""
+        self._port: LinePort | None = None
+        self._loop = asyncio.get_running_loop()
+        self._timer: asyncio.TimerHandle | None = None
+        self._ended = asyncio.Event()
+
+    async def open(self) -> None:
+        """Open the port. Raises LineUnreachable."""
+        place = self.place
+        self._port = await LinePort.open(place.address, place.baud, self._received, self._lost)
+
+    def close(self) -> None:
+        """Close the port."""
+        if self._timer:
+            self._timer.cancel()
+        if self._port:
+            self._port.close()
+
+    def now_ns(self) -> int:
+        """Time of this line: simulated time passes at the bench's speed."""
+        return round(self._loop.time() * NS_PER_S * self.place.speed)
+
+    # ---- asked for ----
+
+    @property
+    def table(self) -> dict[int, NodeRow]:
+        """Nodes that were heard, by their addresses."""
+        return {address: row for address, row in sorted(self.mother.table.items()) if row.is_there}
+
+    def start(self, node: int, command: bytes | str, *, is_urgent: bool = False) -> Transaction:
+        """Send a command without waiting for its outcome. Raises ValueError, as ``Mother.send``."""
+        data = command.encode("latin-1") if isinstance(command, str) else command
+        sent = self.mother.send(node, data, self.now_ns(), is_urgent=is_urgent)
+        self._turn()
+        return sent
+
+    async def send(self, node: int, command: bytes | str) -> Transaction:
+        """Send a command to a node, or to all (0), and wait for its outcome.
+
+        Raises:
+            ValueError: no node has this address, or no packet can carry the command.
+            LineGone: the port has gone.
+        """
+        sent = self.start(node, command)
+        await self.settled([sent])
+        return sent
+
+    async def text(self, node: int, words: str) -> Transaction:
+        """Send words for people. Raises as ``send``."""
+        return await self.send(node, self.mother.nodes.text(words))
+
+    async def release(self) -> Transaction:
+        """Let all motions begin that wait for the sync. Raises LineGone."""
+        return await self.send(self.mother.nodes.to_all, self.mother.nodes.release)
+
+    def start_stop(self, nodes: Iterable[int] = (), *, is_at_once: bool = False) -> list[Transaction]:
+        """Begin to stop everybody by a packet to all, then each of these nodes so that it answers; answers
+        the transactions, that to all first."""
+        sent = self.mother.stop(nodes, self.now_ns(), is_at_once=is_at_once)
+        self._turn()
+        return sent
+
+    async def stop(self, nodes: Iterable[int] = (), *, is_at_once: bool = False) -> list[Transaction]:
+        """Stop as ``start_stop``, and wait for the outcomes. Raises LineGone."""
+        sent = self.start_stop(nodes, is_at_once=is_at_once)
+        await self.settled(sent)
+        return sent
+
+    async def scan(self, addresses: Sequence[int] | None = None, tries: int = 1) -> list[NodeRow]:
+        """Find the nodes of these addresses, or of all. Raises LineGone, ValueError."""
+        asked = self.mother.scan(addresses, self.now_ns(), tries=tries)
+        self._turn()
+        await self.settled(asked)
+        return [row for each in asked if (row := self.mother.table[each.unit]) and _is_there(each)]
+
+    async def settled(self, transactions: Iterable[Transaction]) -> None:
+        """Wait until all of these are over. Raises LineGone."""
+        while not all(each.is_over for each in transactions):
+            self._check()
+            self._ended.clear()
+            await self._ended.wait()
+        self._check()
+
+    def _check(self) -> None:
+        if self.gone:
+            raise self.gone
+
+    # ---- bytes and time ----
+
+    def _received(self, data: bytes) -> None:
+        self.mother.receive(data, self.now_ns())
+        self._turn()
+
+    def _lost(self, why: str) -> None:
+        outstanding = self.mother.outstanding
+        self.mother.lose(self.now_ns(), f"{self.place.name} has gone")
+        self.gone = LineGone(self.place.name, why, outstanding)
+        self._turn()
+
+    def _turn(self) -> None:
+        """Do what is due, hand on what goes out, and set the timer for what is due next."""
+        mother, now_ns = self.mother, self.now_ns()
+        if mother.due_ns() <= now_ns:
+            mother.advance(now_ns)
+        if (out := mother.to_send()) and self._port:
+            self._port.write(out)
+        for event in mother.take_events():
+            for each in self.listeners:
+                each(event)
+        if self._timer:
+            self._timer.cancel()
+            self._timer = None
+        if (due_ns := mother.due_ns()) != FOREVER:
+            at_s = due_ns / NS_PER_S / self.place.speed
+            self._timer = self._loop.call_at(at_s, self._turn)
+        self._ended.set()
+
+
+def _is_there(transaction: Transaction) -> bool:
+    return transaction.outcome is Outcome.DONE or transaction.refusals > 0
+
+
+@asynccontextmanager
+async def open_line(
+    line: str | LinePlace,
+    *,
+    baud: int | None = None,
+    latency_ns: int | None = None,
+    tries: int = TRIES,
+    profile: str | None = None,
+    bench: str | None = None,
+    runtime_dir: Path | None = None,
+) -> AsyncIterator[LiveMother]:
+    """Open a line, as ``find_line`` finds it, for the block.
+
+    Raises:
+        LineUnreachable: there is no such line, or it cannot be opened.
+    """
+    place = line
+    if isinstance(place, str):
+        place = await asyncio.to_thread(
+            find_line,
+            place,
+            baud=baud,
+            latency_ns=latency_ns,
+            profile=profile,
+            bench=bench,
+            runtime_dir=runtime_dir,
+        )
+    mother = LiveMother(place, tries)
+    await mother.open()
+    try:
+        yield mother
+    finally:
+        mother.close()

@@ -1,0 +1,161 @@
+"""Mother at real ports, on the computer's clock: a pty with a node that a test writes."""
+
+import asyncio
+import os
+import pty
+import re
+import tty
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from device_profiles.sac.packet import Packet, PacketDecoder, encode
+from hil.mother import LineGone, LineUnreachable, LiveMother, Outcome, open_line
+
+ACK, NAK = b"\x06", b"\x15"
+PATIENCE_S = 20
+Answer = Callable[[Packet], bytes]
+
+
+class Node:
+    """Program at the other end of a pty that answers packets."""
+
+    def __init__(self, answer: Answer) -> None:
+        self.end, far = pty.openpty()
+        tty.setraw(far)
+        self.path = os.ttyname(far)
+        os.close(far)
+        self.heard: list[Packet] = []
+        self._answer, self._decoder = answer, PacketDecoder()
+
+    def listen(self) -> None:
+        asyncio.get_running_loop().add_reader(self.end, self._readable)
+
+    def say(self, data: bytes) -> None:
+        os.write(self.end, encode(1, 4, data))
+
+    def _readable(self) -> None:
+        try:
+            data = os.read(self.end, 4096)
+        except OSError:  # nobody has the port open
+            asyncio.get_running_loop().remove_reader(self.end)
+            return
+        for item in self._decoder.feed(data):
+            if isinstance(item, Packet):
+                self.heard.append(item)
+                if answer := self._answer(item):
+                    os.write(self.end, encode(1, item.destination, answer))
+
+    def unplug(self) -> None:
+        asyncio.get_running_loop().remove_reader(self.end)
+        os.close(self.end)
+        self.end = -1
+
+
+@contextmanager
+def node(answer: Answer) -> Iterator[Node]:
+    made = Node(answer)
+    try:
+        yield made
+    finally:
+        if made.end >= 0:
+            os.close(made.end)
+
+
+def work(answer: Answer, do: Callable[[LiveMother, Node], Awaitable[None]]) -> None:
+    async def run(far: Node) -> None:
+        async with asyncio.timeout(PATIENCE_S), open_line(far.path) as mother:
+            far.listen()
+            await do(mother, far)
+
+    with node(answer) as far:
+        asyncio.run(run(far))
+
+
+def test_commands_have_their_outcomes() -> None:
+    async def do(mother: LiveMother, far: Node) -> None:
+        done = await mother.send(4, "m100")
+        refused = await mother.send(5, "m100")
+        silent = await mother.send(6, "m100")
+        sent = await mother.release()
+        outcomes = [each.outcome for each in (done, refused, silent, sent)]
+        assert outcomes == [Outcome.DONE, Outcome.REFUSED, Outcome.NOT_KNOWN, Outcome.SENT]
+        said = [(packet.destination, packet.data) for packet in far.heard]
+        assert said == [(4, b"m100"), *[(5, b"m100")] * 3, (6, b"m100"), (0, b"y")]
+        assert list(mother.table) == [4, 5]
+
+    work(lambda packet: {4: ACK, 5: NAK}.get(packet.destination, b""), do)
+
+
+def test_a_stop_is_said_to_all_and_to_each() -> None:
+    async def do(mother: LiveMother, far: Node) -> None:
+        stops = await mother.stop([4], is_at_once=True)
+        assert [each.outcome for each in stops] == [Outcome.SENT, Outcome.DONE]
+        assert [(packet.destination, packet.data) for packet in far.heard] == [(0, b"S"), (4, b"S")]
+
+    work(lambda packet: ACK if packet.destination else b"", do)
+
+
+def test_a_port_that_vanishes_says_what_was_outstanding() -> None:
+    async def do(mother: LiveMother, far: Node) -> None:
+        first, second = mother.start(4, "m100"), mother.start(4, "m200")
+        far.unplug()
+        with pytest.raises(LineGone, match=r"has gone \(.+\); 4 m100: not known; 4 m200: not sent") as error:
+            await mother.settled([first, second])
+        assert error.value.outstanding == (first, second)
+        with pytest.raises(LineGone):
+            await mother.send(4, "m300")
+        assert far.heard == []
+
+    work(lambda packet: b"", do)
+
+
+def test_what_a_node_says_by_itself_is_told() -> None:
+    async def do(mother: LiveMother, far: Node) -> None:
+        told = asyncio.Event()
+        events = []
+        mother.listeners.append(lambda event: (events.append(event), told.set()))
+        far.say(b" hello")
+        await told.wait()
+        assert [(event.node, event.kind, event.text) for event in events] == [(4, "text", "hello")]
+
+    work(lambda packet: b"", do)
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("/dev/nothing-here", "/dev/nothing-here: No such file"),
+        ("socket://127.0.0.1:1", "socket://127.0.0.1:1: "),
+        ("rfc2217://127.0.0.1:1", "rfc2217://127.0.0.1:1: "),
+        ("nonsense://x", "nonsense://x: "),
+    ],
+)
+def test_a_line_that_cannot_be_opened_is_told(line: str, why: str) -> None:
+    async def run() -> None:
+        async with open_line(line):
+            pass
+
+    with pytest.raises(LineUnreachable, match=re.escape(why)):
+        asyncio.run(run())
+
+
+def test_a_port_that_somebody_else_has_is_told() -> None:
+    async def do(mother: LiveMother, far: Node) -> None:
+        with pytest.raises(LineUnreachable, match=re.escape(far.path)):
+            async with open_line(far.path):
+                pass
+
+    work(lambda packet: b"", do)
+
+
+def test_a_kind_of_nodes_that_there_is_not_is_told() -> None:
+    async def run(profile: str) -> None:
+        async with open_line("/dev/null", profile=profile):
+            pass
+
+    with pytest.raises(LineUnreachable, match="no profile 'sak'; did you mean"):
+        asyncio.run(run("sak"))
+    with pytest.raises(LineUnreachable, match="no master for lines of mechaduino"):
+        asyncio.run(run("mechaduino"))

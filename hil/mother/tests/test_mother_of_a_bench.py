@@ -1,0 +1,121 @@
+"""Mother in a process of its own beside a running bench: at a pty, over tcp and RFC 2217, several lines."""
+
+import asyncio
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from hil.mother import LineGone, LineUnreachable, Outcome, open_line
+from hil.testing import ServedBench, live
+
+pytestmark = pytest.mark.long
+PATIENCE_S = 60
+NODES = range(4, 7)
+TAPS = {"master": {"port": "pty"}, "net": {"port": "tcp"}, "far": {"port": "rfc2217"}}
+
+
+def config(speed: float = 1) -> dict[str, object]:
+    names = [f"s{number}" for number in NODES]
+    wires = {
+        "bus0": {"stations": names[:2], "taps": TAPS},
+        "bus1": {"stations": names[2:], "taps": {"master": {"port": "pty"}}},
+    }
+    devices = {name: {"profile": "sac"} for name in names}
+    return {"bench": "lines", "speed": speed, "devices": devices, "segments": wires}
+
+
+def address(bench: ServedBench) -> ServedBench:
+    for number in NODES:
+        bench.type(f"s{number}", b"$CM%d\r" % number, b"$R\r", until=b"SAC>")
+    return bench
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[ServedBench]:
+    with live(config()) as made:
+        yield address(made)
+
+
+def at(bench: ServedBench, tap: str):
+    return open_line(tap, runtime_dir=bench.folder / "run")
+
+
+@pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial's rfc2217://
+@pytest.mark.parametrize("tap", ["bus0.master", "bus0.net", "bus0.far"])
+def test_nodes_are_commanded_and_found(bench: ServedBench, tap: str) -> None:
+    async def run() -> None:
+        async with asyncio.timeout(PATIENCE_S), at(bench, tap) as mother:
+            assert (await mother.send(4, "v150")).outcome is Outcome.DONE
+            found = await mother.scan(range(4, 40))
+            assert [row.address for row in found] == [4, 5]
+
+    asyncio.run(run())
+
+
+def test_several_lines_at_once(bench: ServedBench) -> None:
+    async def run() -> None:
+        async with (
+            asyncio.timeout(PATIENCE_S),
+            at(bench, "bus0.master") as first,
+            at(bench, "bus1.master") as second,
+        ):
+            found = await asyncio.gather(first.scan(range(4, 10)), second.scan(range(4, 10)))
+            assert [[row.address for row in rows] for rows in found] == [[4, 5], [6]]
+            for mother, node in ((first, 4), (second, 6)):
+                assert (await mother.send(node, "m50v300s")).outcome is Outcome.DONE
+            await asyncio.gather(first.release(), second.release())
+
+    before = [bench.ask("state", device=name)["commanded_deg"] for name in ("s4", "s6")]
+    asyncio.run(run())
+    deadline_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline_s:
+        now = [bench.ask("state", device=name)["commanded_deg"] for name in ("s4", "s6")]
+        if [b - a for a, b in zip(before, now, strict=True)] == [90, 90]:
+            return
+    raise AssertionError(f"from {before} to {now}")
+
+
+def test_a_scan_takes_about_what_was_calculated(bench: ServedBench) -> None:
+    async def run() -> float:
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as mother:
+            began_s = time.monotonic()
+            found = await mother.scan(range(4, 56))
+            assert [row.address for row in found] == [4, 5]
+            return (time.monotonic() - began_s) / (mother.mother.scan_ns(52, 2) / 1e9)
+
+    assert 0.99 < asyncio.run(run()) < 2  # 1.03 on a computer that does nothing else
+
+
+def test_a_bench_that_ends_leaves_an_error_with_what_was_outstanding() -> None:
+    async def run(bench: ServedBench) -> None:
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as mother:
+            await mother.send(4, "v100")
+            bench.ask("stop")
+            sent = [mother.start(9, "v100") for _ in range(100)]
+            with pytest.raises(LineGone, match=r"bus0\.master has gone .*; 9 v100: not (known|sent)"):
+                await mother.settled(sent)
+
+    with live(config(), capture=False) as made:
+        asyncio.run(run(address(made)))
+
+
+def test_a_bench_that_is_five_times_as_fast(bench: ServedBench) -> None:
+    async def run(fast: ServedBench) -> None:
+        async with asyncio.timeout(PATIENCE_S), at(fast, "bus0.master") as mother:
+            for _ in range(20):
+                assert (await mother.send(4, "v100")).outcome is Outcome.DONE
+            found = await mother.scan(range(4, 40))
+            assert [row.address for row in found] == [4, 5]
+
+    with live(config(speed=5)) as made:
+        asyncio.run(run(address(made)))
+
+
+def test_a_tap_that_there_is_not_is_told(bench: ServedBench) -> None:
+    async def run() -> None:
+        async with at(bench, "bus0.mister"):
+            pass
+
+    with pytest.raises(LineUnreachable, match=r'did you mean "bus0\.master"'):
+        asyncio.run(run())
