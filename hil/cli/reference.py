@@ -26,6 +26,7 @@ from hil.registers.units import unit_of
 from hil.runs.run_document import run_reference
 from hil.sim.settable import SETTABLE
 from hil.sim.twin_info import twin_info
+from hil.toolpath.machine import machine_reference
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, STATES
 from hil.vocab.verbs import CODES, COMMON, Verb
@@ -42,6 +43,7 @@ def reference(app: typer.Typer) -> str:
         _verbs(),
         _device_verbs(),
         run_reference(),
+        machine_reference(),
         _metrics(),
         *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
         _faults(),

@@ -1,0 +1,85 @@
+"""Load of a line of SACs by a stream: whether every command can be at its board in time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hil.toolpath.machine import Machine
+from hil.toolpath.path_speeds import Segment
+
+WAITING = 28
+"""Commands that may wait at a board: it has room for 30, one of which runs; one is in reserve."""
+COMMAND_CHARACTERS = 29
+"""Characters of a command of a stream on the line, ``m-1234vc12345``: a packet of 19, a turnaround of two,
+an answer of 7, and one in reserve. Source: SAC user manual, communications."""
+BITS_OF_CHARACTER = 10
+WINDOW_S = 1.0
+"""Time in which commands are counted."""
+
+
+@dataclass(frozen=True)
+class LineLoad:
+    """Load of a line. ``margin_s`` is the least time that a command is early; below 0 it would be late."""
+
+    needed_per_s: float
+    possible_per_s: float
+    ahead: int
+    """Number of segments that are to be at the boards before the start."""
+    margin_s: float
+
+    @property
+    def keeps_up(self) -> bool:
+        return self.margin_s >= 0
+
+
+def command_s(machine: Machine) -> float:
+    """Time that a command takes, with its answer and the latency of the way to the line."""
+    return COMMAND_CHARACTERS * BITS_OF_CHARACTER / machine.text.baud + machine.text.latency_ms / 1000
+
+
+def line_load(machine: Machine, begin: tuple[float, ...], segments: Sequence[Segment]) -> LineLoad:
+    """Calculate the load by a stretch that begins there."""
+    each_s = command_s(machine)
+    counts, starts_s = _commands(machine, begin, segments)
+    margin_s, ahead = float("-inf"), 0
+    for ahead in sorted({min(count, len(counts)) for count in (4, 8, 16, WAITING)}):
+        margin_s = _margin_s(counts, starts_s, ahead, each_s)
+        if margin_s >= machine.segment_s:
+            break
+    return LineLoad(_busiest_per_s(counts, starts_s), 1 / each_s, ahead, margin_s)
+
+
+def _commands(
+    machine: Machine, begin: tuple[float, ...], segments: Sequence[Segment]
+) -> tuple[list[int], list[float]]:
+    """Number of commands of each segment, and the times at which the segments begin."""
+    counts, starts_s, at_s = [], [], 0.0
+    here = [axis.pulses_at(place) for axis, place in zip(machine.axes, begin, strict=True)]
+    for segment in segments:
+        there = [axis.pulses_at(place) for axis, place in zip(machine.axes, segment.end, strict=True)]
+        counts.append(sum(a != b for a, b in zip(here, there, strict=True)))
+        starts_s.append(at_s)
+        here, at_s = there, at_s + segment.duration_s
+    return counts, starts_s
+
+
+def _margin_s(counts: Sequence[int], starts_s: Sequence[float], ahead: int, each_s: float) -> float:
+    """Least time that commands are early, if the first segments are at the boards at the start."""
+    sent_s, margin_s = 0.0, float("inf")
+    for number in range(ahead, len(counts)):
+        room_s = starts_s[number - WAITING] if number >= WAITING else 0.0
+        sent_s = max(sent_s, room_s) + counts[number] * each_s
+        # A board needs its next command when the one before ends: that is when this segment begins.
+        margin_s = min(margin_s, starts_s[number] - sent_s)
+    return margin_s if ahead < len(counts) else float("inf")
+
+
+def _busiest_per_s(counts: Sequence[int], starts_s: Sequence[float]) -> float:
+    """Largest number of commands that begin within a second."""
+    first, total, most = 0, 0, 0
+    for count, start_s in zip(counts, starts_s, strict=True):
+        total += count
+        while starts_s[first] <= start_s - WINDOW_S:
+            total -= counts[first]
+            first += 1
+        most = max(most, total)
+    return most / WINDOW_S

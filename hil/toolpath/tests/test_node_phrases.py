@@ -1,0 +1,132 @@
+"""Paths carried out by SACs on a segment, and compared pulse by pulse with what was asked for."""
+
+from dataclasses import replace
+
+import pytest
+from line_rig import LineRig
+from small_mill import mill, motions_of, planned
+
+from device_profiles.sac.path_planner import PATHS
+from hil.toolpath.deviation import asked_path, deviation
+from hil.toolpath.machine import machine_from_data
+from hil.toolpath.node_phrases import NodePhrases, PathPhrase
+from hil.vocab.path_planning import NodePhrase
+
+
+def follow(text, machine):
+    """Positions after each pulse, and the phrases."""
+    rig = LineRig(tuple(axis.stepper.microstep_exponent for axis in machine.axes))
+    devices = {axis.letter: f"s{number}" for number, axis in enumerate(machine.axes)}
+    phrases = [
+        item
+        for item in NodePhrases(machine, PATHS).of(planned(text, machine))
+        if isinstance(item, PathPhrase)
+    ]
+    done = []
+    for phrase in phrases:
+        commands = [replace(each, axis=devices[each.axis]) for each, _ in phrase.commands]
+        rig.perform(NodePhrase(commands, phrase.duration_s * 1e6))
+        done.append(commands)
+    assert rig.late == 0
+    at = {axis.letter: 0 for axis in machine.axes}
+    unit = {axis.letter: axis.pulses_per_unit for axis in machine.axes}
+    places = [tuple(at[letter] / unit[letter] for letter in at)]
+    for commands, phrase, pulses in zip(done, phrases, rig.pulses(), strict=True):
+        assert at == phrase.begin
+        events = []
+        for letter, device in devices.items():
+            signs = [
+                s for c in commands if c.axis == device for s in [(c.pulses > 0) * 2 - 1] * abs(c.pulses)
+            ]
+            events += zip(pulses[device], [letter] * len(signs), signs, strict=True)
+        for _, letter, sign in sorted(events):
+            at[letter] += sign
+            places.append(tuple(at[each] / unit[each] for each in at))
+        assert at == phrase.end
+    assert {letter: rig.bench.axis(device).snapshot().pulses for letter, device in devices.items()} == at
+    return places, phrases
+
+
+def off(text, machine):
+    places, _ = follow(text, machine)
+    return deviation(asked_path(motions_of(text), machine), places)
+
+
+@pytest.mark.long
+def test_a_circle_of_50_mm_at_1200_mm_per_min():
+    found = off("G21 G90\nG0 X50\nG3 I-50 F1200", mill("xy", tolerance_mm=0.05))
+    assert 0.002 < found.largest <= 0.05 / 2
+    assert found.rest <= 0.01
+
+
+def test_corners_and_arcs_within_the_tolerance():
+    text = "G21 G90 F1200\nG1 X9\nY9.5\nG2 X12 Y9.5 I1.5\nG1 X0 Y0\nX3.333 Y1.777 Z2"
+    found = off(text, mill(tolerance_mm=0.05))
+    assert 0.002 < found.largest <= 0.05
+    assert found.rest <= 0.01
+
+
+def test_each_way_of_a_tiny_engraving():
+    text = "G21 G90 F600\nG0 Z1\nX2 Y2\nG1 Z-0.1\n" + "\n".join(
+        f"X{2 + n * 0.07:.2f} Y{2 + n % 3 * 0.05:.2f}" for n in range(40)
+    )
+    found = off(text + "\nG0 Z1\nX0 Y0", mill(tolerance_mm=0.05))
+    assert found.largest <= 0.05
+    assert found.rest <= 0.02
+
+
+def test_a_reversed_axis_and_other_microsteps():
+    machine = machine_from_data(
+        {
+            "machine": "plotter",
+            "axes": {
+                letter: {
+                    "node": node,
+                    "is_reversed": letter == "y",
+                    "microstep_exponent": exponent,
+                    "steps_per_mm": 20,
+                    "min_mm": -10,
+                    "max_mm": 50,
+                    "velocity_mm_per_min": 2000,
+                    "acceleration_mm_per_s2": 150,
+                }
+                for letter, node, exponent in (("x", 4, 0), ("y", 5, 3))
+            },
+        }
+    )
+    found = off("G21 F1500\nG1 X10 Y-3\nG3 X12 Y2 I1 J2.5\nG61.1 G1 X0 Y1", machine)
+    assert found.largest <= 0.05 * 1.01 + 0.02
+
+
+def test_an_axis_that_rests_long_ends_the_phrase():
+    text = "G21 G61 F60\nG1 X1 Y0.1\n" + "\n".join(f"X{n}" for n in range(2, 16)) + "\nX16 Y0.5"
+    phrases = [
+        p for p in NodePhrases(mill("xy"), PATHS).of(planned(text, mill("xy"))) if isinstance(p, PathPhrase)
+    ]
+    assert len(phrases) == 2
+    assert phrases[0].end == phrases[1].begin == {"x": 15 * 160, "y": 16}
+    needed = [command.needed_us for command, _ in phrases[0].commands]
+    assert needed == sorted(needed)
+
+
+def test_places_go_along():
+    items = list(NodePhrases(mill("xy"), PATHS).of(planned("G21 F900\nG1 X5\nY5\nG4 P1\nG0 X0", mill("xy"))))
+    first, dwell, second, *_ = items
+    assert {placed.place.line for placed in first.commands} == {2, 3}
+    assert (dwell.seconds, second.place.line) == (1.0, 5)
+
+
+def test_less_than_a_pulse_is_no_command():
+    items = [
+        i
+        for i in NodePhrases(mill(), PATHS).of(planned("G21 F900\nG1 X0.001", mill()))
+        if isinstance(i, PathPhrase)
+    ]
+    assert items == []
+
+
+def test_an_axis_without_a_node_is_refused():
+    axis = {"axis": "m1", "deg_per_mm": 360, "min_mm": 0, "max_mm": 9, "velocity_mm_per_min": 9}
+    machine = machine_from_data({"machine": "m", "axes": {"x": axis | {"acceleration_mm_per_s2": 9}}})
+    with pytest.raises(ValueError, match="without a node"):
+        NodePhrases(machine, PATHS)
