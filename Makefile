@@ -137,7 +137,7 @@ kills: $(VENV)/.dev
 	HIL_KILLS=200 $(BIN)/python -m pytest -q -s tests/test_e2e_memory.py -k kills
 
 # Ten million damaged streams of packets, as many Modbus requests and a tenth of it on a line (20 minutes), as many frames at a CANopen node (3 minutes), a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
-# 100,000 requests at the control socket, 100,000 damaged logs, a million dialogues with the Uno: two and a half hours.
+# 100,000 requests at the control socket, 100,000 damaged logs and programs in G-code, a million dialogues with the Uno: two and a half hours.
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_packet.py -k fuzz
@@ -154,6 +154,7 @@ fuzz: $(VENV)/.dev
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/walter/tests/test_walter_fuzz.py
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/operations/tests/test_control_fuzz.py
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/compose/tests/test_replay_fuzz.py
+	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/gcode
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/uno -k fuzz
 
 # Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.

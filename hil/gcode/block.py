@@ -109,7 +109,7 @@ def _word(block: Block, values: Values) -> None:
     elif letter in PLAIN:
         _plain_word(block, values, begin, letter)
     elif letter == "o":
-        if begin == 0 and values.text[1:].isdecimal():
+        if not block.indices and not block.codes and values.text[values.index :].isdecimal():
             values.index = len(values.text)  # the number of a program, as other controls have it
             return
         raise BadValue(

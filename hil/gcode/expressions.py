@@ -28,6 +28,9 @@ NUMBER = r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)"
 _NUMBER = re.compile(NUMBER)
 _OPERATOR = re.compile(r"\*\*|[-*/+\]]|mod|and|xor|or|eq|ne|gt|ge|lt|le")
 _NAME = re.compile(r"[a-z]+")
+_PARAMETER = re.compile(r"[^\x00-\x20<=#\[\]\x7f-\U0010ffff]+")
+"""Any name but one whose end is missing, or that cannot be printed."""
+
 _STRENGTH = {
     **dict.fromkeys(("and", "xor", "or"), 1),
     **dict.fromkeys(("eq", "ne", "gt", "ge", "lt", "le"), 2),
@@ -123,9 +126,11 @@ class Values:
             if end < 0:
                 raise BadValue(begin, "the name of a parameter does not end", "write > behind it")
             self.index = end + 1
-            if end == begin + 1:
-                raise BadValue(begin, "a parameter has an empty name", "write a name between < and >")
-            return self.text[begin + 1 : end]
+            name = self.text[begin + 1 : end]
+            if not _PARAMETER.fullmatch(name):
+                remedy = "write letters, digits and _ between < and >"
+                raise BadValue(begin, "the name of a parameter is none", remedy)
+            return name
         self._enter(begin)
         number = self.whole("the number of a parameter")
         self._depth -= 1

@@ -229,7 +229,7 @@ def _items(lines: Iterable[str]) -> Iterator[Item]:
             case "SET_G92_OFFSET":
                 shift = [v * (mm if i < 3 else 1.0) for i, v in enumerate(values[:6])]
             case "SELECT_PLANE":
-                plane = _PLANES[inside]
+                plane = _PLANES.get(inside, "xy")
             case "SET_FEED_MODE":
                 kind = "per_revolution" if values[1] else "per_minute"
             case "SET_FEED_RATE":

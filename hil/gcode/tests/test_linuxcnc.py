@@ -9,13 +9,17 @@ import os
 from pathlib import Path
 from typing import Any
 
+import chance_programs
 import pytest
 from linuxcnc_reference import Outcome, Reference, differences, is_here, outcome_of
 
+from hil.gcode.differences import DIFFERENCES, Difference
 from hil.gcode.reader import read_program
 
 EACH = 1 if os.environ.get("HIL_FUZZ") else 10
-"""The interpreter starts in 15 ms."""
+"""Each how many of the stored programs the interpreter reads again: it starts in 15 ms."""
+
+PROGRAMS = 2000 if os.environ.get("HIL_FUZZ") else 60
 
 OUTCOMES = Path(__file__).with_name("linuxcnc_outcomes.jsonl")
 
@@ -67,3 +71,34 @@ def test_linuxcnc_still_makes_the_same(reference: Reference) -> None:
         if found := differences(now, outcome):
             changed.append((text, found))
     assert changed == []
+
+
+def outcome_of_ours(program: str) -> Outcome:
+    text = f"{program}\nM2\n".encode()
+    return outcome_of(read_program(text), text)
+
+
+@pytest.mark.parametrize("row", DIFFERENCES, ids=lambda row: row.what)
+def test_what_the_table_of_differences_says_of_ours(row: Difference) -> None:
+    assert (outcome_of_ours(row.program).refused is not None) == (row.ours == "refuses")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("row", DIFFERENCES, ids=lambda row: row.what)
+def test_what_the_table_of_differences_says_of_linuxcnc(row: Difference, reference: Reference) -> None:
+    theirs = reference.read(f"{row.program}\nM2\n".encode())
+    assert (theirs.refused is not None) == (row.theirs == "refuses"), theirs
+    assert differences(outcome_of_ours(row.program), theirs)
+
+
+@pytest.mark.long
+def test_programs_by_chance(reference: Reference) -> None:
+    found, refused = {}, 0
+    for seed in range(PROGRAMS):
+        text = chance_programs.program(seed, rare=(0.005, 0.1)[seed % 4 == 0]).encode()
+        program = read_program(text)
+        refused += bool(program.problems)
+        if what := differences(outcome_of(program, text), reference.read(text)):
+            found[seed] = what
+    assert found == {}
+    assert 0.2 < refused / PROGRAMS < 0.7
