@@ -47,11 +47,17 @@ class LineTiming:
 
     def first_ns(self, frame_bytes: int) -> int:
         """Time from the start of a packet by which the first character of its answer has come."""
-        return self.characters_ns(frame_bytes + 1) + self.turnaround_ns + self.latency_ns
+        return self._spared_ns(frame_bytes + 1)
 
     def whole_ns(self, frame_bytes: int, answer_bytes: int) -> int:
         """Time from the start of a packet by which its answer has come."""
-        return self.characters_ns(frame_bytes + answer_bytes) + self.turnaround_ns + self.latency_ns
+        return self._spared_ns(frame_bytes + answer_bytes)
+
+    def _spared_ns(self, characters: int) -> int:
+        """Time for so many characters and the turnaround, with half a character to spare: clocks differ, and
+        times are whole nanoseconds."""
+        spare_ns = self.characters_ns(1) // 2
+        return self.characters_ns(characters) + self.turnaround_ns + self.latency_ns + spare_ns
 
     def earliest_ns(self, frame_bytes: int) -> int:
         """Time from the start of a packet before which no answer can have come; a tenth less, as clocks
@@ -234,9 +240,9 @@ class LineTurns:
         if (current := self.current) and self._is_silent(current, now_ns):
             self._time_out(current, now_ns)
         for unit, (transaction, until_ns) in list(self.late.items()):
-            if until_ns <= now_ns:
+            if until_ns <= now_ns and self.late.get(unit) == (transaction, until_ns):
                 del self.late[unit]
-                self._rested(transaction, now_ns)
+                self._rested(transaction, now_ns)  # its end may call back, and change what is late
         self._begin(now_ns)
 
     def _rested(self, transaction: Transaction, now_ns: int) -> None:

@@ -136,7 +136,9 @@ class Mother:
     def scan_ns(self, addresses: int, there: int, tries: int = 1) -> int:
         """Time of a scan, calculated: packets, turnarounds and time-outs. ``there``: how many answer."""
         timing, size = self.timing, len(self.nodes.encode(self.nodes.addresses[0], self.nodes.probe))
-        answered_ns = timing.whole_ns(size, self.nodes.answer_bytes) - timing.latency_ns + timing.gap_ns
+        answered_ns = (
+            timing.characters_ns(size + self.nodes.answer_bytes) + timing.turnaround_ns + timing.gap_ns
+        )
         silent = addresses - there
         rest_ns = timing.latency_ns if silent else 0  # behind the last one
         return there * answered_ns + silent * tries * timing.first_ns(size) + rest_ns
@@ -153,6 +155,11 @@ class Mother:
     def outstanding(self) -> list[Transaction]:
         """Those that are not over: under way first, then those that wait."""
         return [*self._turns.under_way(), *self._turns.waiting]
+
+    @property
+    def is_lost(self) -> bool:
+        """True once the port has gone."""
+        return self._turns.is_lost
 
     @property
     def is_idle(self) -> bool:

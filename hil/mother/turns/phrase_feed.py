@@ -1,0 +1,185 @@
+"""One phrase of a run over a line: upload, release, the rest by time, the end.
+
+A board tells nobody how many commands wait in it, and drops what is too much. So the plan's times say when a
+command has room. The release is the start of all times: it is read when its packet has come, at the earliest
+when it can have come, at the latest by the line's latency later.
+"""
+
+from bisect import bisect_right
+from collections.abc import Callable, Mapping
+
+from hil.mother.turns.mother import Mother
+from hil.mother.turns.run_items import CommandOfFile, RunPhrase
+from hil.mother.turns.transaction import Outcome, Transaction
+from hil.vocab.time import FOREVER, NS_PER_MS
+
+IN_HAND = 2
+"""Commands that are handed to the line at once, so that it is never idle."""
+RELEASES = 2
+"""Packets of a release. A node that has heard the first does nothing at the second; one that has missed it
+begins two milliseconds late, and not at the next phrase."""
+END_NS = 5 * NS_PER_MS
+"""Time behind the planned end until a phrase is over: clocks of boards differ by 50 millionths."""
+_US = 1000
+
+
+class PhraseFeed:
+    """Feed of one phrase. ``failed`` is called once with a reason if it cannot be kept."""
+
+    def __init__(
+        self,
+        mother: Mother,
+        units: Mapping[str, int],
+        phrase: RunPhrase,
+        failed: Callable[[str], None],
+    ) -> None:
+        self._mother, self._units, self._phrase, self._failed = mother, units, phrase, failed
+        self._source = iter(phrase.commands)
+        self._next: CommandOfFile | None = next(self._source, None)
+        self._starts_us: dict[str, list[float]] = {axis: [] for axis in units}
+        self._pulses: dict[str, list[tuple[float, float, int]]] = {axis: [] for axis in units}
+        self._lines: list[tuple[float, int]] = []
+        self._in_hand = 0
+        self._end_us = phrase.duration_s * 1e6
+        self._release: Transaction | None = None
+        self._is_ended = False
+        self.packets = 0
+
+    # ---- times ----
+
+    @property
+    def is_released(self) -> bool:
+        """True once the release has gone out: from then on axes may move."""
+        return self._release is not None and self._release.sent > 0
+
+    @property
+    def _sent_ns(self) -> int:
+        assert self._release
+        return self._release.sent_ns + self._mother.timing.characters_ns(len(self._release.frame))
+
+    def at_us(self, now_ns: int) -> float:
+        """Time of the phrase, at least; negative before its release."""
+        if not self.is_released:
+            return -1.0
+        return (now_ns - self._sent_ns - self._mother.timing.latency_ns) / _US
+
+    def done_s(self, now_ns: int) -> float:
+        """How much of its planned time is over."""
+        return min(max(self.at_us(now_ns), 0.0) / 1e6, self._phrase.duration_s)
+
+    def line_at(self, now_ns: int) -> int:
+        """Line of the program that moves now."""
+        place = bisect_right(self._lines, (self.at_us(now_ns), FOREVER))
+        return self._lines[place - 1][1] if place else self._phrase.place.line
+
+    def is_over(self, now_ns: int) -> bool:
+        """True if all axes stand at their ends."""
+        return self._is_fed and self.at_us(now_ns) * _US >= self._end_us * _US + END_NS
+
+    @property
+    def _is_fed(self) -> bool:
+        return self._next is None and not self._in_hand and self.is_released
+
+    def due_ns(self) -> int:
+        """Time at which ``advance`` has something to do."""
+        if self._is_ended:
+            return FOREVER
+        if self._is_fed:
+            return self._at_ns(self._end_us) + END_NS + 1
+        if self._next and self.is_released and self._in_hand < IN_HAND:
+            return self._at_ns(self._room_us(self._next.command.axis)) + 1
+        return FOREVER
+
+    def _at_ns(self, at_us: float) -> int:
+        return round(self._sent_ns + self._mother.timing.latency_ns + at_us * _US)
+
+    def _room_us(self, axis: str) -> float:
+        """Time from which a board has room for one more command."""
+        starts_us, room = self._starts_us[axis], self._mother.nodes.queue_length - 1
+        return starts_us[-room] if len(starts_us) >= room else 0.0
+
+    # ---- work ----
+
+    def advance(self, now_ns: int) -> None:
+        """Send what is due."""
+        if self._is_ended:
+            return
+        at_us = self.at_us(now_ns)
+        while self._next and self._in_hand < IN_HAND and self._may_go(self._next.command.axis, at_us):
+            this, self._next = self._next, next(self._source, None)
+            self._send(this, now_ns)
+            if self._is_ended:
+                return
+        if self._release is None and not self._in_hand and not self._is_ended:
+            self._release = self._mother.release(now_ns)
+            for _ in range(1, RELEASES):
+                self._mother.release(now_ns)
+
+    def _may_go(self, axis: str, at_us: float) -> bool:
+        if self._release is None:
+            return len(self._starts_us[axis]) < min(self._phrase.ahead, self._mother.nodes.queue_length - 1)
+        return self.is_released and self._room_us(axis) <= at_us
+
+    def _send(self, placed: CommandOfFile, now_ns: int) -> None:
+        command = placed.command
+        self._starts_us[command.axis].append(command.start_us)
+        self._pulses[command.axis].append((command.start_us, command.end_us, command.pulses))
+        self._lines.append((command.start_us, placed.place.line))
+        self._end_us = max(self._end_us, command.end_us)
+        self._in_hand += 1
+
+        def ended(sent: Transaction) -> None:
+            self._in_hand -= 1
+            self.packets += sent.sent
+            if self._is_ended:
+                return
+            if sent.outcome is not Outcome.DONE:
+                self.fail(f"node {sent.unit} ({command.axis}), {transaction_words(sent)}")
+            elif self._release is not None and self._came_us(sent) > command.needed_us:
+                late_ms = (self._came_us(sent) - command.needed_us) / 1000
+                said = sent.command.decode("latin-1")
+                self.fail(
+                    f"node {sent.unit} ({command.axis}), {said}: it came up to {late_ms:.1f} ms after it was"
+                    " needed; the line is too slow"
+                )
+
+        self._mother.send(self._units[command.axis], command.data, now_ns, ended=ended)
+
+    def _came_us(self, sent: Transaction) -> float:
+        """Time of the phrase by which a command was at its node, at the latest."""
+        timing = self._mother.timing
+        answer_ns = timing.turnaround_ns + timing.characters_ns(self._mother.nodes.answer_bytes)
+        return (sent.ended_ns - answer_ns - self._sent_ns) / _US
+
+    def fail(self, why: str) -> None:
+        """Give the phrase up."""
+        if not self._is_ended:
+            self._is_ended = True
+            self._failed(why)
+
+    def end(self) -> None:
+        """Send nothing more, and say nothing."""
+        self._is_ended = True
+
+    def pulses_at(self, axis: str, now_ns: int) -> int:
+        """Where an axis is by the plan, in pulses from the machine's zero."""
+        at_us, done = self.at_us(now_ns), 0.0
+        for start_us, end_us, pulses in self._pulses[axis]:
+            if at_us > start_us:
+                done += pulses * min((at_us - start_us) / max(end_us - start_us, 1e-6), 1)
+        return self._phrase.begin[axis] + round(done)
+
+    def moves(self, axis: str) -> bool:
+        """True if an axis has commands of this phrase."""
+        return bool(self._starts_us[axis])
+
+    @property
+    def planned_s(self) -> float:
+        """Length of the phrase."""
+        return self._phrase.duration_s
+
+
+def transaction_words(sent: Transaction) -> str:
+    """A transaction and its outcome, for people."""
+    why = f" ({sent.why})" if sent.why else ""
+    return f"{sent.command.decode('latin-1')}: {sent.outcome}{why}"
