@@ -1,5 +1,6 @@
 """A block: the words of one line, read and sorted, before anything is done with them."""
 
+import re
 from typing import NamedTuple
 
 from hil.gcode.expressions import BadValue, Fault, KnownParameters, Values
@@ -18,6 +19,7 @@ MOST_M_WORDS = 4
 _TENTH = 1e-3
 """A G word's number may miss a whole tenth by this, counted in tenths: as in LinuxCNC 2.9."""
 
+_LINE_NUMBER = re.compile(r"n[0-9]+(?:\.[0-9]+)?(?!\.)")
 _NOT_NEGATIVE = {"f": "a feed", "s": "a speed of the spindle", "t": "the number of a tool"}
 _WHOLE = {"t": "the number of a tool", "l": "L"}
 _NAMES_OF_G = {word.name: word for word in G_WORDS.values() if word.use != "refused"}
@@ -74,12 +76,10 @@ def read_block(code: str, parameters: KnownParameters) -> Block:
 def _number_of_line(values: Values) -> None:
     if values.peek() != "n":
         return
-    values.index += 1
-    begin = values.index
-    while values.peek() and values.peek() in "0123456789.":
-        values.index += 1
-    if not values.text[begin : values.index].strip("."):
+    number = _LINE_NUMBER.match(values.text)
+    if number is None:
         raise BadValue(0, "N has no number", "write digits behind N, or remove it")
+    values.index = number.end()
 
 
 def _word(block: Block, values: Values) -> None:

@@ -13,7 +13,7 @@ import chance_programs
 import pytest
 from linuxcnc_reference import Outcome, Reference, differences, is_here, outcome_of
 
-from hil.gcode.differences import DIFFERENCES, Difference
+from hil.gcode.differences import DIFFERENCES, DialectDifference
 from hil.gcode.reader import read_program
 
 EACH = 1 if os.environ.get("HIL_FUZZ") else 10
@@ -79,13 +79,13 @@ def outcome_of_ours(program: str) -> Outcome:
 
 
 @pytest.mark.parametrize("row", DIFFERENCES, ids=lambda row: row.what)
-def test_what_the_table_of_differences_says_of_ours(row: Difference) -> None:
+def test_what_the_table_of_differences_says_of_ours(row: DialectDifference) -> None:
     assert (outcome_of_ours(row.program).refused is not None) == (row.ours == "refuses")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("row", DIFFERENCES, ids=lambda row: row.what)
-def test_what_the_table_of_differences_says_of_linuxcnc(row: Difference, reference: Reference) -> None:
+def test_what_the_table_of_differences_says_of_linuxcnc(row: DialectDifference, reference: Reference) -> None:
     theirs = reference.read(f"{row.program}\nM2\n".encode())
     assert (theirs.refused is not None) == (row.theirs == "refuses"), theirs
     assert differences(outcome_of_ours(row.program), theirs)
