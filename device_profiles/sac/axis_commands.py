@@ -30,6 +30,11 @@ class AxisCommands:
         self._wait_us = 0
         self._kept: dict[str, str] = {}
 
+    def go_on_after(self, command: NodeCommand) -> None:
+        """Go on behind a command of another plan. What the board keeps from it is said again."""
+        self.commands = [command]
+        self.at_half_us = round(2 * command.end_us)
+
     def rest_until(self, at_us: float) -> None:
         """Let the next command begin then, or where the last one ended if no wait is so short."""
         if not self.commands:

@@ -20,6 +20,13 @@ class SacStream:
         self._axes = {name: AxisCommands(name, axis) for name, axis in axes.items()}
         self.at_us = 0.0
 
+    def again_from(self, at_us: float, last: Mapping[str, NodeCommand]) -> "SacStream":
+        stream = SacStream({name: each.axis for name, each in self._axes.items()})
+        stream.at_us = at_us
+        for name, command in last.items():
+            stream._axes[name].go_on_after(command)
+        return stream
+
     def add(self, duration_us: float, pulses: Mapping[str, int]) -> Sequence[NodeCommand]:
         begin_us, end_us = self.at_us, self.at_us + duration_us
         self.at_us = end_us

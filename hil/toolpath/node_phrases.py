@@ -1,40 +1,53 @@
 """Plan of a path as phrases of commands for the nodes of a line, piece by piece as they are needed."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from heapq import heappop, heappush
-from typing import NamedTuple
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 from hil.gcode.canonical import Place
 from hil.toolpath.line_load import line_load
 from hil.toolpath.machine import Machine
-from hil.toolpath.path_items import Chord, Item, Position
-from hil.toolpath.path_plan import PathPlan, PlannedStretch
+from hil.toolpath.path_items import Chord, Item, Position, Stretch
+from hil.toolpath.path_plan import PathPlan, PlannedStretch, planned
 from hil.toolpath.path_speeds import Segment, limits_of
-from hil.vocab.path_planning import AxisMotion, NodeCommand, PathPlanner
-
-LONGEST_REST_S = 10.0
-"""Longest time for which an axis rests within a phrase: its next command has to be there when it begins to
-rest. The phrase ends before an axis moves that has rested longer."""
-
-Pulses = Mapping[str, int]
-"""Pulses from the machine's zero, by the letters of axes."""
-
-
-class PlacedCommand(NamedTuple):
-    """Command of a phrase, and the place in the program that it is of."""
-
-    command: NodeCommand
-    place: Place
+from hil.toolpath.stream_phrase import (
+    LONGEST_REST_S,
+    PlacedCommand,
+    Pulses,
+    StreamPhrase,
+    machine_pulses,
+)
+from hil.vocab.path_planning import AxisMotion, PathPlanner
 
 
-@dataclass(frozen=True)
-class PathPhrase:
+class PathPhrase(Protocol):
     """Commands from a rest to a rest, made as they are taken, in the order in which they are to be sent.
 
     ``ahead`` is the number of commands of each axis that are to be at the boards before the release. The axes
     stand at ``begin`` before it and at ``end`` after it.
     """
+
+    @property
+    def commands(self) -> Iterator[PlacedCommand]: ...
+    @property
+    def ahead(self) -> int: ...
+    @property
+    def duration_s(self) -> float: ...
+    @property
+    def begin(self) -> Pulses: ...
+    @property
+    def end(self) -> Pulses: ...
+    @property
+    def place(self) -> Place: ...
+
+    def brake(self) -> bool:
+        """Come to rest along the path, behind the last command that was taken. False: it cannot, or ends
+        about as soon by itself."""
+
+
+@dataclass(frozen=True)
+class LinePhrase:
+    """Straight line with ramps."""
 
     commands: Iterator[PlacedCommand]
     ahead: int
@@ -42,6 +55,10 @@ class PathPhrase:
     begin: Pulses
     end: Pulses
     place: Place
+
+    def brake(self) -> bool:
+        """A ramp that has begun is the board's."""
+        return False
 
 
 class NodePhrases:
@@ -55,32 +72,41 @@ class NodePhrases:
         if not machine.has_nodes:
             raise ValueError(f"{machine.name} has axes without a node")
         self._machine, self._planner = machine, planner
-        self._axes = {axis.letter: axis.stepper for axis in machine.axes}
+        self.override = 1.0
+        """Factor on the feeds of all that is planned from now on."""
 
     def of(self, plan: PathPlan) -> Iterator[PathPhrase | Item]:
         """Phrases of a plan, and what is between them."""
         for item in plan.items:
             if isinstance(item, PlannedStretch):
-                yield from self._stretch(item)
+                yield from self._stretch(item.stretch, item)
             else:
                 yield item
 
     def pulses_at(self, position: Position) -> dict[str, int]:
         """Pulses from the machine's zero at which a position is."""
-        return {
-            axis.letter: axis.pulses_at(place)
-            for axis, place in zip(self._machine.axes, position, strict=True)
-        }
+        return machine_pulses(self._machine, position)
 
-    def _stretch(self, planned: PlannedStretch) -> Iterator[PathPhrase]:
-        if planned.is_streamed:
-            yield from self._stream(planned)
-            return
-        here = planned.stretch.begin
-        for chord in planned.stretch.chords:
-            if phrase := self._line(here, chord, planned.override):
+    def _stretch(self, stretch: Stretch | None, plan: PlannedStretch | None) -> Iterator[PathPhrase]:
+        """Phrases of a stretch, planned again where the override has changed or a phrase has braked."""
+        while stretch is not None:
+            if plan is None or plan.override != self.override:
+                plan = planned(stretch, self._machine, self.override)
+            if plan.is_streamed:
+                stretch = yield from self._stream(plan)
+            else:
+                stretch = yield from self._lines(plan)
+            plan = None
+
+    def _lines(self, plan: PlannedStretch) -> Generator[PathPhrase, None, Stretch | None]:
+        here, chords = plan.stretch.begin, plan.stretch.chords
+        for number, chord in enumerate(chords):
+            if plan.override != self.override:
+                return replace(plan.stretch, begin=here, chords=chords[number:])
+            if phrase := self._line(here, chord, plan.override):
                 yield phrase
             here = chord.end
+        return None
 
     def _line(self, here: Position, chord: Chord, override: float) -> PathPhrase | None:
         """Make a line with ramps; None: it is less than a pulse."""
@@ -100,19 +126,19 @@ class NodePhrases:
         phrase = self._planner.line(motions)
         commands = (PlacedCommand(command, chord.place) for command in phrase.commands)
         ahead = self._planner.queue_length - 1
-        return PathPhrase(commands, ahead, phrase.duration_us / 1e6, begin, end, chord.place)
+        return LinePhrase(commands, ahead, phrase.duration_us / 1e6, begin, end, chord.place)
 
-    def _stream(self, planned: PlannedStretch) -> Iterator[PathPhrase]:
-        segments = list(planned.segments(self._machine.segment_s))
-        here = planned.stretch.begin
+    def _stream(self, plan: PlannedStretch) -> Generator[PathPhrase, None, Stretch | None]:
+        segments = list(plan.segments(self._machine.segment_s))
+        here = plan.stretch.begin
         for part in _parts(segments, self._moving(here, segments)):
             ahead = line_load(self._machine, here, part).ahead
-            chords = planned.stretch.chords
-            begin, end = self.pulses_at(here), self.pulses_at(part[-1].end)
-            commands = self._commands(planned, begin, part)
-            duration_s = sum(segment.duration_s for segment in part)
-            yield PathPhrase(commands, ahead, duration_s, begin, end, chords[part[0].chord].place)
+            phrase = StreamPhrase(self._machine, self._planner, plan, here, part, ahead)
+            yield phrase
+            if phrase.is_braked:
+                return phrase.rest
             here = part[-1].end
+        return None
 
     def _moving(self, here: Position, segments: Sequence[Segment]) -> Iterator[list[str]]:
         """Axes that move in each segment."""
@@ -121,27 +147,6 @@ class NodePhrases:
             there = self.pulses_at(segment.end)
             yield [letter for letter in there if there[letter] != before[letter]]
             before = there
-
-    def _commands(
-        self, planned: PlannedStretch, begin: Pulses, segments: Sequence[Segment]
-    ) -> Iterator[PlacedCommand]:
-        stream = self._planner.stream(self._axes)
-        waiting: list[tuple[float, int, PlacedCommand]] = []
-        before, count = begin, 0
-        for segment in segments:
-            there = self.pulses_at(segment.end)
-            made = stream.add(
-                segment.duration_s * 1e6, {letter: there[letter] - before[letter] for letter in there}
-            )
-            before = there
-            for command in made:
-                placed = PlacedCommand(command, planned.stretch.chords[segment.chord].place)
-                heappush(waiting, (command.needed_us, count, placed))
-                count += 1
-            while waiting and waiting[0][0] < stream.at_us - LONGEST_REST_S * 1e6:
-                yield heappop(waiting)[2]
-        while waiting:
-            yield heappop(waiting)[2]
 
 
 def _parts(segments: Sequence[Segment], moving: Iterator[list[str]]) -> Iterator[list[Segment]]:

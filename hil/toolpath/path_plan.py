@@ -13,6 +13,9 @@ from hil.toolpath.path_speeds import ChordSpeed, Segment, limits_of, segments, s
 from hil.vocab.problem import Problem
 
 ORIGIN = Point()
+LONGEST_LINE_S = 10.0
+"""Longest line that is done with the boards' own ramps, which only end at its end. A longer one is streamed,
+and can brake."""
 LEAST_SLOWER = 1e-6
 """Share by which a speed has to be below what is asked for to be told."""
 
@@ -114,7 +117,7 @@ def planned(stretch: Stretch, machine: Machine, override: float = 1.0) -> Planne
     speeds = stretch_speeds(stretch, machine.axes, machine.segment_s, override)
     stream_s = sum(speed.duration_s for speed in speeds)
     if len(stretch.chords) == 1:
-        return PlannedStretch(stretch, speeds, False, stream_s, override)
+        return PlannedStretch(stretch, speeds, stream_s > LONGEST_LINE_S, stream_s, override)
     all_stops_s = stops_s(stretch, machine.axes, override) + len(stretch.chords) * machine.stop_s
     is_streamed = stream_s + machine.stop_s <= all_stops_s
     return PlannedStretch(stretch, speeds, is_streamed, stream_s if is_streamed else all_stops_s, override)

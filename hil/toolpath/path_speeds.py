@@ -153,11 +153,13 @@ def stops_s(stretch: Stretch, axes: Sequence[MachineAxis], override: float = 1.0
 
 
 class Segment(NamedTuple):
-    """Segment of constant speed of a stream: its end in time and place, and the chord that it is of."""
+    """Segment of constant speed of a stream, and the chord that it is of."""
 
     duration_s: float
     end: tuple[float, ...]
     chord: int
+    at_s: float
+    """Time of its end from the chord's beginning."""
 
 
 def segments(stretch: Stretch, speeds: Sequence[ChordSpeed], segment_s: float) -> Iterator[Segment]:
@@ -169,7 +171,7 @@ def segments(stretch: Stretch, speeds: Sequence[ChordSpeed], segment_s: float) -
         for at_s in looks_s[:-1]:
             part = speed.part_at(at_s)
             place = tuple(a + part * b for a, b in zip(here, chord.way, strict=True))
-            yield Segment(at_s - before_s, place, number)
+            yield Segment(at_s - before_s, place, number, at_s)
             before_s = at_s
-        yield Segment(looks_s[-1] - before_s, chord.end, number)
+        yield Segment(looks_s[-1] - before_s, chord.end, number, looks_s[-1])
         here = chord.end

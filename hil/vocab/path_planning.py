@@ -83,6 +83,10 @@ class PhrasePlan(Protocol):
     def at_us(self) -> float:
         """Time from the release to the end of the last piece."""
 
+    def again_from(self, at_us: float, last: Mapping[str, NodeCommand]) -> "PhrasePlan":
+        """Plan other pieces from a time on, in place of those that no board has yet. ``last``: the last
+        command of each axis that a board has or will get."""
+
 
 class PathPlanner(Protocol):
     """What plans the commands of a kind of board."""

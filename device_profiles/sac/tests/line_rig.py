@@ -36,36 +36,42 @@ class LineRig:
         self.bench.run(ms=PATHS.line_characters(len(data)) * CHARACTER_MS + 0.1)
         assert encode(1, node, b"\6") in self.tap.read()
 
-    def perform(self, phrase):
-        """Carry out a phrase, each command as early as its board has room."""
-        todo = list(phrase.commands)
+    def perform(self, phrase, ahead=ROOM, at_us=lambda at_us: None):
+        """Carry out a phrase, each command as early as its board has room. ``at_us`` is called with the time
+        since the release before each command. Answers the commands."""
+        commands = iter(phrase.commands)
         sent = {name: [] for name in self.axes}
+        done = []
 
-        def has_room(command, at_us):
-            return sum(start_us > at_us for start_us in sent[command.axis]) < ROOM
+        def has_room(command, now_us):
+            return sum(start_us > now_us for start_us in sent[command.axis]) < ROOM
 
-        def send_next():
-            command = todo.pop(0)
+        def send(command):
             sent[command.axis].append(command.start_us)
             self.send(FIRST_NODE + list(self.axes).index(command.axis), command.data)
-            return command
+            done.append(command)
 
-        while todo and has_room(todo[0], -1):
-            send_next()
-        assert all(sent[command.axis] for command in todo)
+        todo = next(commands, None)
+        while todo and len(sent[todo.axis]) < ahead:
+            send(todo)
+            todo = next(commands, None)
         begin_ns = self.bench.now_ns
         self.tap.write(encode(0, 1, PATHS.release))
         self.bench.run(ms=len(encode(0, 1, PATHS.release)) * CHARACTER_MS)
         release_ns = self.bench.now_ns
         while todo:
-            if has_room(todo[0], (self.bench.now_ns - release_ns) / 1000):
-                command = send_next()
-                self.late += (self.bench.now_ns - release_ns) / 1000 > command.needed_us
+            now_us = (self.bench.now_ns - release_ns) / 1000
+            at_us(now_us)
+            if has_room(todo, now_us):
+                send(todo)
+                self.late += (self.bench.now_ns - release_ns) / 1000 > todo.needed_us
+                todo = next(commands, None)
             else:
                 self.bench.run(ms=1)
-        left_ns = release_ns + phrase.duration_us * 1000 - self.bench.now_ns
-        self.bench.run(ms=max(left_ns / 1e6, 0) + 5)
+        end_us = max(command.end_us for command in done)
+        self.bench.run(ms=max(end_us - (self.bench.now_ns - release_ns) / 1000, 0) / 1000 + 5)
         self._windows.append((begin_ns, self.bench.now_ns))
+        return done
 
     def pulses(self):
         """Times of the pulses of each axis, for each phrase, in nanoseconds."""

@@ -1,6 +1,8 @@
 """Paths carried out by SACs on a segment, and compared pulse by pulse with what was asked for."""
 
 from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
 import pytest
 from line_rig import LineRig
@@ -9,24 +11,28 @@ from small_mill import mill, motions_of, planned
 from device_profiles.sac.path_planner import PATHS
 from hil.toolpath.deviation import asked_path, deviation
 from hil.toolpath.machine import machine_from_data
-from hil.toolpath.node_phrases import NodePhrases, PathPhrase
-from hil.vocab.path_planning import NodePhrase
+from hil.toolpath.node_phrases import NodePhrases
 
 
-def follow(text, machine):
-    """Positions after each pulse, and the phrases."""
+class Named(NamedTuple):
+    """Phrase whose axes are called as the devices."""
+
+    commands: object
+
+
+def follow(text, machine, at_us=lambda phrases, phrase, at_us: None):
+    """Positions after each pulse, and the phrases. ``at_us`` is called while a phrase runs."""
     rig = LineRig(tuple(axis.stepper.microstep_exponent for axis in machine.axes))
     devices = {axis.letter: f"s{number}" for number, axis in enumerate(machine.axes)}
-    phrases = [
-        item
-        for item in NodePhrases(machine, PATHS).of(planned(text, machine))
-        if isinstance(item, PathPhrase)
-    ]
-    done = []
-    for phrase in phrases:
-        commands = [replace(each, axis=devices[each.axis]) for each, _ in phrase.commands]
-        rig.perform(NodePhrase(commands, phrase.duration_s * 1e6))
-        done.append(commands)
+    maker = NodePhrases(machine, PATHS)
+    done, phrases = [], []
+    for phrase in maker.of(planned(text, machine)):
+        if not hasattr(phrase, "commands"):
+            continue
+        commands = (replace(each, axis=devices[each.axis]) for each, _ in phrase.commands)
+        done.append(rig.perform(Named(commands), phrase.ahead, partial(at_us, maker, phrase)))
+        assert max(each.end_us for each in done[-1]) == pytest.approx(phrase.duration_s * 1e6, abs=50_000)
+        phrases.append(phrase)
     assert rig.late == 0
     at = {axis.letter: 0 for axis in machine.axes}
     unit = {axis.letter: axis.pulses_per_unit for axis in machine.axes}
@@ -101,7 +107,7 @@ def test_a_reversed_axis_and_other_microsteps():
 def test_an_axis_that_rests_long_ends_the_phrase():
     text = "G21 G61 F60\nG1 X1 Y0.1\n" + "\n".join(f"X{n}" for n in range(2, 16)) + "\nX16 Y0.5"
     phrases = [
-        p for p in NodePhrases(mill("xy"), PATHS).of(planned(text, mill("xy"))) if isinstance(p, PathPhrase)
+        p for p in NodePhrases(mill("xy"), PATHS).of(planned(text, mill("xy"))) if hasattr(p, "commands")
     ]
     assert len(phrases) == 2
     assert phrases[0].end == phrases[1].begin == {"x": 15 * 160, "y": 16}
@@ -120,7 +126,7 @@ def test_less_than_a_pulse_is_no_command():
     items = [
         i
         for i in NodePhrases(mill(), PATHS).of(planned("G21 F900\nG1 X0.001", mill()))
-        if isinstance(i, PathPhrase)
+        if hasattr(i, "commands")
     ]
     assert items == []
 
@@ -130,3 +136,50 @@ def test_an_axis_without_a_node_is_refused():
     machine = machine_from_data({"machine": "m", "axes": {"x": axis | {"acceleration_mm_per_s2": 9}}})
     with pytest.raises(ValueError, match="without a node"):
         NodePhrases(machine, PATHS)
+
+
+WAVES = "G21 G90 F1500\nG1 " + "\n".join(f"X{n} Y{(n % 4) * 0.6:.1f}" for n in range(1, 60))
+
+
+@pytest.mark.parametrize("brake_us", [150_000, 400_000, 1_234_567])
+def test_a_brake_stays_on_the_path_and_the_rest_follows(brake_us):
+    said = []
+
+    def brake(maker, phrase, now_us):
+        if now_us >= brake_us and not said:
+            said.append(phrase.brake())
+            maker.override = 0.5
+
+    machine = mill("xy", tolerance_mm=0.05)
+    places, phrases = follow(WAVES, machine, brake)
+    assert said == [True]
+    first, second = phrases
+    assert first.end == second.begin
+    assert first.duration_s < brake_us / 1e6 + 2.5
+    found = deviation(asked_path(motions_of(WAVES), machine), places)
+    assert found.largest <= 0.05
+    assert found.rest <= 0.01
+    whole = planned(WAVES, machine).duration_s
+    assert second.duration_s > 1.3 * (whole - first.duration_s)  # corners keep their speed
+
+
+def test_a_brake_near_the_end_or_before_the_start_is_none():
+    machine = mill("xy")
+    phrase = next(NodePhrases(machine, PATHS).of(planned("G21 F600\nG1 X1 Y0.1\nX1.3 Y1", machine)))
+    assert not phrase.brake()
+    for _ in phrase.commands:
+        pass
+    assert not phrase.brake()
+
+
+def test_a_long_line_is_streamed_so_that_it_can_brake():
+    machine = mill("xy")
+    phrase = next(NodePhrases(machine, PATHS).of(planned("G21 F60\nG1 X100 Y3", machine)))
+    commands = phrase.commands
+    for _ in range(20):
+        next(commands)
+    assert phrase.brake()
+    rest = sum(1 for _ in commands)
+    assert rest < 30
+    assert 0 < phrase.end["x"] < 16_000
+    assert not phrase.brake()
