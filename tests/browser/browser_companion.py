@@ -1,11 +1,13 @@
 """The companion in a browser: the chapter of the SAC's manual, step by step, against a twin."""
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_pages import Bench, companion_bench
+from browser_pages import PHONE, Bench, companion_bench, served, violations
+from e2e_support import Place, config, free_port
 from playwright.sync_api import Browser, Page, expect
 
 SPEED = 20
@@ -230,3 +232,134 @@ def test_a_phone_and_the_keyboard(page: Page) -> None:
     steps.focus()
     steps.press("ArrowDown")
     expect(page.get_by_label("Row 2 Steps", exact=True)).to_be_focused()
+
+
+def test_what_came_is_enlarged_by_a_click(page: Page) -> None:
+    type_line(page, "q")
+    incoming = page.get_by_role("log", name="Incoming")
+    expect(incoming).to_contain_text("Q is at 1")
+    incoming.click()
+    large = page.get_by_role("dialog", name="Incoming of s1")
+    expect(large).to_contain_text("Q is at 1")
+    large.get_by_role("region").dblclick()
+    expect(large).to_have_count(0)
+    button(page, "Enlarge")
+    page.keyboard.press("Escape")
+    expect(large).to_have_count(0)
+
+
+def test_rows_of_a_spreadsheet_and_of_a_file_are_pasted(bench: Bench) -> None:
+    page = bench.open("companion/s1", permissions=["clipboard-read", "clipboard-write"])
+    expect(page.get_by_text("as in the board")).to_be_visible()
+    sheet = "1\t4800\t1\t1\t60\t5000\t0\t0.5\t2\t0\t1\t10\n2\t40\t0\t0\t150\t2000\t1\t5\t5\t7\t0\t0\n"
+    page.evaluate("(text) => navigator.clipboard.writeText(text)", sheet)
+    page.get_by_label("Row 4 Steps", exact=True).focus()
+    page.keyboard.press("Control+v")
+    sent(page, "q4m-4800v60a.5d2l0fu0s1t10")
+    sent(page, "q5m40v150a5d5l1pu7s0t0")
+    page.evaluate("(text) => navigator.clipboard.writeText(text)", LINES[0] + "\r\n")
+    page.get_by_label(re.compile("^Row 30(,|$)")).click()
+    button(page, "Paste over row 30")
+    expect(page.get_by_label("Row 30 Steps", exact=True)).to_have_value("800")
+    page.evaluate("navigator.clipboard.writeText('12')")  # a number is for its cell
+    rpm = page.get_by_label("Row 4 RPM in rpm", exact=True)
+    rpm.select_text()
+    page.keyboard.press("Control+v")
+    rpm.press("Enter")
+    expect(page.get_by_label("Row 4 Cycle in us", exact=True)).to_have_value("25000")
+    page.evaluate("navigator.clipboard.writeText('1,2,<b>x</b>')")
+    page.get_by_label(re.compile("^Row 1(,|$)")).click()
+    page.keyboard.press("Control+v")
+    expect(page.get_by_text("line 1, column 1: 3 numbers; a row has 12")).to_be_visible()
+    expect(page.get_by_text("as in the board")).to_be_visible()
+
+
+def test_without_signals_the_running_row_is_marked_too(page: Page) -> None:
+    load(page)
+    expect(page.get_by_role("button", name="Ops off")).to_be_visible()
+    page.get_by_label("Start", exact=True).fill("3")
+    page.get_by_label("Finish", exact=True).fill("4")
+    button(page, "Start loop")
+    running(page, 4)
+    running(page, 3)
+    button(page, "STOP")
+    expect(page.locator("tr[aria-current=step]")).to_have_count(0)
+
+
+def test_a_list_of_rows_runs(page: Page) -> None:
+    load(page)
+    button(page, "Ops off")
+    expect(page.get_by_role("button", name="Ops on")).to_be_visible()
+    page.get_by_placeholder("1 3 7 5").fill("3 5, 4")
+    button(page, "Run list")
+    for line in ("xp", "0,3", "1,5", "2,4", "3,0", "x", "xl1"):
+        sent(page, line)
+    running(page, 3)
+    button(page, "STOP")
+    page.get_by_label("Row", exact=True).fill("5")
+    button(page, "Run row")
+    running(page, 5)
+    button(page, "STOP")
+
+
+def test_a_real_board_is_no_different(chromium: Browser) -> None:
+    with Place() as far:
+        board = {"profile": "sac", "flash": {}}
+        far.serve(config(speed=SPEED, devices={"far": board}))
+        devices = {"r1": {"profile": "sac", "at": str(far.runtime / "t" / "far")}}
+        with served(chromium, {"bench": "t", "devices": devices}) as bench:
+            page = bench.open("companion/r1")
+            expect(page.get_by_text("as in the board")).to_be_visible()
+            load(page)
+            assert saved(page, "Save queue file") == QUEUE
+            button(page, "Ops off")
+            expect(page.get_by_role("button", name="Ops on")).to_be_visible()
+            page.get_by_label("Start", exact=True).fill("3")
+            page.get_by_label("Finish", exact=True).fill("4")
+            button(page, "Start loop")
+            running(page, 3)
+            running(page, 4)
+            button(page, "STOP")
+            expect(page.locator("tr[aria-current=step]")).to_have_count(0)
+            took = page.get_by_role("region", name="Times of commands").locator("tbody tr").first
+            expect(took.locator("td").nth(3)).to_have_text(re.compile(r"^\d+\.\d{3} s$"))
+
+
+def test_lost_and_back_with_what_was_on_the_screen(chromium: Browser) -> None:
+    board, door = {"profile": "sac", "flash": {}}, {"web": {"port": free_port()}}
+    text = config(speed=SPEED, devices={"s1": board}, bridges=door)
+    with served(chromium, json.loads(text)) as bench:
+        page = bench.open("companion/s1")
+        expect(page.get_by_text("as in the board")).to_be_visible()
+        type_line(page, "vd")
+        page.get_by_label("Offline").check()
+        page.get_by_label("Row 2 Steps", exact=True).fill("-777")
+        page.get_by_label("Row 2 Steps", exact=True).press("Enter")
+        choose(page, "Load one-shots", "oneShot.txt", SHOTS)
+        bench.server.stop()
+        expect(page.get_by_role("status", name=re.compile("^Connection: (?!connected)"))).to_be_visible()
+        bench.place.serve(text)
+        expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
+        expect(page.get_by_text("1 not sent")).to_be_visible()
+        expect(page.get_by_role("log", name="Incoming")).to_contain_text("vd")
+        assert page.get_by_label("One-shot 1", exact=True).input_value() == "xm4000v20a999d999"
+        expect(page.get_by_text("at its prompt")).to_be_visible()
+        button(page, "Update queue")
+        expect(page.get_by_text("as in the board")).to_be_visible()
+        bench.errors.clear()  # Chromium's own, of connections that were refused
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_is_in_the_way_of_anybody(bench: Bench, scheme: str) -> None:
+    page = bench.open("companion/s1", color_scheme=scheme)
+    load(page)
+    button(page, "Ops off")
+    page.get_by_label("Send one-shot 1", exact=True).scroll_into_view_if_needed()
+    type_line(page, "m4000v20a999d999")
+    running(page, 1)
+    assert violations(page) == []
+    button(page, "Enlarge")
+    assert violations(page) == []
+    page.keyboard.press("Escape")
+    page.set_viewport_size(PHONE)
+    assert violations(page) == []

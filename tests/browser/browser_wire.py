@@ -1,14 +1,17 @@
 """The wire view in a browser: packets as they pass, a collision, filter, pause, sending, a capture."""
 
+import json
+import shutil
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_pages import Bench, companion_bench
+from browser_pages import PHONE, Bench, companion_bench, served, violations
+from e2e_support import Client, config, until
 from playwright.sync_api import Browser, Page, expect
 
 SEGMENTS = {"bus0": {"stations": ["s1", "s2"], "taps": {"master": {"port": "pty"}}}}
-PACKETS = {"role": "grid", "name": "Packets"}
 
 
 @pytest.fixture
@@ -51,9 +54,14 @@ def test_packets_are_shown_filtered_paused_and_exported(page: Page, bench: Bench
     expect(rows.last).to_contain_text("m500")
     with page.expect_download() as waiting:
         page.get_by_role("button", name="Export pcapng").click()
-    told = bench.place.hil("decode", str(Path(waiting.value.path())))
+    capture = str(Path(waiting.value.path()))
+    told = bench.place.hil("decode", capture)
     assert "1 -> all m300" in told
     assert "m500" in told
+    if shutil.which("tshark"):
+        dump = ["tshark", "-r", capture, "-T", "fields", "-e", "frame.len"]
+        read = subprocess.run(dump, capture_output=True, text=True, timeout=60)
+        assert len(read.stdout.split()) == told.count("\n")
 
 
 def test_the_time_line_and_the_load_follow(page: Page) -> None:
@@ -84,3 +92,70 @@ def test_bytes_that_cannot_be_sent_are_told(page: Page) -> None:
 def test_a_phone(page: Page) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
     assert page.evaluate("document.documentElement.scrollWidth") == 390
+
+
+MARKUP = b"<img src=x onerror=alert(1)>"
+
+
+def test_what_is_strange_is_shown_and_not_carried_out(page: Page, bench: Bench) -> None:
+    dialogs: list[str] = []
+    terminal = bench.open("companion/s2")
+    for each in (page, terminal):
+        each.on("dialog", lambda dialog: (dialogs.append(dialog.message), dialog.dismiss()))
+    expect(terminal.get_by_text("as in the board")).to_be_visible()
+    page.get_by_role("combobox", name="Send").select_option("bytes as they are")
+    # Text for all boards: a page's markup, an escape sequence, bytes that are no UTF-8.
+    text = b" " + MARKUP + b"\x1b[31m\xff\xc3("
+    page.get_by_label("Bytes, hexadecimal").fill((b"\2\0\1" + text + b"\3\0").hex())
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.locator(".packet-rows .packet")).to_contain_text(MARKUP.decode())
+    page.locator(".packet-rows .packet").first.click()
+    expect(page.get_by_role("region", name="The chosen packet")).to_contain_text(MARKUP.decode())
+    page.get_by_label("Filter the packets").fill("<img")
+    expect(page.locator(".packet-rows .packet")).to_have_count(1)
+    incoming = terminal.get_by_role("log", name="Incoming")
+    expect(incoming).to_contain_text(MARKUP.decode() + "\\x1b[31mÿÃ(")
+    assert [each.locator("img").count() for each in (page, terminal)] == [0, 0]
+    assert dialogs == []
+
+
+def test_modbus_and_can_are_told_in_their_words(chromium: Browser) -> None:
+    devices = {"m1": {"profile": "mechaduino", "flash": {"table": "identity"}}, "s1": {"profile": "sac"}}
+    line = {"modbus": {"units": {"m1": 1, "s1": 2}}, "baud": 19200, "taps": {"master": {"port": "pty"}}}
+    bus = {"bit_rate": 1_000_000, "nodes": {"m1": {"id": 5}}, "taps": {"slcan0": {"port": "pty"}}}
+    bench = json.loads(config(speed=1, devices=devices, segments={"bus0": line}, can={"can0": bus}))
+    with served(chromium, bench) as served_bench:
+        served_bench.server.ready("m1").ready("s1")
+        page = served_bench.open("wire/bus0")
+        rows = page.locator(".packet-rows .packet")
+        page.get_by_label("Bytes, hexadecimal").fill("02 03 00 00 00 02")
+        page.get_by_role("button", name="Send", exact=True).click()
+        expect(rows).to_have_count(2)
+        expect(rows.first).to_contain_text("read holding registers 0 to 1")
+        expect(rows.first).to_contain_text("bus0.master")
+        page.get_by_role("combobox", name="Wire").select_option("can0")
+        answer = rows.filter(has_text="SDO from 5: 1000h Device type")
+        master = Client(str(served_bench.place.runtime / "t" / "can0.slcan0"))
+        master.write(b"S8\rO\r")
+
+        def ask() -> int:
+            master.write(b"t60584000100000000000\r")
+            page.wait_for_timeout(300)  # the page watches the bus only from some time on
+            return answer.count()
+
+        until(ask, "the drive's answer")
+        expect(answer.last).to_contain_text("m1.canopen")
+        master.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_is_in_the_way_of_anybody(bench: Bench, scheme: str) -> None:
+    page = bench.open("wire/bus0", color_scheme=scheme)
+    bench.server.ready("s1").ready("s2")
+    send(page, "m300")
+    expect(page.locator(".packet-rows .packet.is-bad").first).to_be_visible()
+    page.get_by_role("grid", name="Packets").press("ArrowUp")
+    expect(page.get_by_role("region", name="The chosen packet")).to_be_visible()
+    assert violations(page) == []
+    page.set_viewport_size(PHONE)
+    assert violations(page) == []

@@ -128,6 +128,14 @@ describe("the line to a board", () => {
     expect(await stopped).toEqual([]);
   });
 
+  test("shows a message of the network, and no empty line of others", async () => {
+    const desk = await new Desk().ready();
+    desk.say("\r\nSAC>");
+    expect(desk.incoming).toEqual([]);
+    desk.say("\r\nhello\r\nSAC>");
+    expect(desk.incoming.join("")).toBe("\r\nhello\r\nSAC>");
+  });
+
   test("tells lines of others, and messages of the network, from its own answers", async () => {
     const desk = await new Desk().ready();
     desk.answers = { vd: null };

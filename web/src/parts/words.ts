@@ -19,6 +19,12 @@ export const WORDS: [string, string][] = [
   ["lag", "How far a board's firmware is behind the simulated time, in ms; and in the status, how late its work was done."],
   ["ok / late / failed", "Health of the bench: it keeps up and all boards run; answers come late; or something has stopped. A click says what, and what helps."],
   ["segment", "An RS485 wire with several stations."],
+  ["queue", "The 30 rows of motion that a SAC keeps. A command of motion goes to the next place of it."],
+  ["one-shot", "A command of a SAC that runs at once, and leaves the queue as it is."],
+  ["sync", "A row with it waits until the sync is released."],
+  ["soft_ops", "Signals of a SAC: DC1 when a command begins, DC2 when it ends."],
+  ["GAP", "Test of a SAC whether the next command came in time: if not, it begins from slow speed."],
+  ["xRef", "A list of rows of a SAC's queue, in any order, that it can run."],
   ["role", "What you may do here: a viewer looks, an operator moves axes and starts runs, an admin also injects faults."],
 ];
 
@@ -30,4 +36,7 @@ export const KEYS: [string, string][] = [
   ["+ / −", "in a plot: a shorter or longer time"],
   ["← / →", "in a plot: move cursor A; with Shift cursor B"],
   ["Home", "in a plot: back to the present"],
+  ["↑ / ↓", "in the queue: another row; with Alt the row moves; with Shift more rows are selected"],
+  ["Insert / Delete", "in the queue: a row above; on a row's number it is deleted"],
+  ["Ctrl-C / -X / -V / -Z", "on a row's number: copy, cut, paste, undo; Ctrl-V takes rows of a spreadsheet or a queue file in any cell"],
 ];

@@ -153,7 +153,7 @@ export class BoardLink {
       const block = this.unread.slice(0, end);
       const text = block.slice(0, -PROMPT.length);
       const asked = this.askedIn(text);
-      const isQuiet = asked ? asked.isQuiet : QUESTION.test(echoOf(text));
+      const isQuiet = asked ? asked.isQuiet : QUESTION.test(echoOf(text)) && !isMessage(text);
       if (!isQuiet || this.shown) this.events.incoming(block.slice(this.shown));
       this.unread = this.unread.slice(end);
       this.shown = 0;
@@ -286,6 +286,11 @@ function promptEnd(text: string): number {
     if (at === 0 || text[at - 1] === "\n") return at + PROMPT.length;
   }
   return 0;
+}
+
+/** True if a text stands behind no echo: a message of the network. */
+function isMessage(text: string): boolean {
+  return echoOf(text) === "" && text.trim() !== "";
 }
 
 function echoOf(text: string): string {

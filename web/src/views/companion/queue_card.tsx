@@ -57,8 +57,8 @@ function RowTools({ session, selection, isDisabled }: { session: BoardSession; s
       {tool("↓", `Move ${of} down`, () => selection.move(1))}
       {tool("Cut", `Cut ${of}`, () => selection.cut())}
       {tool("Copy", `Copy ${of}`, () => void selection.copy())}
-      {tool("Paste", `Paste over ${of}`, () => selection.paste())}
-      {tool("Paste above", `Paste above ${of} what was copied`, () => selection.pasteAbove())}
+      {tool("Paste", `Paste over ${of}`, () => void selection.pasteByButton(false))}
+      {tool("Paste above", `Paste above ${of} what was copied`, () => void selection.pasteByButton(true))}
       {tool("Undo", "Undo the last change", () => selection.undo(), !undo.length)}
       {tool("Redo", "Redo the change", () => selection.redo(), !redo.length)}
       {tool("Clear", "Clear all rows", () => session.sync.edit(cleared(session.queue.peek())))}

@@ -222,8 +222,14 @@ function useClipboard(table: { current: HTMLTableElement | null }, selection: Se
       event.preventDefault();
     };
     const paste = (event: ClipboardEvent) => {
-      if (!isMeant() || !event.clipboardData) return;
-      selection.paste(event.clipboardData.getData("text/plain"));
+      const text = event.clipboardData?.getData("text/plain") ?? "";
+      const cell = document.activeElement as HTMLElement | null;
+      if (!text || !table.current?.contains(cell)) return;
+      if (cell instanceof HTMLInputElement) {
+        if (!/[\t,]/.test(text)) return; // a number, for this cell
+        selection.select(Number(cell.dataset["at"]?.split(".")[0]), false);
+      }
+      selection.paste(text);
       event.preventDefault();
     };
     document.addEventListener("copy", copy);

@@ -84,7 +84,7 @@ export class Selection {
   }
 
   /** Overwrite rows from the first selected one on. */
-  paste(text = copied): void {
+  paste(text: string): void {
     const { rows, problems } = rowsOfText(text);
     if (problems.length) {
       notify(problems.slice(0, 5).join("\n"), true);
@@ -95,10 +95,17 @@ export class Selection {
     this.place(from, Math.min(rows.length, ROWS - from + 1));
   }
 
-  /** Insert what was copied above the first selected row. */
-  pasteAbove(): void {
-    const { rows, problems } = rowsOfText(copied);
-    if (problems.length) return notify(problems.join("\n"), true);
+  /** Paste by a button: what the computer's clipboard has, if the browser lets the page read it. */
+  async pasteByButton(isAbove: boolean): Promise<void> {
+    const text = (await navigator.clipboard?.readText().catch(() => "")) || copied;
+    if (isAbove) this.pasteAbove(text);
+    else this.paste(text);
+  }
+
+  /** Insert rows above the first selected one. */
+  private pasteAbove(text: string): void {
+    const { rows, problems } = rowsOfText(text);
+    if (problems.length) return notify(problems.slice(0, 5).join("\n"), true);
     const { from } = this.range.peek();
     this.session.sync.edit(inserted(this.session.queue.peek(), from, rows));
     this.place(from, Math.min(rows.length, ROWS - from + 1));

@@ -62,6 +62,7 @@ function CommandLine({ session, isDisabled }: Props) {
 function Incoming({ session }: { session: BoardSession }) {
   const box = useRef<HTMLPreElement>(null);
   const isAtEnd = useRef(true);
+  const [isLarge, setLarge] = useState(false);
   const text = session.incoming.value;
   useEffect(() => {
     if (box.current && isAtEnd.current) box.current.scrollTop = box.current.scrollHeight;
@@ -70,10 +71,12 @@ function Incoming({ session }: { session: BoardSession }) {
     <div>
       <div class="row">
         <h3>Incoming</h3>
-        <button type="button" class="plain push" onClick={() => (session.incoming.value = "")}>Clear</button>
+        <button type="button" class="plain push" onClick={() => setLarge(true)}>Enlarge</button>
+        <button type="button" class="plain" onClick={() => (session.incoming.value = "")}>Clear</button>
       </div>
       <pre
-        ref={box} class="history" tabIndex={0} role="log" aria-label="Incoming"
+        ref={box} class="history incoming" tabIndex={0} role="log" aria-label="Incoming" title="A click enlarges it"
+        onClick={() => window.getSelection()?.isCollapsed !== false && setLarge(true)}
         onScroll={(event) => {
           const { scrollTop, scrollHeight, clientHeight } = event.currentTarget;
           isAtEnd.current = scrollHeight - clientHeight - scrollTop < 20;
@@ -81,7 +84,32 @@ function Incoming({ session }: { session: BoardSession }) {
       >
         {text}
       </pre>
+      {isLarge && <LargeIncoming session={session} close={() => setLarge(false)} />}
     </div>
+  );
+}
+
+/** What came, in a window for long listings. A double click in it closes it, as in the original. */
+function LargeIncoming({ session, close }: { session: BoardSession; close(): void }) {
+  const dialog = useRef<HTMLDialogElement>(null);
+  const box = useRef<HTMLPreElement>(null);
+  useEffect(() => {
+    dialog.current!.showModal();
+    box.current!.scrollTop = box.current!.scrollHeight;
+  }, []);
+  return (
+    <dialog ref={dialog} class="large-incoming" aria-labelledby="large-incoming-title" onClose={close}>
+      <div class="dialog-head">
+        <h2 id="large-incoming-title">Incoming of {session.port}</h2>
+        <button type="button" onClick={() => dialog.current!.close()}>Close</button>
+      </div>
+      <pre
+        ref={box} class="history" tabIndex={0} role="region" aria-label="All that came" title="A double click closes it"
+        onDblClick={() => dialog.current!.close()}
+      >
+        {session.incoming.value}
+      </pre>
+    </dialog>
   );
 }
 
