@@ -17,6 +17,7 @@ from hil.config import reference as config_reference
 from hil.config.drive_map_text import drive_map_of
 from hil.core import FIELDS
 from hil.core.kinds import KINDS as KINDS_OF_AXIS
+from hil.gcode.gcode_reference import gcode_reference
 from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import KINDS
 from hil.operations.metrics import METRICS
@@ -43,6 +44,7 @@ def reference(app: typer.Typer) -> str:
         _verbs(),
         _device_verbs(),
         run_reference(),
+        gcode_reference(),
         machine_reference(),
         _metrics(),
         *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
