@@ -8,7 +8,8 @@ import json
 import sys
 from pathlib import Path
 
-from importlinter.application.use_cases import _register_contract_types, create_report, read_user_options
+from importlinter.application import use_cases
+from importlinter.application.use_cases import create_report, read_user_options
 from importlinter.configuration import configure
 
 
@@ -37,7 +38,8 @@ def problems_with(files: dict[str, str]) -> list[str]:
 if __name__ == "__main__":
     sys.path.insert(0, ".")
     configure()
-    _register_contract_types(read_user_options("pyproject.toml"))
+    if register := getattr(use_cases, "_register_contract_types", None):  # versions before 2.17
+        register(read_user_options("pyproject.toml"))
     plants = json.load(sys.stdin)
     answer = json.dumps([problems(), *map(problems_with, plants)])
     print(f"\n{answer}")

@@ -244,6 +244,7 @@ def test_what_came_is_enlarged_by_a_click(page: Page) -> None:
     large.get_by_role("region").dblclick()
     expect(large).to_have_count(0)
     button(page, "Enlarge")
+    expect(large).to_be_visible()
     page.keyboard.press("Escape")
     expect(large).to_have_count(0)
 

@@ -1,6 +1,6 @@
 /** What was typed and what came: the command line, both histories, the times of commands. */
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { BoardSession } from "./board_session";
 import { lineFault } from "./oneshot_file";
 import { recalled } from "./text_log";
@@ -93,7 +93,7 @@ function Incoming({ session }: { session: BoardSession }) {
 function LargeIncoming({ session, close }: { session: BoardSession; close(): void }) {
   const dialog = useRef<HTMLDialogElement>(null);
   const box = useRef<HTMLPreElement>(null);
-  useEffect(() => {
+  useLayoutEffect(() => {
     dialog.current!.showModal();
     box.current!.scrollTop = box.current!.scrollHeight;
   }, []);
