@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import pytest
 from e2e_support import Client, Place, free_port
+from markdown_blocks import ROOT
 from page_sessions import Session, captured, interrupted
 
 from device_profiles.sac.packet import encode
@@ -30,6 +31,8 @@ FILES = {
     "bench.yaml": BENCH,
     "square.yaml": SQUARE,
     "moves.txt": "".join(ROW.format(position) for position in range(1, 31)),
+    "mill.yaml": (ROOT / "examples/mother/mill.yaml").read_text(),
+    "drawing.ngc": (ROOT / "examples/mother/drawing.ngc").read_text(),
     "commands.txt": "xm1200v160\r\n" + "\r\n" * 99,
 }
 LAST = ("sac command", "replay")

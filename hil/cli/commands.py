@@ -41,6 +41,7 @@ TAKES = {
     "program": FILE,
     "zenoh keys bench": "",
     "zenoh keys port": "",
+    "mother gcode machine": FILE,
     "sac oneshot number": "",
     "shell": "shells",
     "topic": "pages",

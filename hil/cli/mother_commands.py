@@ -7,6 +7,7 @@ import typer
 from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.command_classes import Below
 from hil.cli.exit_codes import Exit
+from hil.cli.mother_gcode import gcode
 from hil.cli.mother_lines import (
     Baud,
     Latency,
@@ -267,3 +268,4 @@ def told(rows: list[dict[str, Any]], *, names_line: bool) -> CommandAnswer:
 mother_app.command()(nodes)
 mother_app.command()(watch)
 mother_app.command()(queue)
+mother_app.command()(gcode)

@@ -1,7 +1,7 @@
 """Plan of a whole program: what happens one after the other, how long it takes, what is to be said of it."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from hil.gcode.canonical import Canonical, Dwell, Place, Point
@@ -82,6 +82,15 @@ class PathPlan:
             for chord in each.stretch.chords
         )
 
+    def extents(self) -> dict[str, tuple[float, float]]:
+        """Smallest and largest positions of each axis, by its letter."""
+        places = [chord.end for each in self.stretches for chord in each.stretch.chords]
+        if first := next(self.stretches, None):
+            places.append(first.stretch.begin)
+        columns = zip(*places, strict=True)
+        letters = [axis.letter for axis in self.machine.axes]
+        return {letter: (min(each), max(each)) for letter, each in zip(letters, columns, strict=False)}
+
     @cached_property
     def line_load(self) -> LineLoad | None:
         """Load of a line of SACs by the busiest stretch; None: nothing is streamed over a line."""
@@ -141,5 +150,5 @@ def _slower(plan: PathPlan) -> Iterator[Problem]:
             problem, count = found[letter]
             found[letter] = (problem, count + 1)
     for problem, count in found.values():
-        more = f" (and in {count - 1} more pieces)" if count > 1 else ""
-        yield Problem(problem.file, problem.line, problem.column, problem.message + more, problem.remedy)
+        more = f", here and in {count - 1} other pieces" if count > 2 else ""
+        yield replace(problem, message=problem.message + more)
