@@ -25,6 +25,8 @@ BUSY_NS = 500 * NS_PER_MS
 """Maximum delay of an answer: a listing of 30 rows keeps a board for 0.4 s at 38400 baud."""
 STEPS_PER_REV = 200
 """Steps of a motor's turn, the factory's setting a."""
+LEAST_DEC, MOST_DEC = 0.01, 998.0
+"""Bounds of a deceleration in rad/s2: 0 and 999 are no ramp (manual, acceleration)."""
 _SIGNALS = {ACK: Signal.DONE, NAK: Signal.REFUSED, DC1: Signal.BEGUN, DC2: Signal.ENDED}
 _TEXTS = b" ."
 _END = b" "
@@ -110,6 +112,9 @@ class SacNodes:
     def tells_from(self, command: bytes) -> bool | None:
         told = _SOFT_OPS.match(command)
         return told and told[1] != b"0"
+
+    def deceleration(self, rad_per_s2: float) -> bytes:
+        return b"d%.2f" % min(max(rad_per_s2, LEAST_DEC), MOST_DEC)
 
     def queue_upload(self, content: bytes, file: str, steps_per_rev: int | None) -> SacQueue:
         queue, steps = read_queue(content, file), steps_per_rev or STEPS_PER_REV

@@ -1,29 +1,38 @@
 """The master of a line: commands and watches all nodes of a segment, virtual or real.
 
 ``turns`` has what a master decides, without I/O. Beside it is what carries bytes and looks at the clock:
-``line_place.py`` finds a line, ``line_port.py`` opens it, ``live_mother.py`` joins both.
+``line_place.py`` finds a line, ``line_port.py`` opens it, ``live_mother.py`` joins both. ``path_run.py``
+makes a run over a line of a plan of ``hil.toolpath``.
 
-May import: hil.discovery, hil.host, hil.net, hil.vocab, hil.wire, the standard library, serial.
+May import: hil.discovery, hil.gcode, hil.host, hil.net, hil.toolpath, hil.vocab, hil.wire, the standard
+library, serial.
 
 Tests may import too: device_profiles, hil.testing.
 """
 
 from hil.mother.line_place import LinePlace, LineUnreachable, find_line
 from hil.mother.live_mother import LineGone, LiveMother, open_line
+from hil.mother.path_run import path_run
+from hil.mother.turns.line_run import LineRun
 from hil.mother.turns.mother import Mother
 from hil.mother.turns.node_rows import MotherEvent, NodeRow
+from hil.mother.turns.run_items import RunReport, RunState
 from hil.mother.turns.transaction import Outcome, Transaction
 
 __all__ = [
     "LineGone",
     "LinePlace",
+    "LineRun",
     "LineUnreachable",
     "LiveMother",
     "Mother",
     "MotherEvent",
     "NodeRow",
     "Outcome",
+    "RunReport",
+    "RunState",
     "Transaction",
     "find_line",
     "open_line",
+    "path_run",
 ]

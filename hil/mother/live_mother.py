@@ -7,8 +7,10 @@ from pathlib import Path
 
 from hil.mother.line_place import LinePlace, find_line
 from hil.mother.line_port import LinePort
+from hil.mother.turns.line_run import How, LineRun
 from hil.mother.turns.mother import TRIES, Mother
 from hil.mother.turns.node_rows import MotherEvent, NodeRow
+from hil.mother.turns.run_items import RunReport
 from hil.mother.turns.transaction import Outcome, Transaction
 from hil.vocab.time import FOREVER, NS_PER_S
 
@@ -50,6 +52,7 @@ class LiveMother:
         self._loop = asyncio.get_running_loop()
         self._timer: asyncio.TimerHandle | None = None
         self._ended = asyncio.Event()
+        self._run: LineRun | None = None
 
     async def open(self) -> None:
         """Open the port. Raises LineUnreachable."""
@@ -120,6 +123,48 @@ class LiveMother:
         await self.settled(asked)
         return [row for each in asked if (row := self.mother.table[each.unit]) and _is_there(each)]
 
+    async def carry_out(self, run: LineRun) -> RunReport:
+        """Carry out a run of this mother to its end; answers its report, also when the port has gone.
+
+        Its state may be changed meanwhile by ``pause``, ``resume`` and ``stop`` of this line. A cancelled
+        task stops the run with grace first.
+        """
+        self._run = run
+        run.start(self.now_ns())
+        self._turn()
+        try:
+            await self._run_over(run)
+        except asyncio.CancelledError:
+            self.stop_run("grace")
+            await self._run_over(run)
+            raise
+        finally:
+            self._run = None
+        return run.report
+
+    async def _run_over(self, run: LineRun) -> None:
+        while not run.is_over:
+            self._ended.clear()
+            await self._ended.wait()
+
+    def pause_run(self) -> None:
+        """Pause the run where all its axes rest."""
+        if self._run:
+            self._run.pause()
+            self._turn()
+
+    def resume_run(self) -> None:
+        """Let a run that pauses go on."""
+        if self._run:
+            self._run.resume(self.now_ns())
+            self._turn()
+
+    def stop_run(self, how: How = "grace") -> None:
+        """Stop the run."""
+        if self._run:
+            self._run.stop(self.now_ns(), how)
+            self._turn()
+
     async def settled(self, transactions: Iterable[Transaction]) -> None:
         """Wait until all of these are over. Raises LineGone."""
         while not all(each.is_over for each in transactions):
@@ -135,23 +180,24 @@ class LiveMother:
     # ---- bytes and time ----
 
     def _received(self, data: bytes) -> None:
-        self.mother.receive(data, self.now_ns())
+        (self._run or self.mother).receive(data, self.now_ns())
         self._turn()
 
     def _lost(self, why: str) -> None:
         outstanding = self.mother.outstanding
+        (self._run or self.mother).lose(self.now_ns(), f"{self.place.name} has gone ({why})")
         self.mother.lose(self.now_ns(), f"{self.place.name} has gone")
         self.gone = LineGone(self.place.name, why, outstanding)
         self._turn()
 
     def _turn(self) -> None:
         """Do what is due, hand on what goes out, and set the timer for what is due next."""
-        mother, now_ns = self.mother, self.now_ns()
+        mother, now_ns = self._run or self.mother, self.now_ns()
         if mother.due_ns() <= now_ns:
             mother.advance(now_ns)
         if (out := mother.to_send()) and self._port:
             self._port.write(out)
-        for event in mother.take_events():
+        for event in self.mother.take_events():
             for each in self.listeners:
                 each(event)
         if self._timer:

@@ -122,6 +122,9 @@ class LineNodes(Protocol):
         """Answer whether a node that has taken a command tells from then on when commands begin and end;
         None: the command has no say in that."""
 
+    def deceleration(self, rad_per_s2: float) -> bytes:
+        """Command that sets the motor's deceleration for a controlled stop, as near as it can be set."""
+
     def queue_upload(self, content: bytes, file: str, steps_per_rev: int | None) -> "NodeUpload":
         """Read a file with a queue for nodes. ``steps_per_rev``: of their motors; None: the usual number.
 

@@ -6,11 +6,27 @@ from collections.abc import Iterator
 
 import pytest
 
-from hil.mother import LineGone, LineUnreachable, Outcome, open_line
+from device_profiles.sac.board import PROFILE
+from hil.gcode.reader import read_program
+from hil.mother import (
+    LineGone,
+    LineRun,
+    LineUnreachable,
+    LiveMother,
+    Outcome,
+    RunReport,
+    RunState,
+    open_line,
+    path_run,
+)
 from hil.testing import ServedBench, live
+from hil.toolpath.machine import machine_from_data
+from hil.toolpath.node_phrases import NodePhrases
+from hil.toolpath.path_plan import plan_path
 
 pytestmark = pytest.mark.long
 PATIENCE_S = 60
+CIRCLE = b"G21 G91 G64 P0.05\nG1 X5 F1200\nG2 X0 Y0 I-5 J0\n"
 NODES = range(4, 7)
 TAPS = {"master": {"port": "pty"}, "net": {"port": "tcp"}, "far": {"port": "rfc2217"}}
 
@@ -110,6 +126,74 @@ def test_a_bench_that_is_five_times_as_fast(bench: ServedBench) -> None:
 
     with live(config(speed=5)) as made:
         asyncio.run(run(address(made)))
+
+
+def program(mother: LiveMother, text: bytes) -> LineRun:
+    axis = {"steps_per_mm": 20, "min_mm": -99, "max_mm": 99, "velocity_mm_per_min": 1500}
+    axes = {
+        letter: {**axis, "node": node, "acceleration_mm_per_s2": 200} for letter, node in (("x", 4), ("y", 5))
+    }
+    machine = machine_from_data({"machine": "mill", "axes": axes, "latency_ms": 10})
+    read = read_program(text + b"M2\n")
+    plan = plan_path(read.motions, machine, "part.ngc")
+    assert [*read.problems, *plan.problems] == []
+    return path_run(mother.mother, machine, NodePhrases(machine, PROFILE.paths).of(plan))
+
+
+def pulses_of(bench: ServedBench) -> list[float]:
+    return [bench.ask("state", device=name)["commanded_deg"] / 0.9 for name in ("s4", "s5")]
+
+
+@pytest.mark.parametrize("tap", ["bus0.master", "bus0.net"])
+def test_a_program_is_carried_out(bench: ServedBench, tap: str) -> None:
+    async def run() -> RunReport:
+        async with asyncio.timeout(PATIENCE_S), at(bench, tap) as mother:
+            return await mother.carry_out(program(mother, CIRCLE))
+
+    before = pulses_of(bench)
+    report = asyncio.run(run())
+    after = pulses_of(bench)
+    assert (report.state, report.why) == (RunState.ENDED, "")
+    assert (
+        [b - a for a, b in zip(before, after, strict=True)]
+        == [each.pulses for each in report.axes]
+        == [200, 0]
+    )
+
+
+def test_a_program_is_stopped_with_grace_and_its_places_are_true(bench: ServedBench) -> None:
+    async def run() -> RunReport:
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as mother:
+            carried_out = program(mother, CIRCLE * 3)
+            going_on = asyncio.create_task(mother.carry_out(carried_out))
+            while carried_out.progress(mother.now_ns()).done_s < 1:
+                await asyncio.sleep(0.05)
+            mother.stop_run()
+            return await going_on
+
+    before = pulses_of(bench)
+    report = asyncio.run(run())
+    after = pulses_of(bench)
+    assert report.state is RunState.STOPPED
+    assert [b - a for a, b in zip(before, after, strict=True)] == [each.pulses for each in report.axes]
+
+
+def test_a_bench_that_ends_in_the_middle_of_a_program_is_told_with_the_places() -> None:
+    async def run(bench: ServedBench) -> RunReport:
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as mother:
+            carried_out = program(mother, CIRCLE * 3)
+            going_on = asyncio.create_task(mother.carry_out(carried_out))
+            while carried_out.progress(mother.now_ns()).done_s < 1:
+                await asyncio.sleep(0.05)
+            bench.ask("stop")
+            return await going_on
+
+    with live(config(), capture=False) as made:
+        report = asyncio.run(run(address(made)))
+    assert report.state is RunState.FAILED
+    assert report.why.startswith("bus0.master has gone")
+    assert report.why.endswith("axes may still move")
+    assert [each.is_known for each in report.axes] == [False, False]
 
 
 def test_a_tap_that_there_is_not_is_told(bench: ServedBench) -> None:

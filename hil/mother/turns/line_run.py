@@ -27,6 +27,8 @@ from hil.vocab.time import FOREVER, NS_PER_S
 
 How = Literal["grace", "prejudice"]
 _STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an immediate stop"}
+GRACE_S = 2.0
+"""Longest rest of a phrase that a stop with grace lets come to its end."""
 AS_TOLD = "by what it was told: it has done all of it"
 AT_REST = "it was not released, and has not moved since"
 
@@ -81,8 +83,9 @@ class LineRun:
         self.advance(at_ns)
 
     def pause(self) -> None:
-        """Pause before the next item: where all axes rest."""
+        """Pause where all axes rest: behind a braking along the path, else before the next item."""
         self.wants_pause = True
+        self._brake()
 
     def resume(self, at_ns: int) -> None:
         """Go on behind a pause."""
@@ -92,10 +95,22 @@ class LineRun:
             self.advance(at_ns)
 
     def stop(self, at_ns: int, how: How = "grace", why: str = "") -> None:
-        """Stop all axes: with their brakes' deceleration, or at once."""
+        """Stop all axes. With grace: by a braking along the path, or at the end of a phrase that ends within
+        ``GRACE_S``, which keeps their places known; else by their own decelerations."""
         if self.state.is_over or (self.state is RunState.STOPPING and how == "grace"):
             return
-        self._stop(at_ns, how, why or f"{_STOPS[how]} was asked for", RunState.STOPPED)
+        why = why or f"{_STOPS[how]} was asked for"
+        if how == "grace" and (self._brake() or self._ends_soon(at_ns)):
+            self.why, self.state = why, RunState.STOPPING
+            return
+        self._stop(at_ns, how, why, RunState.STOPPED)
+
+    def _ends_soon(self, now_ns: int) -> bool:
+        feed = self._feed
+        return feed is not None and feed.is_released and feed.planned_s - feed.done_s(now_ns) <= GRACE_S
+
+    def _brake(self) -> bool:
+        return self._feed is not None and self._feed.is_released and self._feed.brake()
 
     @property
     def is_over(self) -> bool:
@@ -131,11 +146,10 @@ class LineRun:
     def due_ns(self) -> int:
         """Time at which ``advance`` has something to do."""
         dues = [self.mother.due_ns()]
-        if self.state is RunState.RUNNING:
-            if self._feed:
-                dues.append(self._feed.due_ns())
-            if self._until_ns is not None:
-                dues.append(self._until_ns)
+        if self._feed and not self.state.is_over:
+            dues.append(self._feed.due_ns())
+        if self.state is RunState.RUNNING and self._until_ns is not None:
+            dues.append(self._until_ns)
         return min(dues)
 
     def advance(self, now_ns: int) -> None:
@@ -165,6 +179,12 @@ class LineRun:
     # ---- one item after the other ----
 
     def _work(self, now_ns: int) -> None:
+        if self.state is RunState.STOPPING and self._feed:
+            self._feed.advance(now_ns)
+            if self._feed and self._feed.is_over(now_ns):
+                self._phrase_over()
+                self.state = RunState.STOPPED
+            return
         if self.state is RunState.STOPPING:
             if all(each.is_over for each in self._stops):
                 self._stopped()
@@ -246,12 +266,15 @@ class LineRun:
 
     def _stop(self, at_ns: int, how: How, why: str, state: RunState) -> None:
         self._now_ns = max(at_ns, self._now_ns)
-        if self.state is not RunState.STOPPING:
+        if self._feed:
             self._note_where(f"{_STOPS[how]} cut its motion short")
+            self._feed.end()
+            self._packets += self._feed.packets
+            self._line = self._feed.line_at(at_ns)
+            self._feed = None
+        if not self._stops:
             self.why, self._end_state = why, state
         self.state = RunState.STOPPING
-        if self._feed:
-            self._feed.end()
         self.mother.cancel(at_ns, "the run was stopped")
         if how == "grace":
             for axis, brake in self._brakes.items():

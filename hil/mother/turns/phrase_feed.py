@@ -40,7 +40,7 @@ class PhraseFeed:
         self._pulses: dict[str, list[tuple[float, float, int]]] = {axis: [] for axis in units}
         self._lines: list[tuple[float, int]] = []
         self._in_hand = 0
-        self._end_us = phrase.duration_s * 1e6
+        self._last_us = 0.0
         self._release: Transaction | None = None
         self._is_ended = False
         self.packets = 0
@@ -98,6 +98,11 @@ class PhraseFeed:
         starts_us, room = self._starts_us[axis], self._mother.nodes.queue_length - 1
         return starts_us[-room] if len(starts_us) >= room else 0.0
 
+    @property
+    def _end_us(self) -> float:
+        """Time of the phrase at which its axes stand; a braking changes it."""
+        return max(self._phrase.duration_s * 1e6, self._last_us)
+
     # ---- work ----
 
     def advance(self, now_ns: int) -> None:
@@ -125,7 +130,7 @@ class PhraseFeed:
         self._starts_us[command.axis].append(command.start_us)
         self._pulses[command.axis].append((command.start_us, command.end_us, command.pulses))
         self._lines.append((command.start_us, placed.place.line))
-        self._end_us = max(self._end_us, command.end_us)
+        self._last_us = max(self._last_us, command.end_us)
         self._in_hand += 1
 
         def ended(sent: Transaction) -> None:
@@ -168,6 +173,10 @@ class PhraseFeed:
             if at_us > start_us:
                 done += pulses * min((at_us - start_us) / max(end_us - start_us, 1e-6), 1)
         return self._phrase.begin[axis] + round(done)
+
+    def brake(self) -> bool:
+        """Brake along the path, if it can."""
+        return self._phrase.brake()
 
     def moves(self, axis: str) -> bool:
         """True if an axis has commands of this phrase."""

@@ -44,6 +44,10 @@ class RunPhrase(Protocol):
     @property
     def place(self) -> LineOfFile: ...
 
+    def brake(self) -> bool:
+        """Brake along the path, by what has not been taken yet: ``duration_s`` and ``end`` change, and the
+        items behind it go on from there. False: it cannot, or is as soon at its end."""
+
 
 @dataclass(frozen=True)
 class RunDwell:

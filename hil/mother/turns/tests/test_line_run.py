@@ -43,6 +43,9 @@ class Phrase:
     end: dict[str, int]
     place: Place = field(default=Place(1))
 
+    def brake(self) -> bool:
+        return False
+
 
 def line(begin: dict[str, int], number: int = 1, speed: float = 2000, **moves: int) -> Phrase:
     """Coordinated line from ``begin``, by so many pulses."""
@@ -70,6 +73,29 @@ def circle(begin: dict[str, int], radius: int = 800, pieces: int = 80, piece_s: 
         before = here
     made.sort(key=lambda each: each.command.needed_us)
     return Phrase(iter(made), 20, pieces * piece_s, begin, dict(begin))
+
+
+class Braking(Phrase):
+    """Phrase that ends behind the last command that was taken."""
+
+    def __init__(self, of: Phrase) -> None:
+        vars(self).update(vars(of))
+        self._left = list(of.commands)
+        self.commands = self._taken()
+        self._done = {axis: [0.0, 0] for axis in of.begin}
+
+    def _taken(self) -> Iterator[Placed]:
+        while self._left:
+            placed = self._left.pop(0)
+            done = self._done[placed.command.axis]
+            done[0], done[1] = placed.command.end_us, done[1] + placed.command.pulses
+            yield placed
+
+    def brake(self) -> bool:
+        self._left.clear()
+        self.duration_s = max(end_us for end_us, _ in self._done.values()) / 1e6
+        self.end = {axis: self.begin[axis] + int(pulses) for axis, (_, pulses) in self._done.items()}
+        return True
 
 
 @pytest.fixture
@@ -208,10 +234,53 @@ def test_other_items_for_the_rest_are_taken_at_the_next_item(rig):
     assert run.report.took_s > first.duration_s + 0.8
 
 
+def test_a_stop_with_grace_brakes_along_the_path_where_that_can_be_and_all_places_are_known(rig):
+    bench, _ = rig
+    phrase = Braking(circle(at_zero()))
+    run = made(rig, [phrase, line(at_zero(), x=800)])
+    carry_out(bench, run, lambda: run.progress(bench.now_ns).done_s > 0.5)
+    run.stop(bench.now_ns, "grace")
+    carry_out(bench, run)
+    assert (run.state, run.why) == (RunState.STOPPED, "a controlled stop was asked for")
+    assert {each.axis: each.pulses for each in run.report.axes} == pulses(bench) == phrase.end
+    assert pulses(bench) != at_zero()
+    assert phrase.duration_s < 3
+
+
+def test_a_pause_brakes_along_the_path_and_the_run_goes_on_behind_it(rig):
+    bench, _ = rig
+    phrase = Braking(circle(at_zero()))
+
+    def items() -> Iterator[RunItem]:
+        yield phrase
+        yield line(phrase.end, 2, x=100)
+
+    run = made(rig, items())
+    carry_out(bench, run, lambda: run.progress(bench.now_ns).done_s > 0.5)
+    run.pause()
+    carry_out(bench, run, lambda: run.state is RunState.PAUSED)
+    assert pulses(bench) == phrase.end
+    run.resume(bench.now_ns)
+    carry_out(bench, run)
+    assert run.state is RunState.ENDED
+    assert pulses(bench)["x"] == phrase.end["x"] + 100
+
+
+def test_a_stop_with_grace_lets_a_phrase_end_that_is_short(rig):
+    bench, _ = rig
+    first = line(at_zero(), x=800)
+    run = made(rig, [first, line(first.end, x=800)])
+    carry_out(bench, run, lambda: run.progress(bench.now_ns).done_s > 0.1)
+    run.stop(bench.now_ns)
+    carry_out(bench, run)
+    assert run.state is RunState.STOPPED
+    assert {each.axis: each.pulses for each in run.report.axes} == pulses(bench) == first.end
+
+
 @pytest.mark.parametrize("how", ["grace", "prejudice"])
 def test_a_stop_leaves_all_axes_at_rest_and_says_that_their_places_are_not_known(rig, how):
     bench, _ = rig
-    run = made(rig, [line(at_zero(), x=8000, y=-4000)], brakes={"x": b"d60", "y": b"d30"})
+    run = made(rig, [line(at_zero(), x=12000, y=-6000)], brakes={"x": b"d60", "y": b"d30"})
     carry_out(bench, run, lambda: run.progress(bench.now_ns).done_s > 1)
     speed_rpm = bench.axis("s4").snapshot().speed_rpm
     run.stop(bench.now_ns, how)
