@@ -4,8 +4,8 @@
 ``line_place.py`` finds a line, ``line_port.py`` opens it, ``live_mother.py`` joins both. ``path_run.py``
 makes a run over a line of a plan of ``hil.toolpath``.
 
-May import: hil.discovery, hil.gcode, hil.host, hil.net, hil.toolpath, hil.vocab, hil.wire, the standard
-library, serial.
+May import: hil.discovery, hil.gcode, hil.host, hil.net, hil.toolpath, hil.vocab, hil.wire,
+the standard library, serial.
 
 Tests may import too: device_profiles, hil.testing.
 """
