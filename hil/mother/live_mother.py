@@ -127,7 +127,7 @@ class LiveMother:
         """Carry out a run of this mother to its end; answers its report, also when the port has gone.
 
         Its state may be changed meanwhile by ``pause``, ``resume`` and ``stop`` of this line. A cancelled
-        task stops the run with grace first.
+        task makes a controlled stop first.
         """
         self._run = run
         run.start(self.now_ns())

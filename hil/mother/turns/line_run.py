@@ -28,7 +28,7 @@ from hil.vocab.time import FOREVER, NS_PER_S
 How = Literal["grace", "prejudice"]
 _STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an immediate stop"}
 GRACE_S = 2.0
-"""Longest rest of a phrase that a stop with grace lets come to its end."""
+"""Longest rest of a phrase that a controlled stop lets come to its end."""
 AS_TOLD = "by what it was told: it has done all of it"
 AT_REST = "it was not released, and has not moved since"
 
@@ -37,7 +37,7 @@ class LineRun:
     """Run over the line of a mother. ``units``: addresses of the axes' nodes.
 
     ``items``: what is to be done, taken one by one; ``begin``: where the axes stand, in pulses from the
-    machine's zero; ``brakes``: by axis, the command that sets the deceleration for a stop with grace;
+    machine's zero; ``brakes``: by axis, the command that sets the deceleration for a controlled stop;
     ``changed``: asked before each item, answers other items for the rest, or None; ``switched``: told of each
     switch whose commands are done, for what is no node's.
     """
@@ -95,7 +95,7 @@ class LineRun:
             self.advance(at_ns)
 
     def stop(self, at_ns: int, how: How = "grace", why: str = "") -> None:
-        """Stop all axes. With grace: by a braking along the path, or at the end of a phrase that ends within
+        """Stop all axes. ``grace``: by a braking along the path, or at the end of a phrase that ends within
         ``GRACE_S``, which keeps their places known; else by their own decelerations."""
         if self.state.is_over or (self.state is RunState.STOPPING and how == "grace"):
             return
