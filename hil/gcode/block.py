@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from hil.gcode.expressions import BadValue, Fault, KnownParameters, Values
 from hil.gcode.words import AXES, G_WORDS, M_WORDS, PLAIN, REFUSED_LETTERS, Group, Word
-from hil.vocab.near_words import did_you_mean, nearest
+from hil.vocab.near_words import did_you_mean
 
 LIMIT = 1e9
 """Numbers of words are smaller: 1000 kilometres, in millimetres."""
@@ -196,7 +196,5 @@ def _add(block: Block, values: Values, begin: int, word: Word) -> None:
 
 
 def _near(name: str, known: dict[str, Word]) -> str:
-    near = nearest(name, known) if len(name) > 2 else None
-    if near is None:
-        return "see the table of words in the reference"
-    return f"{did_you_mean(near)} ({known[near].meaning})"
+    near = [other for other in known if other.partition(".")[0] == name.partition(".")[0]]
+    return did_you_mean(*near) or "remove it, or write what it stands for in other words"

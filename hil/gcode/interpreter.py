@@ -31,6 +31,9 @@ from hil.vocab.problem import Problem
 SLOWEST = 1e-6
 """Feeds below it count as 0: a motion would never end."""
 
+NOWHERE = 1e-9
+"""A line that moves no axis by more is none: what sums of inches leave, in millimetres or degrees."""
+
 _NO_FEED = Feed("per_minute", 0.0)
 """In a program with a problem, which moves nothing."""
 
@@ -125,19 +128,21 @@ class Interpreter:
             state.tool = int(numbers["t"])
 
     def _spindle(self, index: int, to: SwitchState) -> None:
+        if to == self.state.spindle == "off":
+            return
         self.state.spindle = to
         speed_rpm = 0.0 if to == "off" else self.state.speed_rpm
         self.motions.append(Switch(self._line.place(index), "spindle", to, speed_rpm))
 
     def _coolant_off(self, index: int) -> None:
         place = self._line.place(index)
-        self.motions += Switch(place, "mist", "off", None), Switch(place, "flood", "off", None)
+        self.motions += (Switch(place, name, "off", None) for name in self.state.coolants)
+        self.state.coolants.clear()
 
     def _switches(self, block: Block) -> None:
         codes = block.codes
         if change := codes.get("tool change"):
-            if self.state.spindle != "off":
-                self._spindle(change.at, "off")
+            self._spindle(change.at, "off")
             place = self._line.place(change.at)
             self.motions += (
                 Message(place, f"change to tool {self.state.tool}"),
@@ -151,6 +156,8 @@ class Interpreter:
             else:
                 name: SwitchName = "mist" if coolant.word.name == "M7" else "flood"
                 self.motions.append(Switch(self._line.place(coolant.at), name, "on", None))
+                if name not in self.state.coolants:
+                    self.state.coolants.append(name)
         if (override := codes.get("override")) and override.word.remedy:
             self._remark(override.at, f"{override.word.name} does nothing", override.word.remedy)
         if (dwell := block.has("G4")) and block.numbers.get("p", -1.0) >= 0:
@@ -297,7 +304,7 @@ class Interpreter:
 
     def _straight(self, index: int, end: Point, feed: Feed | None) -> None:
         """Go straight; not at all if that leads nowhere."""
-        if list(end) != self.state.position:
+        if any(abs(to - here) > NOWHERE for to, here in zip(end, self.state.position, strict=True)):
             self._move(index, end, Straight(self._line.place(index), feed is None, end, feed))
 
     def _move(self, index: int, end: Point, motion: Canonical) -> None:

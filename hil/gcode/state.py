@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from hil.gcode.arcs import TOLERANCE_INCH, TOLERANCE_MM, ArcTolerance
-from hil.gcode.canonical import Feed, FeedKind, Plane, Settings, SwitchState
+from hil.gcode.canonical import Feed, FeedKind, Plane, Settings, SwitchName, SwitchState
 from hil.gcode.words import AXES
 
 MM_PER_INCH = 25.4
@@ -59,7 +59,8 @@ class ProgramState:
         self.linear_feed = self.rotary_feed = Feed("per_minute", 0.0)
         self.spindle: SwitchState = "off"
         self.speed_rpm = 0.0
-        self.is_mist_on = self.is_flood_on = False
+        self.coolants: list[SwitchName] = []
+        """Those that are on, in the order in which they were switched on."""
         self.tool = 0
         self.system = 1
         self.origin = [0.0] * len(AXES)

@@ -7,7 +7,7 @@ import re
 
 from hil.gcode.canonical import Place, Point, Straight
 from hil.gcode.expressions import NUMBER
-from hil.gcode.interpreter import SLOWEST, Interpreter
+from hil.gcode.interpreter import NOWHERE, SLOWEST, Interpreter
 from hil.gcode.program_text import LONGEST
 
 _PLAIN = 1e8
@@ -49,8 +49,8 @@ def do_usual_line(interpreter: Interpreter, number: int, raw: str) -> bool:
     if f_text is not None:
         state.set_feed(f)
     state.motion = motion
-    here = position[0], position[1], position[2]
-    if here != (x_mm, y_mm, z_mm):
+    x, y, z = position[:3]
+    if abs(x_mm - x) > NOWHERE or abs(y_mm - y) > NOWHERE or abs(z_mm - z) > NOWHERE:
         position[:3] = x_mm, y_mm, z_mm
         begin = min(found.start(group) for group in (1, 2, 3, 4) if found[group] is not None)
         place = Place(number, begin + (1 if g is not None else 0))

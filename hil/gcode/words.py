@@ -81,6 +81,9 @@ _G = (
             ("G89", "boring with a dwell"),
         )
     ),
+    Word("G70", "motion", "inches in other dialects", "refused", "write G20"),
+    Word("G71", "motion", "millimetres in other dialects", "refused", "write G21"),
+    Word("G72", "motion", "facing of a lathe", "refused", _CYCLE),
     Word("G4", "one-shot", "dwell of P seconds"),
     Word("G10", "one-shot", "L2: offset of coordinate system P; L20: offset so that the axes are here"),
     Word("G28", "one-shot", "rapid to the place of G28.1, over the point that axis words give"),

@@ -2,15 +2,24 @@
 
 It prints the canonical calls of a program with four decimals. A small library, loaded before libc's, has it
 print twelve.
+
+``linuxcnc_outcomes.jsonl`` has what ``rs274`` of Debian's linuxcnc-uspace 2.9.0~pre1 made of programs that
+we wrote, a JSON object a line: the program's text, its file in ``examples/gcode`` or its seed, and the
+first line that is refused, or items, in millimetres, rounded to 1e-7. ``python linuxcnc_reference.py``
+writes it again.
 """
 
+import json
 import re
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator
 from math import atan2, hypot, tau
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
+
+from chance_programs import program
 
 from hil.gcode.canonical import (
     PLANE_AXES,
@@ -26,6 +35,9 @@ from hil.gcode.canonical import (
     Straight,
     Switch,
 )
+
+OUTCOMES = Path(__file__).with_name("linuxcnc_outcomes.jsonl")
+EXAMPLES = Path(__file__).parents[3] / "examples" / "gcode"
 
 _MORE_DECIMALS = """
 #include <stdarg.h>
@@ -62,6 +74,9 @@ _PLANES: dict[str, Plane] = {"CANON_PLANE_XY": "xy", "CANON_PLANE_XZ": "xz", "CA
 _PATHS = {"EXACT_PATH": "exact_path", "EXACT_STOP": "exact_stop", "CONTINUOUS": "blend"}
 _TIME_OUT_S = 20
 
+RARE = 0.005
+"""Share of rare lines in the programs that are stored by their seed."""
+
 Item = tuple[object, ...]
 """What is done, with the states of spindle, mist and flood while it is done."""
 
@@ -72,6 +87,53 @@ class Outcome(NamedTuple):
     items: list[Item]
     refused: str | None
     message: str = ""
+
+
+class Stored(NamedTuple):
+    """A row of ``OUTCOMES``: which program, its text, and what LinuxCNC made of it."""
+
+    key: dict[str, object]
+    text: bytes
+    outcome: Outcome
+
+
+def stored() -> list[Stored]:
+    rows = []
+    for row in map(json.loads, OUTCOMES.read_text().splitlines()):
+        outcome = Outcome([_tuples(item) for item in row.pop("items", [])], row.pop("refused", None))
+        rows.append(Stored(row, _text(row), outcome))
+    return rows
+
+
+def _text(key: dict[str, object]) -> bytes:
+    match key:
+        case {"program": str(text)}:
+            return text.encode()
+        case {"file": str(name)}:
+            return (EXAMPLES / name).read_bytes()
+        case {"seed": int(seed)}:
+            return program(seed, RARE).encode()
+    raise ValueError(key)
+
+
+def _tuples(value: object) -> object:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _rounded(value: object) -> object:
+    if isinstance(value, tuple):
+        return tuple(map(_rounded, value))
+    return round(value, 7) if isinstance(value, float) else value
+
+
+def write(rows: Iterable[dict[str, object]], reference: "Reference") -> None:
+    """Write what the reference makes of programs to ``OUTCOMES``."""
+    lines = []
+    for row in rows:
+        outcome = reference.read(_text(row))
+        made = {"refused": outcome.refused} if outcome.refused else {"items": _rounded((*outcome.items,))}
+        lines.append(json.dumps(row | made) + "\n")
+    OUTCOMES.write_text("".join(lines))
 
 
 def is_here() -> bool:
@@ -108,13 +170,13 @@ class Reference:
         return Outcome(items, None)
 
 
-def outcome_of(program: Program, text: bytes) -> Outcome:
+def outcome_of(read: Program, text: bytes) -> Outcome:
     """What ours makes of a program, in the form of the reference."""
-    if program.problems:
-        problem = program.problems[0]
+    if read.problems:
+        problem = read.problems[0]
         lines = text.decode(errors="surrogateescape").split("\n")
         return Outcome([], lines[problem.line - 1].strip(), str(problem))
-    return Outcome(list(_own_items(program.motions)), None)
+    return Outcome(list(_own_items(read.motions)), None)
 
 
 def differences(ours: Outcome, theirs: Outcome) -> list[str]:
@@ -278,3 +340,8 @@ def _items(lines: Iterable[str]) -> Iterator[Item]:
                 yield ("message", inside[1:-1].strip())
             case _:
                 pass
+
+
+if __name__ == "__main__":
+    with TemporaryDirectory() as folder:
+        write((row.key for row in stored()), Reference(Path(folder)))

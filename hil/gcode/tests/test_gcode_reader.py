@@ -45,8 +45,6 @@ def test_a_program_is_motions_in_order() -> None:
         PathMode(Place(6, 1), "blend", 0.1),
         Pause(Place(7, 1), True),
         Switch(Place(8, 1), "spindle", "off", 0),
-        Switch(Place(8, 1), "mist", "off", None),
-        Switch(Place(8, 1), "flood", "off", None),
         End(Place(8, 1)),
     )
     assert program.line_count == 8
@@ -99,6 +97,22 @@ def test_block_delete() -> None:
     skipped = read(*lines[:2], settings=Settings(is_block_delete=True))
     assert ends(skipped) == [(1, 0, 0)]
     assert not any(isinstance(motion, Message) for motion in skipped.motions)
+
+
+def test_what_is_off_is_not_switched_off_again() -> None:
+    program = read("M5 M9", "M8", "M7", "M9", "M9", "M4", "S5", "M6", "M8")
+    switches = [each[1:] for each in program.motions if isinstance(each, Switch)]
+    assert switches == [
+        ("flood", "on", None),
+        ("mist", "on", None),
+        ("flood", "off", None),
+        ("mist", "off", None),
+        ("spindle", "ccw", 0),
+        ("spindle", "ccw", 5),
+        ("spindle", "off", 0),
+        ("flood", "on", None),
+        ("flood", "off", None),
+    ]
 
 
 def test_messages_and_tools() -> None:
