@@ -31,6 +31,8 @@ def run_line(progress: dict[str, Any]) -> str:
     line = f"{progress['run']}: {progress['state']}"
     if progress["state"] == "running":
         line += f", step {progress['step']} of {progress['steps']}"
+    if (pace := progress.get("pace", 1)) != 1 and is_under_way(progress):
+        line += f", at {pace:.0%} of its pace" if pace else ", paused"
     if progress.get("left_s") is not None:
         line += f", {progress['left_s']:.0f} s left"
     return line + (f": {progress['why']}" if progress["why"] else "")

@@ -1,4 +1,4 @@
-"""``hil runs``: the runs of a bench, one of them, and the end of one."""
+"""``hil runs``: the runs of a bench, one of them, its pace, and its end."""
 
 import json
 from typing import Annotated, Any
@@ -25,7 +25,8 @@ class _Runs(Below):
 
 runs_app = typer.Typer(
     cls=_Runs,
-    help="List runs, show one, cancel one.\n\nWithout a command: those that wait, move or have ended.\n\n"
+    help="List runs, show one, slow one down, cancel one.\n\n"
+    "Without a command: those that wait, move or have ended.\n\n"
     "Example: hil runs",
     invoke_without_command=True,
     rich_markup_mode=None,
@@ -78,3 +79,28 @@ def cancel(
     progress = ask_bench(bench, runtime_dir, "cancel_run", name=name, how=how)
     stops = f"{name}: its axes stop; `hil runs show {name}` says where"
     return CommandAnswer(progress, stops if is_under_way(progress) else run_line(progress))
+
+
+@runs_app.command()
+def pace(
+    name: RunName,
+    share: Annotated[
+        float,
+        typer.Argument(
+            help="Share of the planned speed: 0 pauses the run on its path, 1 lets it go on as planned.",
+            metavar="PACE",
+            show_default=False,
+        ),
+    ],
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+) -> CommandAnswer:
+    """Slow a run down along its paths, pause it, let it go on.
+
+    The axes stay on their paths. A run that has ended stays as it is. What has times of its own, moves of SACs and levels of pins, goes on to its
+    end first.
+
+    Example: hil runs pace square 0
+    """
+    progress = ask_bench(bench, runtime_dir, "pace_run", name=name, pace=share)
+    return CommandAnswer(progress, run_line(progress))

@@ -52,6 +52,8 @@ class Document:
     values: dict[KeyPath, Spot] = field(default_factory=dict)
     raw: dict[KeyPath, str] = field(default_factory=dict)
     """Texts of scalars as they were written."""
+    blocks: dict[KeyPath, Spot] = field(default_factory=dict)
+    """Places of the first lines of texts that stand in lines of their own (``|``)."""
     findings: list[Finding] = field(default_factory=list)
 
     def find(self, path: KeyPath, message: str, remedy: str, *, at_key: bool = False) -> None:

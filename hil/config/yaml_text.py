@@ -116,6 +116,8 @@ def _value(document: Document, path: KeyPath, node: yaml.Node) -> object:
             return [_value(document, (*path, index), item) for index, item in enumerate(node.value)]
         case yaml.ScalarNode():
             document.raw[path] = node.value
+            if node.style == "|" and (spot := _block_spot(node)):
+                document.blocks[path] = spot
             return _scalar(document, path, node)
     document.find(path, f"the tag {_tag(node)} is not used here", "remove the tag")
     return None
@@ -193,6 +195,15 @@ def _number(document: Document, path: KeyPath, text: str, kind: str) -> object:
         document.find(path, f"{text!r} is not a number", "write a number")
         return None
     return document.scalar(path, number)
+
+
+def _block_spot(node: yaml.ScalarNode) -> Spot | None:
+    """Place of the first line of a literal block; None: it begins with an empty one, or has none."""
+    mark = node.start_mark
+    lines = (mark.buffer or "")[mark.pointer :].split("\n", 2)
+    if len(lines) < 2 or not (text := lines[1]).strip():
+        return None
+    return Spot(mark.line + 2, len(text) - len(text.lstrip(" ")) + 1)
 
 
 def _spot(node: yaml.Node) -> Spot:

@@ -22,6 +22,18 @@ def at(path: Sequence[PathPiece], into_ns: int) -> tuple[float, float]:
     return path[-1].after(path[-1].duration_ns)[0], 0.0
 
 
+def rest_of(path: Sequence[PathPiece], into_ns: int) -> Path:
+    """Path from ``into_ns`` after its beginning on."""
+    for number, piece in enumerate(path):
+        if into_ns < piece.duration_ns:
+            r, per_s = piece.after(into_ns)
+            per_s2 = piece.per_s2 + piece.per_s3 * into_ns / NS_PER_S
+            begun = PathPiece(piece.duration_ns - into_ns, r, per_s, per_s2, piece.per_s3)
+            return (begun, *path[number + 1 :])
+        into_ns -= piece.duration_ns
+    return (PathPiece(0, path[-1].after(path[-1].duration_ns)[0]),)
+
+
 def to_rest(r: float, rate: float, per_s2: float) -> Path:
     """Path from a set-point that changes at ``rate`` per second to rest, with this deceleration."""
     return joined(r, rate, [(abs(rate) / per_s2, -per_s2 if rate > 0 else per_s2)])

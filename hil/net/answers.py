@@ -155,6 +155,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "run": (_RUN, _PROBLEMS, {"run": str, "steps": int, "state": _ABSENT}),
     "runs": [_RUN],
     "cancel_run": _RUN,
+    "pace_run": _RUN,
     "benches": [
         (
             {"bench": str, "why": str},

@@ -81,6 +81,7 @@ def make_desk(
         "run": bench.run,
         "runs": bench.runs,
         "cancel_run": lambda asked, how: queue.cancel(asked.target, how).as_dict(),
+        "pace_run": lambda asked, pace: queue.set_pace(asked.target, pace).as_dict(),
         "part": lambda asked, given: runs.parts.answer(asked.source, asked.target, given),
         "reload": bench.reload,
         "stop": bench.stop,

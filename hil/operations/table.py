@@ -199,6 +199,9 @@ _ROWS = (
     _asked("runs", RUN, VIEWER, "the state of a run; with an empty name all runs that are remembered"),
     _asked("cancel_run", RUN, OPERATOR, "end a run",
            replace(HOW_TO_STOP, default=None)),
+    _asked("pace_run", RUN, OPERATOR,
+           "slow a run down along its paths: 1 is as planned, 0 pauses it; moves of SACs are not slowed",
+           Parameter("pace", "share of the planned speed", "", 0, 1)),
     _asked("part", RUN, OPERATOR, "what the bench that leads a run asks of this one",
            Parameter("given", "see run/<id>/part", form=OBJECT), takes_time=True),
     # The daemon.

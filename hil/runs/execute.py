@@ -1,13 +1,16 @@
 """Carries out a plan on a bench, in simulated time: a generator of times up to which nothing is to do."""
 
-from collections.abc import Generator, Mapping, Sequence
+from bisect import bisect_right
+from collections.abc import Generator, Mapping
 from typing import Protocol
 
+from hil.runs.course import PhraseCourse
 from hil.runs.plan import Move, Phrase, Plan
 from hil.runs.progress import AxisReport, Ended, Progress
 from hil.runs.run_axis import RunAxis
 from hil.runs.run_document import WaitUntil
-from hil.vocab.axis import Axes, How
+from hil.vocab.axis import NOT_JOINED, Axes, How
+from hil.vocab.verbs import VerbRefused
 
 POLL_NS = 10_000_000
 """Interval of looks at an axis while it moves."""
@@ -17,6 +20,8 @@ STAND_NS = 3_600_000_000_000
 """Time after its phrase until an axis that is not at its end has failed."""
 CHECK_NS = 50_000_000
 """Interval of checks that an axis still follows the path that the run gave it."""
+PACE_LEAD_NS = 30_000_000
+"""Time from a change of pace to its beginning: that in which the axes get it."""
 SETTLE_NS = 200_000_000
 """Time for a shaft to come to rest after its set-point did."""
 _STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an immediate stop"}
@@ -69,8 +74,12 @@ class Execution:
         self._devices = {axis: axis for axis in plan.run.axes} if devices is None else devices
         self._axes: dict[str, RunAxis] = {}
         self._steps_before = 0
+        self._gone_ns = 0
+        self.lead_ns = PACE_LEAD_NS
+        """Time from a change of pace to its beginning, simulated."""
         self._asked: Ended | None = None
         self._check_from_ns = 0
+        self._pace = 1.0
         self.stopping: How | None = None
         """Way in which its axes are being stopped."""
         self.ended: Ended | None = None
@@ -83,6 +92,18 @@ class Execution:
         """Stop the run, at any time. A controlled stop can become an immediate one."""
         self._asked = Ended(state, why or f"it was cancelled with {_STOPS[how]}", how)
 
+    def set_pace(self, pace: float) -> None:
+        """Slow the run down along its paths, at any time: 1 is as planned, 0 a pause. A phrase with moves or
+        levels goes on as planned to its end.
+
+        Raises:
+            VerbRefused: an axis of it is a real board's.
+        """
+        for name, axis in self.plan.axes.items():
+            if name in self.plan.run.axes and axis.follows_paths and not axis.joins_paths:
+                raise VerbRefused("cannot", f"{name}: {NOT_JOINED}; cancel the run instead")
+        self._pace = self.progress.pace = pace
+
     def run(self) -> Generator[int, None, None]:
         """Yield simulated times up to which nothing has to be done; ends when the run has."""
         progress, run = self.progress, self.plan.run
@@ -91,12 +112,14 @@ class Execution:
             self._take_axes()
             if run.start_in_s:
                 yield from self._until(self._bench.now_ns + round(run.start_in_s * 1e9))
-            left_ns = sum(phrase.duration_ns for phrase in self.plan.phrases)
+            progress.planned_ns = sum(phrase.duration_ns for phrase in self.plan.phrases)
             for number, phrase in enumerate(self.plan.phrases):
+                while self._pace == 0:
+                    self._look()
+                    yield self._bench.now_ns + POLL_NS
                 start_ns = yield from self._start_of(number)
-                progress.planned_end_ns = start_ns + left_ns
-                left_ns -= phrase.duration_ns
                 yield from self._phrase(phrase, start_ns)
+                self._gone_ns += phrase.duration_ns
             yield from self._start_of(len(self.plan.phrases))
             progress.state = "done"
         except Ended as end:
@@ -130,16 +153,19 @@ class Execution:
         return start_ns
 
     def _phrase(self, phrase: Phrase, start_ns: int) -> Generator[int, None, None]:
-        end_ns = start_ns + phrase.duration_ns
-        for name, path in phrase.paths.items():
+        can_join = all(self.plan.axes[name].joins_paths for name in phrase.paths)
+        pace = 1.0 if phrase.events or not can_join else self._pace or 1.0
+        course = PhraseCourse(phrase, start_ns, self.plan.run.axes, pace, can_join)
+        planned_ns = end_ns = course.end_ns() or start_ns
+        for name, path in course.first_paths().items():
             if axis := self._axes.get(name):
-                end_ns = max(end_ns, axis.follow(path, start_ns, phrase.duration_ns))
+                lasts_ns = planned_ns - start_ns
+                end_ns = max(end_ns, axis.follow(path, start_ns, lasts_ns, phrase.paths[name][-1].r))
         for event in phrase.events:
             if axis := self._axes.get(event.axis):
                 axis.give(event, start_ns)
         end_ns += BEGINS_NS if phrase.awaited else 0
-        marks = [(start_ns + at_ns, number) for number, (at_ns, _) in enumerate(phrase.marks, 1)]
-        yield from self._until(end_ns, marks)
+        yield from self._go(phrase, course, end_ns - planned_ns)
         self._steps_before += len(phrase.marks)
         give_up_ns = end_ns + STAND_NS
         while any(axis.is_under_way for name, axis in self._axes.items() if name in phrase.awaited):
@@ -169,12 +195,43 @@ class Execution:
     def _is_met(value: float, above: float | None, below: float | None) -> bool:
         return (above is None or value >= above) and (below is None or value <= below)
 
-    def _until(self, end_ns: int, marks: Sequence[tuple[int, int]] = ()) -> Generator[int, None, None]:
+    def _go(self, phrase: Phrase, course: PhraseCourse, late_ns: int) -> Generator[int, None, None]:
+        """Go along a phrase, which ends so much later than planned, at the pace that is asked for."""
+        progress = self.progress
         while True:
             now_ns = self._bench.now_ns
-            begun = [number for at_ns, number in marks if at_ns <= now_ns]
-            if begun:
-                self.progress.step = self._steps_before + begun[-1]
+            at_ns, end_ns = course.plan_ns(now_ns), course.end_ns()
+            begun = bisect_right(phrase.marks, at_ns, key=lambda mark: mark[0])
+            if begun and now_ns >= course.start_ns:
+                progress.step = self._steps_before + begun
+            progress.gone_ns = self._gone_ns + at_ns
+            left_ns = progress.planned_ns - self._gone_ns - phrase.duration_ns
+            progress.planned_end_ns = None if end_ns is None else end_ns + left_ns
+            self._look()
+            self._keep_pace(course, now_ns, bool(phrase.events))
+            if end_ns is not None and now_ns >= end_ns + late_ns and self._have_reached(end_ns + late_ns):
+                return
+            is_far = end_ns is None or now_ns >= end_ns + late_ns
+            yield now_ns + POLL_NS if is_far else min(now_ns + POLL_NS, (end_ns or 0) + late_ns)
+
+    def _keep_pace(self, course: PhraseCourse, now_ns: int, has_events: bool) -> None:
+        """Give the axes a change of pace, or more of long paths."""
+        if not course.is_steady(now_ns):
+            return
+        changes = course.pace != self._pace and not has_events
+        lead_ns = self.lead_ns
+        if (changes and course.change(self._pace, now_ns, lead_ns)) or course.wants_more(now_ns):
+            from_ns, paths = course.paths(now_ns)
+            end_ns = course.end_ns()
+            for name, path in paths.items():
+                if axis := self._axes.get(name):
+                    stands_ns = from_ns + sum(piece.duration_ns for piece in path)
+                    last = (path if end_ns is None else course.phrase.paths[name])[-1]
+                    axis.join(path, from_ns, stands_ns if end_ns is None else end_ns, last.r)
+
+    def _until(self, end_ns: int) -> Generator[int, None, None]:
+        while True:
+            now_ns = self._bench.now_ns
             self._look()
             if now_ns >= end_ns and self._have_reached(end_ns):
                 return

@@ -142,6 +142,16 @@ class Phrases:
         if not self._sent.isdisjoint(targets_deg):
             self.end()
 
+    def follow(
+        self, targets_deg: Mapping[str, float], duration_ns: int, pieces: Mapping[str, Sequence[PathPiece]]
+    ) -> None:
+        """Let axes follow pieces to their targets, and the others stand; a phrase of its own."""
+        for name in self.followers:
+            self._pieces[name] += pieces.get(name) or [PathPiece(duration_ns, self.position_deg[name])]
+        self._at_ns += duration_ns
+        self.position_deg |= targets_deg
+        self.end()
+
 
 def _pieces(trajectory: Trajectory, axis: int) -> list[PathPiece]:
     segments = trajectory.segments(axis)

@@ -17,8 +17,9 @@ from hil.core.trajectory import (
     plan_spline,
     plan_spline_within,
 )
+from hil.runs.path_rows import PathReading
 from hil.runs.plan import Phrases, Plan
-from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, WaitUntil
+from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, TimedPath, WaitUntil
 from hil.vocab.address import no_input, pin_of
 from hil.vocab.axis import AxisNow
 from hil.vocab.parameters import plain
@@ -43,7 +44,7 @@ def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) 
     findings = list(_axis_findings(run, axes))
     if findings:
         raise document.error(findings)
-    planner = StepPlanner(run, axes)
+    planner = StepPlanner(run, document, axes)
     order = list(_unrolled(run.steps, planner.findings))
     for index in order if not planner.findings else ():
         planner.step(index, run.steps[index])
@@ -101,8 +102,8 @@ def _unrolled(steps: Sequence[Step], findings: list[Finding]) -> Iterator[int]:
 class StepPlanner:
     """Plans the steps of a run, one after the other, and notes the mistakes in them."""
 
-    def __init__(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> None:
-        self._run = run
+    def __init__(self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> None:
+        self._run, self._document = run, document
         self._axes = axes
         self._said: set[KeyPath] = set()
         self.findings: list[Finding] = []
@@ -110,6 +111,8 @@ class StepPlanner:
 
     def step(self, index: int, step: Step) -> None:
         """Plan a step, from where the one before it ends."""
+        if step.path is not None:
+            self.phrases.end()
         self.phrases.mark(index)
         path: KeyPath = ("steps", index)
         try:
@@ -122,6 +125,8 @@ class StepPlanner:
                 )
             elif step.spline is not None:
                 self._spline((*path, "spline"), step.spline)
+            elif step.path is not None:
+                self._path((*path, "path"), step.path)
             elif step.dwell_s is not None:
                 self.phrases.move({}, round(step.dwell_s * NS_PER_S))
             elif step.wait_until is not None:
@@ -218,6 +223,29 @@ class StepPlanner:
             when = f"at {violation.at_ns / 1e9:.3f} s; the limit is {violation.limit:.4g}"
             raise _Impossible(place, f"{what} {when} (deg and s)", "take more time, or leave at_s out")
         return trajectory
+
+    def _path(self, place: KeyPath, path: TimedPath) -> None:
+        for number, name in enumerate(path.axes):
+            where = (*place, "axes", number)
+            if name not in self._run.axes:
+                self._find(*self._no_axis(where, name))
+            elif name in path.axes[:number]:
+                self._find(where, f"{name} is there twice", "leave it out")
+            elif not self._axes[name].follows_paths:
+                self._find(where, f"{name} makes ramps of its own, and keeps to no path", "use move for it")
+        if any(found.path[: len(place)] == place for found in self.findings):
+            raise _Impossible
+        here = [self.phrases.position_deg[name] for name in path.axes]
+        reading = PathReading(path, place, self._document, here, self._run.axes)
+        if reading.findings:
+            if place not in self._said:
+                self._said.add(place)
+                self.findings += reading.findings
+            raise _Impossible
+        if reading.rows:
+            pieces = dict(zip(path.axes, reading.pieces(here), strict=True))
+            ends_deg = dict(zip(path.axes, reading.rows[-1].end_deg, strict=True))
+            self.phrases.follow(ends_deg, sum(row.duration_ns for row in reading.rows), pieces)
 
     # ---- what is wrong ----
 

@@ -45,6 +45,11 @@ class Progress:
     ended_at_ns: int | None = None
     planned_end_ns: int | None = None
     """Time at which the plan ends, known when it moves; waits and steppers' own ramps can make it later."""
+    planned_ns: int = 0
+    """Time of its plan, and of that what is gone: at another pace both stay as planned."""
+    gone_ns: int = 0
+    pace: float = 1.0
+    """Pace that it was told: 1 as planned, 0 paused."""
     why: str | None = None
     submissions: int = 1
     """Number of times that its name was submitted: it is done once."""

@@ -49,8 +49,9 @@ class RunAxis:
         except VerbRefused as refusal:
             raise self.failed(f"{self.name}: {refusal}") from None
 
-    def follow(self, path: Path, start_ns: int, duration_ns: int) -> int:
-        """Let the axis's set-point go along a path; answers the path's end. Raises Ended: it was refused."""
+    def follow(self, path: Path, start_ns: int, duration_ns: int, last_deg: float) -> int:
+        """Let the axis's set-point go along a path, of which this is the beginning or all; answers the whole
+        path's end. Raises Ended: it was refused."""
         try:
             self.axis.follow(path, start_ns)
         except VerbRefused as refusal:
@@ -60,8 +61,17 @@ class RunAxis:
         if given_ns > start_ns:  # late: what it does shows with the law's next step
             begin_ns = given_ns
             end_ns = max(end_ns, begin_ns + SHOWS_NS)
-        self._path = begin_ns, end_ns, path[-1].r
+        self._path = begin_ns, end_ns, last_deg
         return end_ns
+
+    def join(self, path: Path, start_ns: int, end_ns: int, last_deg: float) -> None:
+        """Let the axis's set-point go on along a path that began then; the whole way ends at ``end_ns`` at
+        ``last_deg``. Raises Ended: it was refused."""
+        try:
+            self.axis.join(path, start_ns)
+        except VerbRefused as refusal:
+            raise self.failed(f"{self.name}: {refusal}") from None
+        self._path = self.state().at_ns, end_ns, last_deg
 
     def stop(self, how: How) -> None:
         """Stop the axis, whatever it does."""

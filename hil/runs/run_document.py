@@ -83,7 +83,24 @@ class SplinePoint(BaseModel):
         return self.model_extra or {}
 
 
-ACTIONS = ("move", "move_by", "line", "line_by", "spline", "dwell_s", "wait_until", "pins", "repeat")
+class TimedPath(StrictModel):
+    """Path of axes with its times: straight pieces, each with one acceleration."""
+
+    axes: list[AxisName] = Field(min_length=1, max_length=AXES, description="The axes, in the rows' order.")
+    rows: str = Field(
+        description="A line for each piece: its seconds; the speed at its beginning in shares of its mean"
+        " speed (0 from rest, 1 constant, 2 to rest); the angles at its end.",
+    )
+    corner_s: float = Field(
+        default=0.01,
+        ge=0,
+        le=1,
+        description="From one row to the next an axis's speed may change at once by its acceleration in this"
+        " time.",
+    )
+
+
+ACTIONS = ("move", "move_by", "line", "line_by", "spline", "path", "dwell_s", "wait_until", "pins", "repeat")
 
 
 def _one_action(step: "Step") -> "Step":
@@ -123,6 +140,9 @@ class _Step(StrictModel):
         min_length=1,
         max_length=1000,
         description="Through points, mappings of axes to angles, from where they are; `at_s` in all or none.",
+    )
+    path: TimedPath | None = Field(
+        default=None, description="Along a path with its times, as programs make it; a phrase of its own."
     )
     dwell_s: Seconds | None = Field(default=None, description="Pause of all axes.")
     wait_until: WaitUntil | None = Field(
@@ -207,6 +227,7 @@ def run_reference() -> str:
     for title, model in (
         ("Axes: `axes.<name>`", "AxisRules"),
         ("Steps: `steps`; each does one thing", "_Step"),
+        ("`path`", "TimedPath"),
         ("`wait_until`", "WaitUntil"),
         ("`repeat`", "Repeat"),
         ("Points of a spline, beside `at_s` the angles of axes", "SplinePoint"),

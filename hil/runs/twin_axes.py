@@ -122,6 +122,9 @@ class TwinAxis:
     def follow(self, path: Path, start_ns: int) -> None:
         self._give(Follow(start_ns, path))
 
+    def join(self, path: Path, start_ns: int) -> None:
+        self._give(Follow(start_ns, path, is_joined=True))
+
     def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
         self._do("move_abs", {"position_deg": position_deg, "velocity_rpm": velocity_rpm}, start_ns)
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from hil.core import CoreAxis
+from hil.firmware.set_point_paths import rest_of
 from hil.sim.firmware_guard import Guard
 from hil.sim.flight import Flight
 from hil.sim.hardware import DeviceSpec, Hardware
@@ -166,8 +167,10 @@ class Device:
         """
         self._interfaces.set_time(now_ns)
         match given:
-            case Follow(start_ns, path):
+            case Follow(start_ns, path, is_joined):
                 self._check_takes()
+                if is_joined and start_ns < now_ns:
+                    start_ns, path = now_ns, rest_of(path, now_ns - start_ns)
                 self._calls.follow(path, start_ns, now_ns, part)
                 self._end_of_verb()
             case Do(verb, parameters):

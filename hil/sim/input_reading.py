@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any, get_type_hints
 
-from hil.sim.inputs import KINDS, Bytes, CommitDone, Do, InputLogError, Logged
+from hil.sim.inputs import KINDS, Bytes, CommitDone, Do, Follow, InputLogError, Logged
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 from hil.wire.json_text import JsonError, read_json
@@ -117,6 +117,7 @@ _LEFT_OUT = {
     (Bytes, "client_format"): "",
     (Do, "at_ns"): None,
     (CommitDone, "at_once"): False,
+    (Follow, "is_joined"): False,
 }
 """Values of fields that are left out of the log."""
 

@@ -158,10 +158,12 @@ class Do:
 
 @dataclass(frozen=True)
 class Follow:
-    """Path for the set-point to follow from ``start_ns`` on (``hil.vocab.path``)."""
+    """Path for the set-point to follow from ``start_ns`` on (``hil.vocab.path``). ``is_joined``: where that
+    is past, the set-point goes on from where the path is now."""
 
     start_ns: int
     path: tuple[PathPiece, ...]
+    is_joined: bool = False
 
 
 Input = (
@@ -223,6 +225,8 @@ def encode_line(logged: Logged) -> str:
         values["train"] = [tuple(vars(edges).values()) for edges in logged.input.train]
     if isinstance(logged.input, Follow):
         values["path"] = [astuple(piece) for piece in logged.input.path]
+        if not logged.input.is_joined:
+            del values["is_joined"]
     if isinstance(logged.input, Do):
         values["later_ns"] = values.pop("at_ns")
         if values["later_ns"] is None:

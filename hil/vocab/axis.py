@@ -18,6 +18,8 @@ How = Literal["grace", "prejudice"]
 CONTROL_MODES = {"position": "x", "velocity": "v", "torque": "t", "hybrid": "h"}
 """Modes of a servo's control law, each with the letter that its field `mode` has."""
 
+NOT_JOINED = "a real board's path stays as it is once it was given"
+
 Sample = tuple[float, ...]
 """Time in nanoseconds, set-point and position in degrees."""
 
@@ -40,6 +42,11 @@ class AxisNow:
     """True if the axis tells where it is while it moves; if not, the end of its motion is awaited."""
     is_awaited: bool = False
     """True if the end of its motion is awaited all the same: it comes later than planned, over a line."""
+
+    @property
+    def joins_paths(self) -> bool:
+        """True if it takes another path while it follows one (``Axis.join``)."""
+        return self.follows_paths and self.tells_position and not self.is_awaited
 
 
 class AxisState(NamedTuple):
@@ -102,6 +109,10 @@ class Axis(Protocol):
 
     def follow(self, path: Path, start_ns: int) -> None:
         """Let the axis's set-point go along a path from a time on; an axis that ``follows_paths``."""
+
+    def join(self, path: Path, start_ns: int) -> None:
+        """Let the axis's set-point go on along a path that began at a time, from where that path is now; an
+        axis that ``joins_paths``."""
 
     def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
         """Send the axis to an angle from a time on, by ramps of its own; an axis that follows no paths."""

@@ -95,6 +95,7 @@ def written() -> str:
     later(5)
     runtime.do(m1, "move_abs", m1.verbs["move_abs"].filled({"position_deg": 5.0}))
     runtime.give(m1, Follow(0, (PathPiece(10**7, 1.0, 2.0), PathPiece(0, 1.02))))
+    runtime.give(m1, Follow(1, (PathPiece(10**7, 1.0, 2.0), PathPiece(0, 1.02)), is_joined=True))
     numbers = [
         fault("byte_flip", "m1", rate=0.01),
         fault("shaft_load", "s1", torque_Nm=0.01, for_s=0.01),

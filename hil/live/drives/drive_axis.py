@@ -14,7 +14,7 @@ from hil.drives.poll_plan import Reading
 from hil.live.drives.asking import ASKING
 from hil.live.drives.drive_motion import DriveMotion
 from hil.live.drives.real_drive import RealDrive
-from hil.vocab.axis import AxisNow, AxisState, How, Sample
+from hil.vocab.axis import NOT_JOINED, AxisNow, AxisState, How, Sample
 from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import VerbRefused
@@ -168,6 +168,9 @@ class DriveAxis:
     def follow(self, path: Path, start_ns: int) -> None:
         self._check_session()
         self.motion.follow(path, start_ns)
+
+    def join(self, path: Path, start_ns: int) -> None:
+        raise VerbRefused("cannot", NOT_JOINED)
 
     def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
         self._check_session()

@@ -17,6 +17,8 @@ from hil.vocab.verbs import VerbRefused
 
 LEAD_WALL_NS = 20_000_000
 """Time between the giving of a phrase and its start: 32 axes are given theirs in a tenth of it."""
+PACE_WALL_NS = 20_000_000
+"""Further time before a change of pace, for the making of its paths."""
 TELL_S = 0.1
 """Time between two reports on a run whose state and step are as they were."""
 
@@ -38,7 +40,7 @@ class Entry:
     ends_deg: Mapping[str, float]
     progress: Progress
     is_shared: bool = False
-    """True if this bench leads others."""
+    """True if other benches take part."""
     execution: Execution | None = None
     """Execution, once the run has begun."""
     task: asyncio.Task[None] | None = None
@@ -75,7 +77,9 @@ class CarryingOut:
             raise NotBegun(f"it cannot be done any more: {error}") from None
         lead_ns = round(LEAD_WALL_NS * self._configured.config.speed)
         baton = Soon(self._axes, max([lead_ns, *(self._axes[device].lead_ns for device in entry.devices)]))
-        await self.follow(entry, Execution(plan, self._axes, baton, entry.names, entry.progress))
+        execution = Execution(plan, self._axes, baton, entry.names, entry.progress)
+        execution.lead_ns = lead_ns + round(PACE_WALL_NS * self._configured.config.speed)
+        await self.follow(entry, execution)
 
     async def _lead(self, entry: Entry) -> None:
         """Carry out a run that spans benches."""

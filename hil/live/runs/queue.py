@@ -130,6 +130,23 @@ class RunQueue:
             self._end(entry, "cancelled", "it was cancelled before it began")
         return progress
 
+    def set_pace(self, name: str, pace: float) -> Progress:
+        """Slow a run down along its paths; 0 pauses it, 1 is as planned.
+
+        Raises:
+            VerbRefused: it does not move yet, or other benches or real boards take part.
+        """
+        if name not in self.progress:
+            raise no_run(name, self.progress)
+        if (progress := self.progress[name]).is_over:
+            return progress
+        if (entry := self._entries[name]).execution is None:
+            raise VerbRefused("not_now", f"the run {name} waits: it can be slowed down when it moves")
+        if entry.is_shared:
+            raise VerbRefused("cannot", f"the run {name} spans benches; cancel it instead")
+        entry.execution.set_pace(pace)
+        return progress
+
     async def close(self) -> None:
         """End what moves, as the bench ends."""
         self._is_closed = True
@@ -154,7 +171,7 @@ class RunQueue:
     ) -> None:
         """Begin a part now; ``each`` is called at every look at it."""
         ends_deg = {device: execution.plan.ends_deg[axis] for axis, device in names.items()}
-        entry = Entry(text, "<run>", source, names, ends_deg, execution.progress, execution=execution)
+        entry = Entry(text, "<run>", source, names, ends_deg, execution.progress, True, execution)
         self._remember(entry)
         self._begin(entry, lambda entry: self._carrying_out.follow(entry, execution, each))
 

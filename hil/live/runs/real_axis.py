@@ -13,7 +13,7 @@ from typing import cast
 
 from hil.live.board_end import BoardEnd
 from hil.sim.bench import BenchRuntime
-from hil.vocab.axis import AxisNow, AxisState, How, Sample
+from hil.vocab.axis import NOT_JOINED, AxisNow, AxisState, How, Sample
 from hil.vocab.dialogue import Dialogue, DialogueError
 from hil.vocab.path import Path
 from hil.vocab.terminal_axis import TerminalAxis, TerminalServo, TerminalStepper
@@ -122,6 +122,9 @@ class RealAxis:
     def follow(self, path: Path, start_ns: int) -> None:
         servo = cast(TerminalServo, self._terminal)
         self._begin(servo.follow(path, self._wall_ns(start_ns), self._period_ns))
+
+    def join(self, path: Path, start_ns: int) -> None:
+        raise VerbRefused("cannot", NOT_JOINED)
 
     def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
         stepper = cast(TerminalStepper, self._terminal)

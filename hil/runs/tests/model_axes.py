@@ -105,6 +105,13 @@ class ModelAxis:
         assert self.follows_paths
         self._begin("follow", path, start_ns)
 
+    def join(self, path: Path, start_ns: int) -> None:
+        assert self.follows_paths
+        assert self.tells_position
+        assert self.is_held
+        self._note("join", start_ns)
+        self._path, self._from_ns = path, start_ns
+
     def move(self, position_deg: float, velocity_rpm: float, start_ns: int) -> None:
         assert not self.follows_paths
         from_deg, per_s = self._at(self.clock.now_ns), velocity_rpm * DEG_PER_S

@@ -127,6 +127,18 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"pins": {"m1.D3": 2}}, "steps.0.pins"),
     ({"repeat": {"label": "x", "times": 1}}, "no step before has the label 'x'"),
     ({}, "a step does one thing"),
+    ({"path": {"axes": ["m1"], "rows": "1 0"}}, "row 1: 2 numbers; a row has 3: seconds, begin, m1"),
+    ({"path": {"axes": ["m1"], "rows": "1 0 x"}}, "row 1: 'x' is no number"),
+    ({"path": {"axes": ["m1"], "rows": "0 0 9"}}, "row 1: 0 s (a row takes 0.000001 to 86400 s)"),
+    ({"path": {"axes": ["m1"], "rows": "1 3 9"}}, "row 1: it begins with 3 times its mean speed"),
+    ({"path": {"axes": ["m1"], "rows": "1 0 nan"}}, "row 1: nan is no angle"),
+    ({"path": {"axes": ["m1"], "rows": "1 0 900\n1 2 0"}}, "row 1: m1: 300 rpm; its limit is 60"),
+    ({"path": {"axes": ["m1"], "rows": ".01 0 1\n.01 2 2"}}, "row 1: m1: 3333 rpm/s; its limit is 600"),
+    ({"path": {"axes": ["m1"], "rows": "1 1 300\n1 2 400"}}, "its speed changes at once by 50 rpm"),
+    ({"path": {"axes": ["m1"], "rows": "1 0 100"}}, "it ends with 33.33 rpm: `corner_s` allows 6"),
+    ({"path": {"axes": ["m1", "m1"], "rows": ""}}, "m1 is there twice"),
+    ({"path": {"axes": ["s1"], "rows": ""}}, "s1 makes ramps of its own, and keeps to no path"),
+    ({"path": {"axes": ["m1"], "rows": "1 0 2000000"}}, "2e+06 is no angle"),
     ({"move": {"m1": 1.0}, "dwell_s": 1.0}, "a step does one thing"),
     ({"mov": {"m1": 1.0}}, "did you mean"),
 ]
@@ -169,6 +181,49 @@ def test_a_repeated_step_that_cannot_be_done_is_said_once(step: dict[str, Any], 
         plan_run(*run_from_data(run), AXES)
     assert str(refused.value).endswith(said)
     assert len(str(refused.value).splitlines()) == 1
+
+
+def test_rows_of_a_path_have_their_places() -> None:
+    text = """
+run: bad
+axes: {m1: {max_deg: 50}}
+steps:
+  - path:
+      axes: [m1]
+      rows: |
+        1 0 10
+
+        1 1 30
+        1 what 90
+        1 2
+"""
+    with pytest.raises(ConfigError) as refused:
+        plan_run(*parse_run(text, "bad.yaml"), AXES)
+    assert str(refused.value).splitlines() == [
+        "bad.yaml:11:11: steps.0.path.rows: 'what' is no number (write a number)",
+        "bad.yaml:12:9: steps.0.path.rows: 2 numbers; a row has 3: seconds, begin, m1 (write all of them)",
+    ]
+    with pytest.raises(ConfigError) as refused:
+        plan_run(*parse_run(text.replace("what", "1").replace("1 2\n", "1 2 90\n"), "bad.yaml"), AXES)
+    assert [line[:18] for line in str(refused.value).splitlines()] == [
+        "bad.yaml:11:13: st",
+        "bad.yaml:12:13: st",
+    ]
+
+
+def test_a_path_goes_through_its_rows_at_their_times() -> None:
+    made = plan(
+        {"move": {"m1": 0.0, "m2": 0.0}},
+        {"path": {"axes": ["m2", "m1"], "rows": "0.5 0 10 5\n0.25 1 20 10\n0.5 2 30 15\n"}},
+        {"dwell_s": 1.0},
+    )
+    _, path, dwell = made.phrases
+    assert [phrase.duration_ns for phrase in made.phrases[1:]] == [1_250_000_000, 1_000_000_000]
+    assert dwell.paths == {}
+    for name, share in (("m2", 1.0), ("m1", 0.5)):
+        places = [at(path.paths[name], ms * 1_000_000) for ms in (0, 250, 500, 625, 750, 1000, 1250)]
+        assert [r for r, _ in places] == pytest.approx([share * r for r in (0, 2.5, 10, 15, 20, 27.5, 30)])
+        assert [v for _, v in places] == pytest.approx([share * v for v in (0, 20, 40, 40, 40, 20, 0)])
 
 
 def test_an_axis_that_cannot_take_part_is_said() -> None:
