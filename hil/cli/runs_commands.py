@@ -97,8 +97,8 @@ def pace(
 ) -> CommandAnswer:
     """Slow a run down along its paths, pause it, let it go on.
 
-    The axes stay on their paths. A run that has ended stays as it is. What has times of its own, moves of SACs and levels of pins, goes on to its
-    end first.
+    The axes stay on their paths. What has times of its own, moves of SACs and levels of pins, goes on to its
+    end first. A run that has ended stays as it is.
 
     Example: hil runs pace square 0
     """
