@@ -6,14 +6,15 @@ A test asks for ``chromium`` (``conftest.py``), serves a bench with ``served``, 
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 from e2e_support import Place, Server, config, until
-from playwright.sync_api import Browser, BrowserContext, Page
+from playwright.sync_api import Browser, BrowserContext, Page, WebSocketRoute
 
 ROOT = Path(__file__).parents[2]
 AXE = ROOT / "web/node_modules/axe-core/axe.min.js"
@@ -26,21 +27,30 @@ DESK = {"width": 1400, "height": 1000}
 class Bench:
     """A served bench, and a browser that opens its pages. Errors of a page fail the test that closes it."""
 
-    def __init__(self, place: Place, server: Server, browser: Browser) -> None:
-        self.place, self.server, self._browser = place, server, browser
+    def __init__(self, place: Place, text: str, browser: Browser) -> None:
+        self.place, self.server, self._browser = place, place.serve(text), browser
+        self._text = text
         self.errors: list[str] = []
         """Exceptions in pages, and what they wrote as errors to their consoles."""
         self._contexts: list[BrowserContext] = []
-        self.url = address_of(server)
+        self.url = address_of(self.server)
 
-    def open(self, where: str = "", **options: Any) -> Page:
-        """Open a page in a profile of its own. ``where``: the place in it, as in ``bench/m1``."""
+    def serve_again(self) -> None:
+        """Serve it again after its daemon has ended; its door has to have a port of its own."""
+        self.server = self.place.serve(self._text)
+
+    def open(
+        self, where: str = "", *, prepare: Callable[[Page], object] = lambda page: None, **options: Any
+    ) -> Page:
+        """Open a page in a profile of its own. ``where``: the place in it, as in ``bench/m1``; ``prepare``:
+        called with the page before it is loaded; ``options``: of the profile."""
         context = self._browser.new_context(**{"viewport": DESK, **options})
         context.set_default_timeout(PATIENCE_MS)
         self._contexts.append(context)
         page = context.new_page()
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
+        prepare(page)
         page.goto(f"{self.url}#/{where}")
         return page
 
@@ -71,7 +81,7 @@ def served(chromium: Browser, bench: Mapping[str, Any]) -> Iterator[Bench]:
     """Serve a bench, with a web door if it has none."""
     content = {"bridges": {"web": {"port": 0}}, **bench}
     with Place() as place:
-        made = Bench(place, place.serve(json.dumps(content)), chromium)
+        made = Bench(place, json.dumps(content), chromium)
         yield made
         made.close_pages()
 
@@ -81,6 +91,45 @@ def companion_bench(chromium: Browser, speed: float, **top: Any) -> Iterator[Ben
     devices = {name: {"profile": "sac", "flash": {}} for name in ("s1", "s2")}
     with served(chromium, json.loads(config(speed=speed, devices=devices, **top))) as bench:
         yield bench
+
+
+class Between:
+    """What stands between a page and its door: it passes messages on, and does what a test wants with them.
+
+    ``change``: makes of a message of the door what the page gets, None: nothing; ``sockets``: of all connections.
+    """
+
+    def __init__(
+        self, page: Page, change: Callable[[str | bytes], str | bytes | None] = lambda said: said
+    ) -> None:
+        self.sockets: list[WebSocketRoute] = []
+        self.change = change
+        page.route_web_socket(re.compile("/ws$"), self._opened)
+
+    def _opened(self, socket: WebSocketRoute) -> None:
+        self.sockets.append(socket)
+        door = socket.connect_to_server()
+
+        def pass_on(said: str | bytes) -> None:
+            if (changed := self.change(said)) is not None:
+                socket.send(changed)
+
+        door.on_message(pass_on)
+
+    def say(self, said: str | bytes) -> None:
+        """Say something to the page as if the door did."""
+        self.sockets[-1].send(said)
+
+    def until_connections(self, page: Page, count: int) -> None:
+        """Wait until the page has connected so often."""
+        deadline_s = time.monotonic() + PATIENCE_MS / 1000
+        while len(self.sockets) < count:
+            assert time.monotonic() < deadline_s, f"{len(self.sockets)} connections"
+            page.wait_for_timeout(50)
+
+    def cut(self) -> None:
+        """Cut the connection."""
+        self.sockets[-1].close()
 
 
 def violations(page: Page) -> list[str]:

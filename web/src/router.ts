@@ -20,9 +20,9 @@ window.addEventListener("hashchange", () => {
   path.value = read();
 });
 
-/** Make the address of a place, for links. */
+/** Make the address of a place, for links. Half a surrogate pair has none: it is replaced. */
 export function href(...parts: string[]): string {
-  return `#/${parts.map(encodeURIComponent).join("/")}`;
+  return `#/${parts.map((part) => encodeURIComponent(part.replace(/\p{Surrogate}/gu, "\ufffd"))).join("/")}`;
 }
 
 export function go(...parts: string[]): void {
