@@ -125,7 +125,9 @@ class HttpDoor:
             return _text(426, "This is for WebSockets.", Upgrade="websocket")
         if SUBPROTOCOL not in [each.strip() for each in offered.split(",")]:
             return _text(400, f"The subprotocol is {SUBPROTOCOL}.")
-        return await self._enter(request, user, request.cookies.get(self._cookie, ""))
+        session = request.cookies.get(self._cookie, "")
+        with self._sessions.in_use(session, _now_s):
+            return await self._enter(request, user, session)
 
     async def _log_in(self, request: web.BaseRequest) -> web.StreamResponse:
         if self._lock.open_to:
@@ -140,6 +142,7 @@ class HttpDoor:
         if (user := await self._lock.opened(given)) is None:
             log.warning("bridges.web: somebody at %s could not log in", request.remote)
             return _text(401, "That is not right.")
+        self._limit.succeeded(request.remote or "")
         key = secrets.token_urlsafe(32)
         self._sessions.begin(key, user, _now_s())
         response = _empty(204)
@@ -149,7 +152,7 @@ class HttpDoor:
             path="/",
             httponly=True,
             samesite="Strict",
-            secure=self._hosts.scheme == "https",
+            secure=self._hosts.scheme_of(request.headers["Host"]) == "https",
         )
         return response
 

@@ -2,12 +2,14 @@
 
 import hashlib
 from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from hil.vocab.desk_protocol import Source
 
 LIFE_S = 12 * 3600.0
-"""Time after its last use for which a session lives: a day's work."""
+"""Time after its last use for which a session lives: a day's work. A page that is open uses it."""
 MOST_SESSIONS = 512
 ATTEMPTS = 5
 """Attempts to log in that an address has at once."""
@@ -20,6 +22,8 @@ MOST_ADDRESSES = 1024
 class _Session:
     source: Source
     used_s: float
+    pages: int = 0
+    """Number of pages that are open."""
 
 
 class Sessions:
@@ -39,12 +43,26 @@ class Sessions:
         digest = _digest(key)
         if (session := self._known.get(digest)) is None:
             return None
-        if now_s - session.used_s > LIFE_S:
+        if not session.pages and now_s - session.used_s > LIFE_S:
             del self._known[digest]
             return None
         session.used_s = now_s
         self._known.move_to_end(digest)
         return session.source
+
+    @contextmanager
+    def in_use(self, key: str, now_s: Callable[[], float]) -> Iterator[None]:
+        """Hold a session, if there is one, while a page is open: it lives on, and for its time after it."""
+        session = self._known.get(_digest(key))
+        if session is None:
+            yield
+            return
+        session.pages += 1
+        try:
+            yield
+        finally:
+            session.pages -= 1
+            session.used_s = now_s()
 
     def end(self, key: str) -> None:
         """End a session, if there is one."""
@@ -73,3 +91,8 @@ class LoginLimit:
         if len(self._full_at_s) > MOST_ADDRESSES:
             self._full_at_s.popitem(last=False)
         return 0.0
+
+    def succeeded(self, address: str) -> None:
+        """Give an attempt back: it was right. Many users may come from one address."""
+        if address in self._full_at_s:
+            self._full_at_s[address] -= AGAIN_S

@@ -18,7 +18,7 @@ from bridges.web.page_files import read_page
 from bridges.web.shared_reading import SharedReading
 from bridges.web.tls_files import context
 from bridges.web.web_client import Surroundings
-from bridges.web.web_options import FIRST_PORT, LAST_PORT, Options, authority, has_port
+from bridges.web.web_options import FIRST_PORT, LAST_PORT, PROXY, Options, authority, has_port
 from bridges.web.web_terminals import SharedPorts
 from bridges.web.web_users import UsersError, read_users
 from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
@@ -144,6 +144,8 @@ class WebBridge:
         host, port = listens_at.rsplit(":", 1)
         if options.host in ANY:
             host = options.names[0] if options.names else "localhost"
+            if host.startswith(PROXY):
+                return f"{host}/"
         at = host if has_port(host) else f"{host}:{port}"
         return f"{'https' if options.tls else 'http'}://{at}/"
 

@@ -10,6 +10,8 @@ from pydantic_core import PydanticCustomError
 from hil.net.endpoint import endpoint, is_loopback
 from hil.vocab.bridge_protocol import DoorPort, OptionProblem
 
+PROXY = "https://"
+"""Beginning of a name that belongs to a proxy in front of the door: the browser has TLS as far as there."""
 FIRST_PORT, LAST_PORT = 8080, 8099
 """Ports of which the first that is free is taken, where the options name none."""
 
@@ -51,7 +53,7 @@ class Options(BaseModel):
         max_length=64,
         description=(
             "Other names and addresses by which browsers reach it, as in `lab1` or `lab1:9000`. Requests for"
-            " any other are refused."
+            " any other are refused. `https://lab1` is the name of a proxy that has the TLS."
         ),
     )
     users: Path | None = Field(
@@ -99,8 +101,9 @@ class Options(BaseModel):
     @classmethod
     def _are_names(cls, names: list[str]) -> list[str]:
         for name in names:
+            plain = name.removeprefix(PROXY)
             try:
-                endpoint(name if has_port(name) else f"{name}:1")
+                endpoint(plain if has_port(plain) else f"{plain}:1")
             except ValueError as error:
                 remedy = "write a name or an address, with or without a port, as in lab1 or [::1]:9000"
                 raise PydanticCustomError("names", "{why}", {"why": str(error), "remedy": remedy}) from None
@@ -111,6 +114,16 @@ class Options(BaseModel):
         if self.users and self.token:
             raise PydanticCustomError(
                 "users", "users and token: there is one way in", {"remedy": "leave out one of them"}
+            )
+        proxies = [name for name in self.names if name.startswith(PROXY)]
+        if proxies and not (self.users or self.token or self.insecure):
+            raise PydanticCustomError(
+                "reached",
+                "names: {name} is a proxy, by which others could move the axes",
+                {
+                    "name": proxies[0],
+                    "remedy": "add `users` (`hil web user` makes them), or write `insecure: true`",
+                },
             )
         if self.insecure or is_loopback(self.host):
             return self

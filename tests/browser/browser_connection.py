@@ -199,13 +199,23 @@ def test_names_of_all_characters_are_shown_as_they_are(pages: Bench) -> None:
 
 
 GARBAGE: list[Any] = [
-    "", "null", "{", "[]", '{"watch":1}', '{"watch":1,"value":3}', '{"watch":1,"items":[null,3,{}]}',
-    '{"watch":2,"value":{"devices":3,"health":{"state":3,"problems":{}}}}', '{"watch":1,"value":{"health":{}}}',
-    '{"watch":2,"value":[null,3,{"number":1}]}', '{"watch":3,"items":[{"run":3},{"run":"r","axes":{"m1":null}}]}',
-    '{"id":1,"answer":null}', '{"id":99999,"error":{}}', '{"closed":{}}', '{"closed":{"watch":1}}',
-    '{"changed":null}', '{"hello":3}', b"", b"\x01", b"\x02\x00\x00\x00", bytes(range(200)),
-    b"\x01\x02\x00\x00" + b"\xff" * 12, b"\x01" * 1000,
-]  # fmt: skip
+    *(
+        "",
+        "null",
+        "{",
+        "[]",
+        '{"changed":null}',
+        '{"hello":3}',
+        '{"id":1,"answer":null}',
+        '{"id":9,"error":{}}',
+    ),
+    *('{"watch":1}', '{"watch":1,"value":3}', '{"watch":1,"items":[null,3,{}]}', '{"closed":{}}'),
+    *('{"watch":1,"value":{"health":{}}}', '{"watch":1,"value":{"devices":3,"health":{"state":3}}}'),
+    *('{"watch":2,"value":[null,3,{"number":1}]}', '{"watch":3,"items":[{"run":3},{"run":"r","axes":[3]}]}'),
+    *('{"closed":{"watch":1}}', '{"closed":{"terminal":"x"}}'),
+    *(b"", b"\x01", b"\x02\x00\x00\x00", bytes(range(200)), b"\x01\x02\x00\x00" + b"\xff" * 12),
+    b"\x01" * 1000,
+]
 HUGE: list[Any] = ["x" * 10_000_000, b"\x01\x00" + bytes(10_000_000)]
 
 

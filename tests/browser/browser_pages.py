@@ -28,8 +28,8 @@ class Bench:
     """A served bench, and a browser that opens its pages. Errors of a page fail the test that closes it."""
 
     def __init__(self, place: Place, text: str, browser: Browser) -> None:
-        self.place, self.server, self._browser = place, place.serve(text), browser
-        self._text = text
+        self.place, self._text, self._browser = place, text, browser
+        self.server = self._served()
         self.errors: list[str] = []
         """Exceptions in pages, and what they wrote as errors to their consoles."""
         self._contexts: list[BrowserContext] = []
@@ -37,7 +37,10 @@ class Bench:
 
     def serve_again(self) -> None:
         """Serve it again after its daemon has ended; its door has to have a port of its own."""
-        self.server = self.place.serve(self._text)
+        self.server = self._served()
+
+    def _served(self) -> Server:
+        return self.place.serve(self._text, bench=json.loads(self._text)["bench"])
 
     def open(
         self, where: str = "", *, prepare: Callable[[Page], object] = lambda page: None, **options: Any
@@ -60,7 +63,7 @@ class Bench:
             context.close()
         self._contexts.clear()
         errors, self.errors = self.errors, []
-        assert errors == []
+        assert errors == [], errors
 
     def saved_queue(self) -> bytes:
         """Queue of s1, as ``hil sac save`` writes it."""
@@ -93,10 +96,14 @@ def companion_bench(chromium: Browser, speed: float, **top: Any) -> Iterator[Ben
         yield bench
 
 
+Change = Callable[[str | bytes], str | bytes | None]
+
+
 class Between:
     """What stands between a page and its door: it passes messages on, and does what a test wants with them.
 
-    ``change``: makes of a message of the door what the page gets, None: nothing; ``sockets``: of all connections.
+    ``change``: makes of a message of the door what the page gets, None: nothing.
+    ``sockets``: of all connections so far.
     """
 
     def __init__(

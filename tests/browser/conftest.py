@@ -21,8 +21,12 @@ def chromium() -> Iterator[Browser]:
     if (executable := shutil.which("chromium")) is None:
         pytest.skip("chromium is missing: sudo apt install chromium")
     expect.set_options(timeout=PATIENCE_MS)
-    as_root = ["--no-sandbox"] if os.getuid() == 0 else []
+    # Names of *.test lead to this computer, as those of a site do that rebinds its name.
+    arguments = [
+        "--host-resolver-rules=MAP *.test 127.0.0.1",
+        *(["--no-sandbox"] if os.getuid() == 0 else []),
+    ]
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=executable, args=as_root)
+        browser = playwright.chromium.launch(executable_path=executable, args=arguments)
         yield browser
         browser.close()

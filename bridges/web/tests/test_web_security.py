@@ -15,6 +15,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 from cryptography.x509.oid import NameOID
 from pages_of_tests import Door, opened
 
+from bridges.web.bridge import Options
 from bridges.web.host_names import HostNames
 from bridges.web.http_door import SECURITY
 from bridges.web.login_sessions import AGAIN_S, ATTEMPTS, LIFE_S, MOST_SESSIONS, LoginLimit, Sessions
@@ -96,6 +97,45 @@ def test_a_port_that_urls_leave_out_may_be_left_out() -> None:
 )
 def test_only_its_own_page_may_ask(origin: str | None, is_own: bool) -> None:
     assert HostNames("http", "127.0.0.1", 8080, []).is_own(origin, "localhost:8080") is is_own
+
+
+@pytest.mark.parametrize(
+    ("host", "origin", "is_own"),
+    [
+        ("bench.example", "https://bench.example", True),
+        ("bench.example:443", "https://bench.example:443", True),
+        ("bench.example", "http://bench.example", False),
+        ("bench.example", "https://other.example", False),
+        ("[2001:db8::1]:8443", "https://[2001:db8::1]:8443", True),
+        ("lab1:8080", "http://lab1:8080", True),
+        ("lab1:8080", "https://lab1:8080", False),
+    ],
+)
+def test_behind_a_proxy_the_page_is_one_of_https(host: str, origin: str, is_own: bool) -> None:
+    names = HostNames(
+        "http", "127.0.0.1", 8080, ["https://bench.example", "https://[2001:db8::1]:8443", "lab1"]
+    )
+    assert names.is_known(host)
+    assert names.is_own(origin, host) is is_own
+
+
+def test_the_cookie_of_a_proxy_is_for_tls(users: Path) -> None:
+    async def use(door: Door) -> None:
+        of_proxy = {"Host": "bench.example", "Origin": "https://bench.example"}
+        given = {"user": "ann", "password": PASSWORD}
+        for headers, is_secure in ((of_proxy, True), ({}, False)):
+            async with door.session.post(f"{door.url}api/login", json=given, headers=headers) as answer:
+                assert ("Secure" in answer.headers["Set-Cookie"]) is is_secure
+
+    run(use, users=users, names=["https://bench.example"])
+
+
+def test_a_proxy_needs_users() -> None:
+    with pytest.raises(ValueError, match="a proxy, by which others could move the axes"):
+        Options(names=["https://bench.example"])
+    assert Options(names=["https://bench.example"], insecure=True)
+    with pytest.raises(ValueError, match="names"):
+        Options(names=["https://"], token="viewer")
 
 
 PLACES = [
@@ -367,6 +407,26 @@ def test_a_session_lives_after_its_last_use() -> None:
         sessions.begin(f"key{number}", ANN, 0.0)
     assert sessions.find("key0", 0.0) is None
     assert sessions.find("key1", 0.0) == ANN
+
+
+def test_a_session_lives_while_a_page_is_open_and_its_time_after_it() -> None:
+    sessions = Sessions()
+    sessions.begin("key", ANN, 0.0)
+    with sessions.in_use("key", lambda: 3 * LIFE_S), sessions.in_use("key", lambda: 2 * LIFE_S):
+        assert sessions.find("key", 1.5 * LIFE_S) == ANN
+    assert sessions.find("key", 4 * LIFE_S) == ANN
+    assert sessions.find("key", 5 * LIFE_S + 1) is None
+    with sessions.in_use("key", lambda: 6 * LIFE_S):  # it has ended: nothing brings it back
+        assert sessions.find("key", 5 * LIFE_S + 1) is None
+
+
+def test_attempts_that_were_right_are_not_counted() -> None:
+    limit = LoginLimit()
+    for _ in range(3 * ATTEMPTS):
+        assert limit.wait_s("a", 100.0) == 0.0
+        limit.succeeded("a")
+    assert [limit.wait_s("a", 100.0) for _ in range(ATTEMPTS)] == [0.0] * ATTEMPTS
+    assert limit.wait_s("a", 100.0) > 0
 
 
 def test_attempts_come_back_one_by_one() -> None:

@@ -60,10 +60,10 @@ function PinView({ device, pin }: { device: string; pin: PinRow }) {
       )}
       {pin.isInput ? (
         <span class="pin-drive" role="group" aria-label={`Drive ${pin.name}`}>
-          <button type="button" disabled={!may("operator")} aria-label={`${pin.name} low`} onClick={() => void drive(0)}>
+          <button type="button" disabled={!may("operator")} aria-label={`${pin.name} to 0`} onClick={() => void drive(0)}>
             0
           </button>
-          <button type="button" disabled={!may("operator")} aria-label={`${pin.name} high`} onClick={() => void drive(1)}>
+          <button type="button" disabled={!may("operator")} aria-label={`${pin.name} to 1`} onClick={() => void drive(1)}>
             1
           </button>
         </span>
