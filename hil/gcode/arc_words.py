@@ -1,6 +1,6 @@
 """Words of an arc to an ``Arc``: its centre and its turns."""
 
-from hil.gcode.arcs import ArcMistake, centre_by_radius, check_centre
+from hil.gcode.arcs import ArcMistake, centre_by_radius, check_centre, check_sweep
 from hil.gcode.block import Block
 from hil.gcode.canonical import PLANE_AXES, Arc, Feed, Place, Point
 from hil.gcode.expressions import WHOLE
@@ -37,6 +37,7 @@ def arc_of(
             raise ArcMistake("with G90.1 an arc needs both numbers of its centre", _in_plane(state))
         centre = _along(block, state, first), _along(block, state, second)
         check_centre(begin, to, centre, state.units.tolerance)
+    check_sweep(begin, to, centre, is_clockwise=is_clockwise)
     return Arc(place, state.plane, end, centre, -_turns(block) if is_clockwise else _turns(block), feed)
 
 

@@ -1,10 +1,14 @@
 """Arcs in a plane: the centre that a radius gives, and whether a centre fits both ends."""
 
-from math import hypot, sqrt
+from math import atan2, hypot, sqrt, tau
 from typing import NamedTuple
 
 Spot = tuple[float, float]
 """Point of a plane: its first and second axis, in millimetres."""
+
+
+LEAST_ANGLE = 1e-6
+"""Radians; LinuxCNC 2.9 makes a whole circle of less."""
 
 
 class ArcTolerance(NamedTuple):
@@ -50,6 +54,16 @@ def centre_by_radius(begin: Spot, end: Spot, radius: float, is_clockwise: bool, 
     if is_clockwise == (radius < 0):
         aside = -aside
     return begin[0] + across / 2 + up * aside, begin[1] + up / 2 - across * aside
+
+
+def check_sweep(begin: Spot, end: Spot, centre: Spot, *, is_clockwise: bool) -> None:
+    """Raise ``ArcMistake`` for an arc of almost no angle: a whole circle may be meant, or nothing."""
+    if begin == end:
+        return
+    angle = atan2(end[1] - centre[1], end[0] - centre[0]) - atan2(begin[1] - centre[1], begin[0] - centre[0])
+    if (-angle if is_clockwise else angle) % tau < LEAST_ANGLE:
+        remedy = "end a whole circle where it begins, to the last digit"
+        raise ArcMistake("the arc ends almost where it begins: a whole circle, or none?", remedy)
 
 
 def check_centre(begin: Spot, end: Spot, centre: Spot, within: ArcTolerance) -> None:

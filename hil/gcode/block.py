@@ -3,7 +3,7 @@
 import re
 from typing import NamedTuple
 
-from hil.gcode.expressions import BadValue, Fault, KnownParameters, Values
+from hil.gcode.expressions import COMMENT, BadValue, Fault, KnownParameters, Values
 from hil.gcode.words import AXES, G_WORDS, M_WORDS, PLAIN, REFUSED_LETTERS, Group, Word
 from hil.vocab.near_words import did_you_mean
 
@@ -86,6 +86,8 @@ def _word(block: Block, values: Values) -> None:
     begin = values.index
     letter = values.peek()
     values.index += 1
+    if letter == COMMENT:
+        return
     if letter == "g":
         _g_word(block, values, begin)
     elif letter == "m":
@@ -109,7 +111,7 @@ def _word(block: Block, values: Values) -> None:
     elif letter in PLAIN:
         _plain_word(block, values, begin, letter)
     elif letter == "o":
-        if not block.indices and not block.codes and values.text[values.index :].isdecimal():
+        if not block.indices and not block.codes and values.text[values.index :].rstrip(COMMENT).isdecimal():
             values.index = len(values.text)  # the number of a program, as other controls have it
             return
         raise BadValue(
@@ -127,9 +129,8 @@ def _word(block: Block, values: Values) -> None:
             begin, f"the byte {byte:#04x} is not UTF-8 text", "save the file as UTF-8; use letters A to Z"
         )
     else:
-        raise BadValue(
-            begin, f"no word begins with {letter!r}", "words are a letter from A to Z and a number"
-        )
+        remedy = "write a point in numbers: 1.5" if letter == "," else "words are a letter and a number: X1.5"
+        raise BadValue(begin, f"no word begins with {letter!r}", remedy)
 
 
 def _plain_word(block: Block, values: Values, begin: int, letter: str) -> None:

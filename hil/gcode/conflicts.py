@@ -33,7 +33,9 @@ def intent_of(block: Block, state: ProgramState) -> Intent:
     if one_shot and one_shot.word.name in _TAKES_AXES:
         return Intent(None, one_shot.at)
     if explicit:
-        return Intent(None if explicit.word.name == "G80" else explicit.word.name, explicit.at)
+        return Intent(explicit.word.name, explicit.at)
+    if off := block.codes.get("motion off"):
+        return Intent(None, off.at)
     letters = block.axes or ("ijk" if state.motion in _ARCS else "")
     indices = [block.indices[letter] for letter in letters if letter in block.indices]
     return Intent(state.motion, min(indices)) if indices else Intent(None, 0)
@@ -43,13 +45,12 @@ def conflicts(block: Block, intent: Intent, state: ProgramState, *, is_in_doubt:
     """Find what does not go together. ``is_in_doubt``: a problem before may have hidden the motion mode."""
     explicit, one_shot = block.codes.get("motion"), block.codes.get("one-shot")
     takes_axes = one_shot is not None and one_shot.word.name in _TAKES_AXES
-    if explicit and takes_axes and explicit.word.name != "G80":
-        assert one_shot is not None
+    if explicit and one_shot and takes_axes:
         both = f"{one_shot.word.name} and {explicit.word.name}"
         yield Fault(max(one_shot.at, explicit.at), f"{both} both take the axis words", "make two lines")
     elif block.axes and not takes_axes and intent.motion is None and not is_in_doubt:
         index = min(block.indices[letter] for letter in block.axes)
-        if explicit:
+        if "motion off" in block.codes:
             yield Fault(index, "G80 ends motion, and there are axis words", "remove G80, or the axis words")
         else:
             yield Fault(index, "axis words without a motion", "write G0, G1, G2 or G3 before")

@@ -52,13 +52,6 @@ DIFFERENCES = (
         "they are not of RS-274/NGC",
     ),
     DialectDifference(
-        "G80 beside another motion",
-        "G0 G80 X1",
-        "refuses",
-        "moves",
-        "both are of one modal group, RS-274/NGC, table 4",
-    ),
-    DialectDifference(
         "G92.1, G92.2 or G92.3 beside G4, G10, G28, G30, G53",
         "G92.1 G28",
         "refuses",
@@ -66,7 +59,7 @@ DIFFERENCES = (
         "both are of one modal group, RS-274/NGC, table 4",
     ),
     DialectDifference(
-        "one P for two words",
+        "one P that two words would take",
         "F100 G64 P2 G2 X1 I0.5",
         "refuses",
         "moves",
@@ -85,6 +78,20 @@ DIFFERENCES = (
         "refuses",
         "moves",
         "there is no coordinate system 1.5",
+    ),
+    DialectDifference(
+        "G95 while the spindle is off",
+        "G95 F1 S100 G1 X1",
+        "refuses",
+        "moves",
+        "nothing would move: the feed is for a turn",
+    ),
+    DialectDifference(
+        "arcs of less than a millionth of a radian, that do not end where they begin",
+        "F100 G2 X0.000001 I5",
+        "refuses",
+        "moves",
+        "LinuxCNC makes a whole circle; nothing may be meant",
     ),
     DialectDifference(
         "F0 with G93",

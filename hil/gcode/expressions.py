@@ -13,6 +13,9 @@ from hil.vocab.near_words import did_you_mean, nearest
 LAST_PARAMETER = 5601
 """The highest number of a parameter, as in LinuxCNC 2.9; RS-274/NGC asks for 5400."""
 
+COMMENT = "("
+"""What stands in a line in the place of a comment."""
+
 DEEPEST = 40
 """Brackets in brackets. Each needs up to nine frames of Python's stack, which has 1000."""
 
@@ -168,6 +171,8 @@ class Values:
             self.index = name.end()
             return self._function(begin, name[0].upper())
         remedy = "write a number, #, or an expression in [ ]"
+        if character == COMMENT:
+            raise BadValue(begin, "a comment stands inside a word", "put comments between words")
         if not character:
             raise BadValue(begin, "a value is missing at the end of the line", remedy)
         raise BadValue(begin, f"a value is missing before {character!r}", remedy)
@@ -201,6 +206,8 @@ class Values:
             if not found:
                 if not self.peek():
                     raise BadValue(bracket, "a [ has no ]", "write the ]")
+                if self.peek() == COMMENT:
+                    raise BadValue(begin, "a comment stands inside a word", "put comments between words")
                 remedy = "operators are ** * / MOD + - EQ NE GT GE LT LE AND OR XOR"
                 raise BadValue(begin, f"there is no operator {self.peek()!r}", remedy)
             operator = found[0]

@@ -28,11 +28,12 @@ from hil.gcode.state import HOME, INCHES, LINEAR, MILLIMETRES, SECOND_HOME, SYST
 from hil.gcode.words import AXES
 from hil.vocab.problem import Problem
 
+MOST_REMARKS = 1000
 SLOWEST = 1e-6
 """Feeds below it count as 0: a motion would never end."""
 
 NOWHERE = 1e-9
-"""A line that moves no axis by more is none: what sums of inches leave, in millimetres or degrees."""
+"""An axis that would move by less stays: sums of inches leave it, in millimetres or degrees."""
 
 _NO_FEED = Feed("per_minute", 0.0)
 """In a program with a problem, which moves nothing."""
@@ -106,7 +107,9 @@ class Interpreter:
             self.problems.append(Problem(self._settings.file, *place, message, remedy))
 
     def _remark(self, index: int, message: str, remedy: str) -> None:
-        self.remarks.append(Problem(self._settings.file, *self._line.place(index), message, remedy))
+        if len(self.remarks) < MOST_REMARKS:
+            place = self._line.place(index)
+            self.remarks.append(Problem(self._settings.file, *place, message, remedy))
 
     def _feed_and_speed(self, block: Block) -> None:
         state, codes, numbers = self.state, block.codes, block.numbers
@@ -248,12 +251,14 @@ class Interpreter:
             else:
                 end[index] = value if is_of_machine else value + state.offset[index]
                 self.doubts.discard(AXES[index])
+            if abs(end[index] - state.position[index]) <= NOWHERE:
+                end[index] = state.position[index]
         return Point(*end)
 
     def _motion(self, block: Block, intent: Intent) -> None:
         explicit = block.codes.get("motion")
-        if explicit:
-            self.state.motion = None if explicit.word.name == "G80" else explicit.word.name
+        if explicit or "motion off" in block.codes:
+            self.state.motion = explicit.word.name if explicit else None
             self.doubts.discard("motion")
         if intent.motion is None:
             return
@@ -291,8 +296,8 @@ class Interpreter:
                 self._problem(intent.at, f"{intent.motion} has no feed", remedy)
                 self.doubts.add("feed")
             return None
-        if state.feed_kind == "per_revolution" and state.speed_rpm == 0:
-            remedy = "write S and a number above 0, and M3 or M4"
+        if state.feed_kind == "per_revolution" and (state.speed_rpm == 0 or state.spindle == "off"):
+            remedy = "write S and a number above 0, and M3 or M4, before"
             self._problem(intent.at, "F is for a turn of the spindle, which stands", remedy)
             return None
         turns_alone = intent.motion == "G1" and self._turns_alone(end)
@@ -304,7 +309,7 @@ class Interpreter:
 
     def _straight(self, index: int, end: Point, feed: Feed | None) -> None:
         """Go straight; not at all if that leads nowhere."""
-        if any(abs(to - here) > NOWHERE for to, here in zip(end, self.state.position, strict=True)):
+        if list(end) != self.state.position:
             self._move(index, end, Straight(self._line.place(index), feed is None, end, feed))
 
     def _move(self, index: int, end: Point, motion: Canonical) -> None:

@@ -47,7 +47,9 @@ class Comment(NamedTuple):
 
 
 class CodeLine:
-    """A line: ``code`` is in small letters, without blanks and comments, ``messages`` are its ``(MSG, ...)``.
+    """A line: ``code`` is in small letters, without blanks, with a ( alone where a comment is.
+
+    ``messages`` are its ``(MSG, ...)``.
 
     ``is_deletable``: it begins with a slash, which is not in ``code``. ``problem`` says what is wrong with
     its length or its comments, with a column from 1; ``code`` ends before it.
@@ -95,8 +97,11 @@ class CodeLine:
         while found := _COMMENT.search(self._raw, at):
             kept.append(self._raw[at : found.start()])
             at = found.end()
-            self._comments.append((found.start(), at))
-            if found["closed"] != ")" and found["text"] is not None:
+            if found["text"] is not None:
+                kept.append("(")
+            is_bracket = found["text"] is not None
+            self._comments.append((found.start() + is_bracket, at))
+            if is_bracket and found["closed"] != ")":
                 self.problem = (found.start() + 1, *_UNCLOSED[found["closed"]])
                 return "".join(kept).translate(_TO_CODE)
             if message := _MESSAGE.match(found["text"] or ""):
@@ -106,4 +111,5 @@ class CodeLine:
 
 
 def _printable(text: str) -> str:
-    return text.encode(errors="surrogateescape").decode(errors="replace")
+    """A text without what terminals obey, and with a mark for bytes that are not UTF-8."""
+    return "".join(each if each.isprintable() else "\ufffd" for each in text)

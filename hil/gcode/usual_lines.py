@@ -34,12 +34,12 @@ def do_usual_line(interpreter: Interpreter, number: int, raw: str) -> bool:
     mm, position = state.units.mm, state.position
     x_mm, y_mm, z_mm = position[:3]
     x_0, y_0, z_0 = position[:3] if state.is_incremental else state.offset[:3]
-    if x_text is not None:
-        x_mm = float(x_text) * mm + x_0
-    if y_text is not None:
-        y_mm = float(y_text) * mm + y_0
-    if z_text is not None:
-        z_mm = float(z_text) * mm + z_0
+    if x_text is not None and abs((to := float(x_text) * mm + x_0) - x_mm) > NOWHERE:
+        x_mm = to
+    if y_text is not None and abs((to := float(y_text) * mm + y_0) - y_mm) > NOWHERE:
+        y_mm = to
+    if z_text is not None and abs((to := float(z_text) * mm + z_0) - z_mm) > NOWHERE:
+        z_mm = to
     f = state.feed if f_text is None else float(f_text)
     is_plain = -_PLAIN < x_mm < _PLAIN and -_PLAIN < y_mm < _PLAIN and -_PLAIN < z_mm < _PLAIN
     if not is_plain or f >= _PLAIN or f < (SLOWEST if motion == "G1" else 0.0):
@@ -49,8 +49,7 @@ def do_usual_line(interpreter: Interpreter, number: int, raw: str) -> bool:
     if f_text is not None:
         state.set_feed(f)
     state.motion = motion
-    x, y, z = position[:3]
-    if abs(x_mm - x) > NOWHERE or abs(y_mm - y) > NOWHERE or abs(z_mm - z) > NOWHERE:
+    if position[:3] != [x_mm, y_mm, z_mm]:
         position[:3] = x_mm, y_mm, z_mm
         begin = min(found.start(group) for group in (1, 2, 3, 4) if found[group] is not None)
         place = Place(number, begin + (1 if g is not None else 0))

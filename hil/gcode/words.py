@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple
 Use = Literal["done", "accepted", "refused"]
 Group = Literal[
     "motion",
+    "motion off",
     "one-shot",
     "plane",
     "distance",
@@ -54,7 +55,7 @@ _G = (
     Word("G1", "motion", "straight line with feed"),
     Word("G2", "motion", "arc clockwise: I J K or R, P turns"),
     Word("G3", "motion", "arc counterclockwise: I J K or R, P turns"),
-    Word("G80", "motion", "no motion mode: axis words are mistakes until the next one"),
+    Word("G80", "motion off", "no motion mode, unless the line has a motion: axis words are mistakes then"),
     Word("G5", "motion", "cubic spline", "refused", _CURVE),
     Word("G5.1", "motion", "quadratic spline", "refused", _CURVE),
     Word("G5.2", "motion", "NURBS begins", "refused", _CURVE),

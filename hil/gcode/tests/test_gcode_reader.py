@@ -17,6 +17,7 @@ from hil.gcode.canonical import (
     Straight,
     Switch,
 )
+from hil.gcode.interpreter import MOST_REMARKS
 from hil.gcode.reader import MOST_PROBLEMS, read_program
 
 
@@ -207,3 +208,40 @@ def test_remarks_say_what_is_done_otherwise_than_meant() -> None:
     assert program.problems == ()
     assert [(each.line, each.column) for each in program.remarks] == [(1, 5), (2, 1)]
     assert read("G21 F10 G1 X1").remarks == ()
+
+
+def test_a_comment_does_not_join_what_it_parts() -> None:
+    assert problems("G0 X1(c)2") == [(1, 9, "no word begins with '2'")]
+    assert problems("G0 X(c)1", "G0 X[1 (c) + 2]") == [
+        (1, 5, "a comment stands inside a word"),
+        (2, 8, "a comment stands inside a word"),
+    ]
+
+
+def test_messages_do_not_command_a_terminal() -> None:
+    assert read("(MSG, a\x1b[2Jb\x07)").motions[0] == Message(Place(1, 1), "a\ufffd[2Jb\ufffd")
+
+
+def test_an_axis_that_goes_nowhere_stays() -> None:
+    """A remainder of a millionth of a millionth would be a path of its own to a plan."""
+    program = read("G0 X76.2", "G20", "G1 F10 X3 A90", "G3 X3 Y0 I1", "G91 G1 A5 X[0.1 + 0.2 - 0.3]")
+    first, turn, whole, last = program.motions[:4]
+    assert turn.end.x == first.end.x == whole.end.x == last.end.x
+    assert turn.feed == last.feed == Feed("per_minute", 10)
+    assert whole.feed == Feed("per_minute", 254)
+
+
+def test_a_motion_off_gives_way_to_a_motion() -> None:
+    assert ends(read("G0 G17 G21 G40 G49 G80 G90 G94", "X1")) == [(1, 0, 0)]
+    assert problems("G0 X1", "G80", "X2") == [(3, 1, "axis words without a motion")]
+
+
+def test_an_arc_of_almost_no_angle_is_no_whole_circle_silently() -> None:
+    message = "the arc ends almost where it begins: a whole circle, or none?"
+    assert problems("F9 G2 X0 Y0.000001 I5") == [(1, 4, message)]
+    assert problems("F9 G2 X0 Y0 I5", "G3 Y0.000001 I5") == []
+    assert problems("F9 G3 X0.000001 R5") == [(1, 4, message)]
+
+
+def test_remarks_have_an_end() -> None:
+    assert len(read(*["M49"] * 3000).remarks) == MOST_REMARKS

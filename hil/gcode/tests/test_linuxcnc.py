@@ -9,10 +9,10 @@ from linuxcnc_reference import RARE, Outcome, Reference, differences, is_here, o
 from hil.gcode.differences import DIFFERENCES, DialectDifference
 from hil.gcode.reader import read_program
 
-EACH = 1 if os.environ.get("HIL_FUZZ") else 10
+EACH = 1 if os.environ.get("HIL_FUZZ") else 20
 """Each how many of the stored programs the interpreter reads again: it starts in 15 ms."""
 
-PROGRAMS = 2000 if os.environ.get("HIL_FUZZ") else 60
+PROGRAMS = 2000 if os.environ.get("HIL_FUZZ") else 40
 
 
 def different(text: bytes, theirs: Outcome) -> list[str]:
