@@ -39,7 +39,9 @@ export class Strip implements Drawer {
   }
 
   isDue(): boolean {
-    return this.sight.isIn && this.feed.ring.total > 0 && this.feed.edge_s(performance.now()) !== this.drawnEdge_s;
+    if (!this.sight.isIn || !this.feed.ring.total) return false;
+    const moved_s = Math.abs(this.feed.edge_s(performance.now()) - this.drawnEdge_s);
+    return !(moved_s < WINDOW_s / this.canvas.width); // less than a pixel would not be seen
   }
 
   draw(now_ms: number): void {
