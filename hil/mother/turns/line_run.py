@@ -71,6 +71,8 @@ class LineRun:
         self._line = 0
         self._packets = 0
         self._begun_ns = self._now_ns = 0
+        self._strays = 0
+        self._is_at_once = False
         self._stops: list[Transaction] = []
         self._end_state = RunState.STOPPED
 
@@ -80,6 +82,7 @@ class LineRun:
         """Begin."""
         self._begun_ns = self._now_ns = at_ns
         self.state = RunState.RUNNING
+        self._strays = self._count_strays()
         self.advance(at_ns)
 
     def pause(self) -> None:
@@ -97,7 +100,7 @@ class LineRun:
     def stop(self, at_ns: int, how: How = "grace", why: str = "") -> None:
         """Stop all axes. ``grace``: by a braking along the path, or at the end of a phrase that ends within
         ``GRACE_S``, which keeps their places known; else by their own decelerations."""
-        if self.state.is_over or (self.state is RunState.STOPPING and how == "grace"):
+        if self.state.is_over or self._is_at_once or (self.state is RunState.STOPPING and how == "grace"):
             return
         why = why or f"{_STOPS[how]} was asked for"
         if how == "grace" and (self._brake() or self._ends_soon(at_ns)):
@@ -189,6 +192,9 @@ class LineRun:
             if all(each.is_over for each in self._stops):
                 self._stopped()
             return
+        if self._count_strays() != self._strays:
+            self._strays = self._count_strays()
+            self._failed("a node answered something that was not sent to it, or long ago: it may have obeyed")
         while self.state is RunState.RUNNING:
             if self._feed:
                 self._feed.advance(now_ns)
@@ -225,6 +231,10 @@ class LineRun:
             self._phrase = item
             self._feed = PhraseFeed(self.mother, self._units, item, self._failed)
         return True
+
+    def _count_strays(self) -> int:
+        table = self.mother.table
+        return sum(table[unit].strays for unit in self._units.values() if unit in table)
 
     def _switch(self, item: RunSwitch, place: int, now_ns: int) -> None:
         """Send the commands of a switch, each when the one before is done."""
@@ -274,7 +284,7 @@ class LineRun:
             self._feed = None
         if not self._stops:
             self.why, self._end_state = why, state
-        self.state = RunState.STOPPING
+        self.state, self._is_at_once = RunState.STOPPING, how == "prejudice"
         self.mother.cancel(at_ns, "the run was stopped")
         if how == "grace":
             for axis, brake in self._brakes.items():

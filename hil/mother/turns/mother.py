@@ -74,9 +74,11 @@ class Mother:
         tries: int | None = None,
         rest_ns: int | None = None,
         is_urgent: bool = False,
+        may_repeat: bool | None = None,
         ended: Ended | None = None,
     ) -> Transaction:
-        """Send a command to a node, or to all. It goes out in its turn.
+        """Send a command to a node, or to all. It goes out in its turn. ``may_repeat``: for one that knows
+        better than the profile whether twice is as good as once.
 
         Raises:
             ValueError: no node has this address, or no packet can carry the command.
@@ -89,7 +91,7 @@ class Mother:
             command,
             frame,
             0 if is_to_all else nodes.answer_bytes,
-            nodes.may_repeat(command),
+            nodes.may_repeat(command) if may_repeat is None else may_repeat,
             tries or self.tries,
             is_urgent,
             self.rest_ns if rest_ns is None else rest_ns,

@@ -3,6 +3,9 @@
 A board tells nobody how many commands wait in it, and drops what is too much. So the plan's times say when a
 command has room. The release is the start of all times: it is read when its packet has come, at the earliest
 when it can have come, at the latest by the line's latency later.
+
+Nobody answers a release to all. So each node gets it once more by itself, and answers: it does nothing at one
+that has heard the first, and lets another begin some milliseconds late, which is counted from then on.
 """
 
 from bisect import bisect_right
@@ -15,9 +18,6 @@ from hil.vocab.time import FOREVER, NS_PER_MS
 
 IN_HAND = 2
 """Commands that are handed to the line at once, so that it is never idle."""
-RELEASES = 2
-"""Packets of a release. A node that has heard the first does nothing at the second; one that has missed it
-begins two milliseconds late, and not at the next phrase."""
 END_NS = 5 * NS_PER_MS
 """Time behind the planned end until a phrase is over: clocks of boards differ by 50 millionths."""
 _US = 1000
@@ -42,6 +42,8 @@ class PhraseFeed:
         self._in_hand = 0
         self._last_us = 0.0
         self._release: Transaction | None = None
+        self._late_us: dict[str, float] = {}
+        """Time by which an axis may have begun late, of those that have confirmed their release."""
         self._is_ended = False
         self.packets = 0
 
@@ -78,7 +80,12 @@ class PhraseFeed:
 
     @property
     def _is_fed(self) -> bool:
-        return self._next is None and not self._in_hand and self.is_released
+        return self._next is None and not self._in_hand and self._is_confirmed
+
+    @property
+    def _is_confirmed(self) -> bool:
+        """True if each axis that moves is known to have begun."""
+        return self.is_released and all(axis in self._late_us for axis in self._starts_us if self.moves(axis))
 
     def due_ns(self) -> int:
         """Time at which ``advance`` has something to do."""
@@ -86,7 +93,7 @@ class PhraseFeed:
             return FOREVER
         if self._is_fed:
             return self._at_ns(self._end_us) + END_NS + 1
-        if self._next and self.is_released and self._in_hand < IN_HAND:
+        if self._next and self._next.command.axis in self._late_us and self._in_hand < IN_HAND:
             return self._at_ns(self._room_us(self._next.command.axis)) + 1
         return FOREVER
 
@@ -96,12 +103,13 @@ class PhraseFeed:
     def _room_us(self, axis: str) -> float:
         """Time from which a board has room for one more command."""
         starts_us, room = self._starts_us[axis], self._mother.nodes.queue_length - 1
-        return starts_us[-room] if len(starts_us) >= room else 0.0
+        return starts_us[-room] + self._late_us[axis] if len(starts_us) >= room else 0.0
 
     @property
     def _end_us(self) -> float:
         """Time of the phrase at which its axes stand; a braking changes it."""
-        return max(self._phrase.duration_s * 1e6, self._last_us)
+        late_us = max(self._late_us.values(), default=0.0)
+        return max(self._phrase.duration_s * 1e6, self._last_us) + late_us
 
     # ---- work ----
 
@@ -117,13 +125,14 @@ class PhraseFeed:
                 return
         if self._release is None and not self._in_hand and not self._is_ended:
             self._release = self._mother.release(now_ns)
-            for _ in range(1, RELEASES):
-                self._mother.release(now_ns)
+            for axis in self._starts_us:
+                if self.moves(axis):
+                    self._confirm(axis, now_ns)
 
     def _may_go(self, axis: str, at_us: float) -> bool:
         if self._release is None:
             return len(self._starts_us[axis]) < min(self._phrase.ahead, self._mother.nodes.queue_length - 1)
-        return self.is_released and self._room_us(axis) <= at_us
+        return axis in self._late_us and self._room_us(axis) <= at_us
 
     def _send(self, placed: CommandOfFile, now_ns: int) -> None:
         command = placed.command
@@ -149,6 +158,22 @@ class PhraseFeed:
                 )
 
         self._mother.send(self._units[command.axis], command.data, now_ns, ended=ended)
+
+    def _confirm(self, axis: str, now_ns: int) -> None:
+        """Let one node begin that has not heard the release, and know that it has begun."""
+
+        def ended(sent: Transaction) -> None:
+            self.packets += sent.sent
+            if self._is_ended:
+                return
+            if sent.outcome is not Outcome.DONE:
+                self.fail(f"node {sent.unit} ({axis}), whether it has begun: {transaction_words(sent)}")
+                return
+            begun_ns = sent.sent_ns + self._mother.timing.characters_ns(len(sent.frame))
+            self._late_us[axis] = (begun_ns - self._sent_ns) / _US
+
+        mother = self._mother
+        mother.send(self._units[axis], mother.nodes.release, now_ns, may_repeat=True, ended=ended)
 
     def _came_us(self, sent: Transaction) -> float:
         """Time of the phrase by which a command was at its node, at the latest."""

@@ -1,101 +1,19 @@
 """Runs over a line of SACs in simulated time: lines and streams, pauses and stops, and what goes wrong."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
-from math import cos, pi, sin
-from typing import NamedTuple
 
 import pytest
+from run_rig import AXES, AXIS, PATHS, TAP, Braking, at_zero, circle, line, pulses
 
-from device_profiles.sac.board import PROFILE
 from device_profiles.sac.line_nodes import NODES
+from device_profiles.sac.packet import encode
 from hil.mother.turns.line_run import AS_TOLD, AT_REST, LineRun
 from hil.mother.turns.mother import Mother
 from hil.mother.turns.run_items import RunDwell, RunItem, RunPause, RunState, RunSwitch
 from hil.testing.line_masters import attend
-from hil.vocab.path_planning import AxisMotion, NodeCommand, StepperAxis
+from hil.vocab.path_planning import AxisMotion
 from hil.vocab.time import NS_PER_MS
-
-PATHS = PROFILE.paths
-assert PATHS
-TAP = "bus0.master"
-AXIS = StepperAxis(200, 1, 10)
-PULSES_PER_DEG = 400 / 360
-AXES = {"x": 4, "y": 5, "z": 6}
-
-
-class Place(NamedTuple):
-    line: int
-
-
-class Placed(NamedTuple):
-    command: NodeCommand
-    place: Place
-
-
-@dataclass
-class Phrase:
-    commands: Iterator[Placed]
-    ahead: int
-    duration_s: float
-    begin: dict[str, int]
-    end: dict[str, int]
-    place: Place = field(default=Place(1))
-
-    def brake(self) -> bool:
-        return False
-
-
-def line(begin: dict[str, int], number: int = 1, speed: float = 2000, **moves: int) -> Phrase:
-    """Coordinated line from ``begin``, by so many pulses."""
-    largest = max(abs(each) for each in moves.values())
-    motions = {
-        axis: AxisMotion(AXIS, pulses, speed * abs(pulses) / largest, 8000 * abs(pulses) / largest)
-        for axis, pulses in moves.items()
-    }
-    planned = PATHS.line(motions)
-    end = {axis: begin[axis] + moves.get(axis, 0) for axis in begin}
-    commands = (Placed(command, Place(number)) for command in planned.commands)
-    return Phrase(commands, 29, planned.duration_us / 1e6, begin, end, Place(number))
-
-
-def circle(begin: dict[str, int], radius: int = 800, pieces: int = 80, piece_s: float = 0.05) -> Phrase:
-    """Circle of x and y in pieces of constant speed, back to where it began."""
-    stream = PATHS.stream({axis: AXIS for axis in "xy"})
-    made: list[Placed] = []
-    before = (0, 0)
-    for piece in range(1, pieces + 1):
-        angle = 2 * pi * piece / pieces
-        here = (round(radius * (cos(angle) - 1)), round(radius * sin(angle)))
-        moves = {axis: now - was for axis, now, was in zip("xy", here, before, strict=True)}
-        made += [Placed(each, Place(piece)) for each in stream.add(piece_s * 1e6, moves)]
-        before = here
-    made.sort(key=lambda each: each.command.needed_us)
-    return Phrase(iter(made), 20, pieces * piece_s, begin, dict(begin))
-
-
-class Braking(Phrase):
-    """Phrase that ends behind the last command that was taken."""
-
-    def __init__(self, of: Phrase) -> None:
-        vars(self).update(vars(of))
-        self._left = list(of.commands)
-        self.commands = self._taken()
-        self._done = {axis: [0.0, 0] for axis in of.begin}
-
-    def _taken(self) -> Iterator[Placed]:
-        while self._left:
-            placed = self._left.pop(0)
-            done = self._done[placed.command.axis]
-            done[0], done[1] = placed.command.end_us, done[1] + placed.command.pulses
-            yield placed
-
-    def brake(self) -> bool:
-        self._left.clear()
-        self.duration_s = max(end_us for end_us, _ in self._done.values()) / 1e6
-        self.end = {axis: self.begin[axis] + int(pulses) for axis, (_, pulses) in self._done.items()}
-        return True
 
 
 @pytest.fixture
@@ -108,19 +26,8 @@ def rig(segment):
     return bench, mother
 
 
-def pulses(bench) -> dict[str, int]:
-    return {
-        axis: round(bench.axis(f"s{node}").snapshot().commanded_deg * PULSES_PER_DEG)
-        for axis, node in AXES.items()
-    }
-
-
 def carry_out(bench, run: LineRun, until=None) -> None:
     attend(bench, {TAP: run}, until or (lambda: run.is_over))
-
-
-def at_zero() -> dict[str, int]:
-    return dict.fromkeys(AXES, 0)
 
 
 def made(rig, items: Sequence[RunItem], **given) -> LineRun:
@@ -364,7 +271,7 @@ def test_a_port_that_vanishes_in_the_middle_is_told(rig):
     assert mother.outstanding == []
 
 
-def test_a_node_that_misses_the_first_release_begins_with_the_second(rig, fault):
+def test_a_node_that_misses_the_release_begins_by_its_own(rig, fault):
     bench, _ = rig
     phrase = line(at_zero(), x=800, y=800)
     run = made(rig, [phrase])
@@ -373,3 +280,24 @@ def test_a_node_that_misses_the_first_release_begins_with_the_second(rig, fault)
     carry_out(bench, run)
     assert run.state is RunState.ENDED
     assert pulses(bench) == phrase.end
+
+
+def test_a_node_that_may_have_missed_both_releases_is_told(rig, fault):
+    bench, _ = rig
+    run = made(rig, [line(at_zero(), x=800, y=800)])
+    carry_out(bench, run, lambda: bool(run._feed and run._feed.is_released))
+    bench.fault("wire_cut", "s5.network")
+    carry_out(bench, run)
+    assert run.state is RunState.FAILED
+    assert run.why == "node 5 (y), whether it has begun: y: not known (no answer to 3 tries)"
+    assert [each.is_known for each in run.report.axes] == [False, False, True]
+
+
+def test_an_answer_of_a_node_that_was_not_asked_stops_the_run(rig):
+    bench, _ = rig
+    run = made(rig, [line(at_zero(), x=8000)])
+    carry_out(bench, run, lambda: run.progress(bench.now_ns).done_s > 0.5)
+    bench.tap(TAP).write(encode(5, 1, b"m100"))  # as a packet whose address was changed by noise
+    carry_out(bench, run)
+    assert run.state is RunState.FAILED
+    assert "not sent to it" in run.why
