@@ -74,7 +74,7 @@ class Options(BaseModel):
     )
     sockets: int = Field(default=64, ge=1, le=1000, description="Pages that can be open at a time.")
     message_kb: int = Field(
-        default=64,
+        default=1024,
         ge=1,
         le=4096,
         description="Longest message of a page, in kB; a longer one ends its socket.",

@@ -154,6 +154,18 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "verbs": [{"verb": str, "about": str, "parameters": {str: str}, "texts": [str]}],
     "run": (_RUN, _PROBLEMS, {"run": str, "steps": int, "state": _ABSENT}),
     "runs": [_RUN],
+    "drawing": (
+        {"problems": [str], "of": ("machine", "program")},
+        {
+            "problems": [str],
+            "remarks": [str],
+            "machine": str,
+            "figures": {"lines": int, "duration_s": float, "feed_mm": float, "rapid_mm": float},
+            "axes": [{"letter": str, "axis": str, "deg_per_unit": float, "zero_deg": float}],
+            "path": {"places": [float], "count": int},
+            "runs": [{"text": str, "duration_s": float, "timeline": [[float]]}],
+        },
+    ),
     "cancel_run": _RUN,
     "pace_run": _RUN,
     "benches": [

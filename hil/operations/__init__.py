@@ -6,6 +6,6 @@ parts that they need; health and metrics are readings of such parts. The control
 are: it has the desk and nothing else. The side that asks there is ``hil.net.control_client``.
 
 May import: hil.canopen,
-hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.host, hil.live, hil.net,
-hil.registers, hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire, the standard library.
+hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.gcode, hil.host, hil.live, hil.net,
+hil.registers, hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library.
 """

@@ -12,6 +12,7 @@ from hil.operations.bus_reports import data_sheet, listed_buses
 from hil.operations.channel_operations import ChannelOperations
 from hil.operations.desk import Desk
 from hil.operations.devices import Devices
+from hil.operations.drawing_operation import DrawingOperation
 from hil.operations.drive_operations import DriveOperations
 from hil.operations.health import Health
 from hil.operations.looking_on import LookingOn
@@ -79,6 +80,7 @@ def make_desk(
         "clear": bench.clear,
         "faults": lambda asked: faults.listed(),
         "run": bench.run,
+        "drawing": DrawingOperation(runs.axes).drawing,
         "runs": bench.runs,
         "cancel_run": lambda asked, how: queue.cancel(asked.target, how).as_dict(),
         "pace_run": lambda asked, pace: queue.set_pace(asked.target, pace).as_dict(),

@@ -8,7 +8,7 @@ import { checkRun, fileName, isChecked, isGood, problems, readRuns, startRun, te
 import { RunList } from "./run_list";
 import "./runs.css";
 
-const MOST_BYTES = 60_000;
+const MOST_BYTES = 900_000;
 
 function RunsView() {
   const connections = link.connections.value;

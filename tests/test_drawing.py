@@ -1,0 +1,91 @@
+"""The operation ``drawing`` at a bench's desk: problems with their places, figures, path and runs."""
+
+import asyncio
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from desk_support import VIEWER, Asking, Using, desk_in, refusal
+
+from hil.net.answers import misfit
+from hil.operations.drawing_operation import MACHINE_CHARACTERS, MOST_WAITING
+
+MACHINE = """machine: plotter
+axes:
+  x: {axis: m1, deg_per_mm: 9, min_mm: 0, max_mm: 50, velocity_mm_per_min: 3000, acceleration_mm_per_s2: 500}
+"""
+
+
+@pytest.fixture
+def using(tmp_path: Path) -> Using:
+    return desk_in(tmp_path)
+
+
+async def drawn(ask: Asking, text: str, machine: str = MACHINE, **given: Any) -> dict[str, Any]:
+    """What the operation answers, to a viewer."""
+    given |= {"text": text, "machine": machine}
+    answer = await ask.desk.ask(VIEWER, "drawing", "", given)
+    assert misfit("drawing", answer) == ""
+    json.dumps(answer)
+    return dict(answer)
+
+
+def test_a_drawing_is_planned_and_its_problems_have_places(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        good = await drawn(ask, "G21 G90\nG0 X10\nG1 X20 F6000\nM2\n")
+        assert good["problems"] == []
+        assert good["figures"]["feed_mm"] == 10
+        assert good["path"]["places"][-2:] == [10, 20]
+        assert good["path"]["rapids"] == [[1, 2]]
+        assert good["path"]["lines"] == [[1, 2], [2, 3]]
+        assert "F6000 is too fast for X" in good["remarks"][0]
+        slow = await drawn(ask, "G21 G90\nG1 X20 F600\nM2\n", feed_percent=50.0)
+        assert slow["figures"]["duration_s"] > 4
+        bad = await drawn(ask, "G21 G90\nG1 X20\nG1 X99 F1\nG7\n", file="part.ngc")
+        assert bad["of"] == "program"
+        assert [each.split(" ")[0] for each in bad["problems"]] == [
+            "part.ngc:2:1:",
+            "part.ngc:4:1:",
+            "part.ngc:4:3:",
+        ]
+        beyond = await drawn(ask, "G21 G90\nG1 X99 F1\nM2\n", file="part.ngc")
+        assert beyond["problems"] == ["part.ngc:2:1: X would go to 99 mm (its range is 0 to 50)"]
+
+    using(use)
+
+
+@pytest.mark.parametrize(
+    ("text", "machine", "of", "said"),
+    [
+        ("G0 X1", "", "machine", "machine"),
+        ("G0 X1", MACHINE.replace("m1", "m9"), "machine", "the bench has no axis m9"),
+        ("G0 X1", MACHINE.replace("max_mm: 50", "max_mm: x"), "machine", "machine:3:"),
+        ("G0 X1", MACHINE.replace("axis: m1", "node: 4, steps_per_mm: 8"), "machine", "no axis of the bench"),
+        ("X" * (1 << 20), MACHINE, "program", "program:1:"),
+        ("\0\0G0\0", MACHINE, "program", "program:1:"),
+        ("\ud800 G0", MACHINE, "program", "program:1:"),
+        ("\ufeffG0 Ä1", MACHINE, "program", "program:1:"),
+    ],
+)
+def test_bad_input_is_said_with_its_place(using: Using, text: str, machine: str, of: str, said: str) -> None:
+    async def use(ask: Asking) -> None:
+        bad = await drawn(ask, text, machine)
+        assert bad["of"] == of
+        assert any(said in each for each in bad["problems"]), bad["problems"]
+        assert all(len(each) < 500 for each in bad["problems"])
+
+    using(use)
+
+
+def test_only_so_much_is_planned(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        given = {"text": "G0 X1", "machine": "x" * (MACHINE_CHARACTERS + 1)}
+        assert (await refusal(ask("drawing", **given)))[0] == "bad_request"
+        many = [asyncio.ensure_future(drawn(ask, "G0 X1\n" * 5_000 + "M2")) for _ in range(MOST_WAITING)]
+        await asyncio.sleep(0)
+        assert (await refusal(ask("drawing", text="G0 X1", machine=MACHINE)))[0] == "not_now"
+        await asyncio.gather(*many)
+        assert (await drawn(ask, "G0 X1\nM2"))["problems"] == []
+
+    using(use)
