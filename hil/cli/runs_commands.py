@@ -100,7 +100,7 @@ def pace(
     The axes stay on their paths. What has times of its own, moves of SACs and levels of pins, goes on to its
     end first. A run that has ended stays as it is.
 
-    Example: hil runs pace square 0
+    Example: hil runs pace square 0.5
     """
     progress = ask_bench(bench, runtime_dir, "pace_run", name=name, pace=share)
     return CommandAnswer(progress, run_line(progress))

@@ -374,9 +374,9 @@ def test_who_does_not_read_loses_what_comes_then_the_socket(monkeypatch: pytest.
 def test_a_message_that_is_too_long_ends_its_page_alone() -> None:
     async def use(door: Door) -> None:
         async with door.page() as page, door.page() as other:
-            await page.socket.send_str("x" * 70_000)
+            await page.socket.send_str("x" * 1_100_000)
             assert await page.closed() == 1009
-            assert await other.ask("ask", operation="faults", given={"text": "x" * 60_000}) == []
+            assert await other.ask("ask", operation="faults", given={"text": "x" * 1_000_000}) == []
 
     run(use)
 

@@ -72,7 +72,7 @@ class ModelAxis:
 
     def state(self) -> AxisState:
         now_ns, moves = self.clock.now_ns, self.is_under_way
-        at_deg = self._at(now_ns) + (90.0 if self._has_gone("is moved") else 0.0)
+        at_deg = self._at(now_ns) + (77.7 if self._has_gone("is moved") else 0.0)  # to no angle of a run
         told_deg = at_deg if self.tells_position else None
         is_on = True if self.tells_position else None
         keeps = self.follows_paths and self.tells_position
