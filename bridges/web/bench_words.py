@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Iterable
+from secrets import token_hex
 from typing import Any
 
 from bridges.web.web_messages import dumped
@@ -29,6 +30,7 @@ class BenchWords:
 
     def __init__(self, desk: Desk, version: str) -> None:
         self._desk, self._version = desk, version
+        self._instance = token_hex(8)
         self._text: str | None = None
         self._changes = 0
         self._making = asyncio.Lock()
@@ -59,7 +61,7 @@ class BenchWords:
             devices.append(dumped(_device(name, device)))
             if number % SLICE == 0:
                 await asyncio.sleep(0)
-        rest = dumped(_bench(here, self._version))
+        rest = dumped({**_bench(here, self._version), "instance": self._instance})
         return f'{rest[:-1]},"devices":[{",".join(devices)}]}}'
 
 

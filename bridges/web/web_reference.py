@@ -36,7 +36,7 @@ REQUESTS = {
 }
 PUSHES = {
     "hello": "the first message: the bench with its devices, verbs, fields, segments, buses, ports,"
-    " operations and kinds of faults; `user`, `role`, `version`",
+    " operations and kinds of faults; `user`, `role`, `version`, and `instance`, another one for each start",
     "changed": "the same, after a reload",
     "watch, items, lost": f"what came since the last time; of more than {MOST_ITEMS:,} that wait the oldest"
     " are lost, and counted",

@@ -4,17 +4,22 @@ import { marked, movedBack, readFaults } from "./model/fault_marks";
 import { RESTART_GAP_s } from "./model/ring";
 import { readRun } from "./model/run_progress";
 import { readStatus } from "./model/status";
-import { activeFaults, benchTime_s, faultMarks, link, takeProgress, takeStatus, toldTime_s } from "./store";
+import { activeFaults, benchTime_s, faultMarks, hello, link, takeProgress, takeStatus, toldTime_s } from "./store";
 
 const STATUS_RATE_HZ = 2;
 
 export function startFeeds(): void {
+  let instance: string | undefined;
   link.watch({ what: "status", rate_Hz: STATUS_RATE_HZ }, {
     value: (value) => {
       const now = readStatus(value);
       const last_s = toldTime_s();
       const back_s = last_s - (now.sim_ns ?? 0) / 1e9;
-      if (back_s > 0) faultMarks.value = movedBack(faultMarks.peek(), back_s + RESTART_GAP_s, last_s);
+      const here = hello.peek()?.instance;
+      if (instance !== undefined && instance !== here) {
+        faultMarks.value = movedBack(faultMarks.peek(), back_s + RESTART_GAP_s, last_s);
+      }
+      instance = here;
       takeStatus(now);
     },
   });

@@ -39,6 +39,15 @@ describe("Ring", () => {
     expect(ring.movedBack_s).toBeCloseTo(1.2);
   });
 
+  it("puts all of before a restart before what comes, whatever the new clock shows", () => {
+    const ring = new Ring(10, 2);
+    ring.push(Float64Array.of(1, 5, 2, 6), 2, 2);
+    ring.restart();
+    ring.push(Float64Array.of(9, 7), 1, 2);
+    ring.push(Float64Array.of(9.5, 8), 1, 2);
+    expect(Array.from({ length: ring.total }, (_, index) => ring.at(0, index))).toEqual([7, 8, 8, 9, 9.5]);
+  });
+
   it("is copied as it is, and rearranged by column", () => {
     const ring = filled(12, 10);
     const copy = ring.copy();

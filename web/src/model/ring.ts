@@ -10,6 +10,7 @@ export class Ring {
   total = 0;
   /** Seconds by which rows have been moved back, over all restarts of the bench's clock. */
   movedBack_s = 0;
+  private isRestarted = false;
 
   constructor(
     readonly capacity: number,
@@ -41,7 +42,8 @@ export class Ring {
     for (let row = 0; row < rows; row++) {
       const from = row * columns;
       const time = values[from]!;
-      if (this.total && time < this.last_s) this.moveBack(this.last_s - time + RESTART_GAP_s);
+      if (this.total && (this.isRestarted || time < this.last_s)) this.moveBack(this.last_s - time + RESTART_GAP_s);
+      this.isRestarted = false;
       const to = this.total % this.capacity;
       for (let column = 0; column < width; column++) this.columns[column]![to] = values[from + column]!;
       for (let column = width; column < this.width; column++) this.columns[column]![to] = NaN;
@@ -57,6 +59,11 @@ export class Ring {
     this.columns[0]![to] = time;
     for (let column = 1; column < this.width; column++) this.columns[column]![to] = NaN;
     this.total++;
+  }
+
+  /** The bench begins anew: what comes next is of another clock, whatever it shows. */
+  restart(): void {
+    this.isRestarted = true;
   }
 
   private moveBack(by_s: number): void {

@@ -63,6 +63,8 @@ export interface Hello {
   protocol: number;
   version: string;
   bench: string;
+  /** Another one for each start of the bench. */
+  instance: string;
   user: string;
   role: Role;
   devices: DeviceRow[];
@@ -121,6 +123,7 @@ export function readHello(raw: unknown): Hello {
     protocol: Number(told["protocol"] ?? 0),
     version: text(told["version"]),
     bench: text(told["bench"]),
+    instance: text(told["instance"]),
     user: text(told["user"]),
     role: role === "operator" || role === "admin" ? role : "viewer",
     devices: list<Json>(told["devices"]).filter(isObject).map(readDevice),

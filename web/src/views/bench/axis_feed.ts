@@ -25,6 +25,8 @@ export class AxisFeed {
   private readonly wanted = new Map<symbol, string[]>();
   private watch: WatchHandle | null = null;
   private isGap = false;
+  /** The start of the bench that the newest samples are of. */
+  private instance: string | undefined;
   private offset_s = NaN;
 
   constructor(readonly axis: string) {}
@@ -77,7 +79,10 @@ export class AxisFeed {
 
   private take(values: Float64Array, rows: number, columns: number, lost: number): void {
     if (!rows) return;
-    if (this.isGap) this.ring.gap();
+    const instance = link.hello.peek()?.instance;
+    if (instance !== this.instance) this.ring.restart();
+    else if (this.isGap) this.ring.gap();
+    this.instance = instance;
     this.isGap = false;
     this.ring.push(values, rows, columns);
     if (lost !== this.lost.peek()) this.lost.value = lost;
