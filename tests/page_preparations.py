@@ -294,6 +294,22 @@ def _(session: Session, _: str) -> str:
 # ---- SACs and segments ----
 
 
+def serve_line(session: Session) -> None:
+    """Serve the page's line, with an address for each node."""
+    server = session.serve(session.text("Be the master of a line"), speed=1)
+    with server.client("s2") as terminal:
+        terminal.ask(b"$CM86\r", b"SAC>")
+        terminal.ask(b"$R\r", b"SAC>")
+
+
+@before("mother", "Commands")
+def _(session: Session) -> None:
+    serve_line(session)
+    session.varies = (r"\d+\.\d m?s", r" +(?=\n)")
+    row = " {} , 100 , 1 , 1 , 69 , 4321 , 1 , 10.47 , .5 , 3 , 1 , 2400000 \r\n"
+    session.write("queue.txt", "".join(row.format(position) for position in range(1, 31)))
+
+
 @before("sac-network", "Files of the companion program")
 def _(session: Session) -> None:
     session.serve(DEMO)

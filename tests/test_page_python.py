@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import pytest
 from e2e_support import Place, free_port
 from markdown_blocks import ROOT, blocks, fits
+from page_preparations import serve_line
 from page_sessions import Session
 
 PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
@@ -21,6 +22,7 @@ PROGRAMS = {
     ("can", "Drives on a CAN bus: CANopen"): "test_how_to_can.py",
     ("modbus", "Position in registers, start bit, done bit"): "test_how_to_modbus.py",
     ("modbus", "Nodes on an RS485 line"): "test_how_to_modbus.py",
+    ("mother", "In a program"): "test_page_python.py",
     ("ports", "tcp: a socket"): "test_page_python.py",
     ("ports", "rfc2217: a socket with baud, break and modem lines"): "test_page_python.py",
     ("ports", "With and without `baud:`"): "test_page_python.py",
@@ -94,6 +96,12 @@ def test_ports_as_the_page_opens_them(place: Place) -> None:
         assert fits(session.text(heading, "text"), session.program(heading))
         session.serve(session.text("Ports").replace("kind: tcp", "kind: rfc2217"))
         assert fits(angle, session.program("rfc2217: a socket with baud, break and modem lines"))
+
+
+def test_a_program_is_the_master_of_a_line(place: Place) -> None:
+    with Session(place, "docs/how-to/mother.md") as session:
+        serve_line(session)
+        assert session.program("In a program") == session.text("In a program", "text")
 
 
 def test_the_bench_without_pytest(capsys: pytest.CaptureFixture[str]) -> None:
