@@ -111,7 +111,10 @@ def _word(block: Block, values: Values) -> None:
     elif letter in PLAIN:
         _plain_word(block, values, begin, letter)
     elif letter == "o":
-        if not block.indices and not block.codes and values.text[values.index :].rstrip(COMMENT).isdecimal():
+        if (
+            not (block.indices or block.codes or block.settings)
+            and values.text[values.index :].rstrip(COMMENT).isdecimal()
+        ):
             values.index = len(values.text)  # the number of a program, as other controls have it
             return
         raise BadValue(

@@ -19,6 +19,8 @@ def read_program(text: bytes, settings: Settings | None = None) -> Program:
     interpreter = Interpreter(settings)
     count = _read_lines(lines, interpreter)
     problems = interpreter.problems
+    if interpreter.has_ended:
+        interpreter.remarks += _behind_the_end(lines, count, settings.file)
     if not interpreter.has_ended and len(problems) < MOST_PROBLEMS:
         remedy = "end it with M2 or M30, or put % in its first and last line; was the file cut off?"
         column = len(lines[-1].rstrip()) + 1 if lines else 1
@@ -44,3 +46,13 @@ def _read_lines(lines: list[str], interpreter: Interpreter) -> int:
         if interpreter.has_ended or len(interpreter.problems) >= MOST_PROBLEMS:
             return number
     return len(lines)
+
+
+def _behind_the_end(lines: list[str], count: int, file: str) -> list[Problem]:
+    """Remark about lines behind the end of a program, if any says something."""
+    for number, raw in enumerate(lines[count:], count + 1):
+        if raw.strip() not in ("", "%"):
+            column = len(raw) - len(raw.lstrip()) + 1
+            message = f"this is behind the end of the program in line {count}: it is not read"
+            return [Problem(file, number, column, message, "remove it, or the end")]
+    return []

@@ -243,5 +243,19 @@ def test_an_arc_of_almost_no_angle_is_no_whole_circle_silently() -> None:
     assert problems("F9 G3 X0.000001 R5") == [(1, 4, message)]
 
 
+def test_the_number_of_a_program_stands_alone() -> None:
+    assert read("O1234", "N5 o7 (name)").problems == ()
+    for line in ("G0 O5", "#<a>=1 O5", "O5 G0", "O<sub> call"):
+        assert "O words" in read(line).problems[0].message
+        assert read(line).motions == ()
+
+
+def test_what_is_behind_the_end_is_not_read_and_said() -> None:
+    program = read("G0 X1", "M2", "", " X2", "X3")
+    assert ends(program) == [(1, 0, 0)]
+    assert [(each.line, each.column) for each in program.remarks] == [(4, 2)]
+    assert read_program(b"%\nM30\n%\n\n").remarks == ()
+
+
 def test_remarks_have_an_end() -> None:
     assert len(read(*["M49"] * 3000).remarks) == MOST_REMARKS
