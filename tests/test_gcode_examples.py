@@ -34,9 +34,9 @@ def test_each_file_is_made_by_the_program() -> None:
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_each_stays_where_a_small_mill_is(name: str) -> None:
     for x, y, z in ends(read((FOLDER / name).read_text())):
-        assert 0 <= x <= 200
-        assert 0 <= y <= 200
-        assert -10 <= z <= 120
+        assert 0 <= x <= 120
+        assert 0 <= y <= 80
+        assert -5 <= z <= 30
 
 
 def test_an_engraving_has_the_lines_that_are_asked_for() -> None:

@@ -1,4 +1,4 @@
-"""Programs in G-code as CAM programs write them, the same each time.
+"""Programs in G-code as CAM programs write them, the same each time, for the mill of ``examples/mother``.
 
 ``python examples/gcode/make_programs.py`` writes those of this folder; with a name of a file and a number of
 lines it writes a larger engraving.
@@ -15,13 +15,13 @@ SHORT = 400
 
 
 def engraving(lines: int) -> str:
-    """Rosettes, cut in strokes of forty points, with a rapid above the work between them. 160 mm wide."""
-    text = ["%", "(rosettes, 160 mm wide)", "G21 G90 G17 G94 G64 P0.02", "T1 M6", "S12000 M3", "G0 Z5"]
+    """Rosettes, cut in strokes of forty points, with a rapid above the work between them. 70 mm wide."""
+    text = ["%", "(rosettes, 70 mm wide)", "G21 G90 G17 G94 G64 P0.02", "T1 M6", "S12000 M3", "G0 Z5"]
     end = ["G0 Z5", "M5", "G0 X0 Y0", "M30", "%"]
     step = 0
     while len(text) < lines - len(end):
-        angle, radius = tau * step / 733, 60 + 20 * sin(tau * step / 97)
-        x, y = 100 + radius * cos(angle), 100 + radius * sin(angle)
+        angle, radius = tau * step / 733, 27 + 8 * sin(tau * step / 97)
+        x, y = 60 + radius * cos(angle), 40 + radius * sin(angle)
         depth = -0.4 - 0.2 * cos(tau * step / 61)
         match step % 40:
             case 0:
@@ -45,7 +45,7 @@ def arcs() -> str:
 
 
 def _arcs() -> Iterator[str]:
-    yield from ("(arcs of every kind)", "G21 G90 G17 G91.1 G94 F1200", "G0 X100 Y100 Z20")
+    yield from ("(arcs of every kind)", "G21 G90 G17 G91.1 G94 F1200", "G0 X60 Y40 Z15")
     for plane, first, second, i, j in ("G17", *"XYIJ"), ("G18", *"ZXKI"), ("G19", *"YZJK"):
         yield f"({plane}: quarters, halves, wholes)"
         yield f"{plane} G91"
@@ -58,26 +58,26 @@ def _arcs() -> Iterator[str]:
                     yield f"G0 {first}{-one:.6f} {second}{-other:.6f}"
             yield f"{word} {i}3 {j}1"
             yield f"{word} {i}3 {j}1 P3"
-        yield "G90 G0 X100 Y100 Z20"
+        yield "G90 G0 X60 Y40 Z15"
     yield "(radii: the shorter and the longer arc)"
     yield "G17"
     for word in ("G2", "G3"):
-        for radius in (10, -10, 10.5, -10.5, 40, -40):
-            yield f"{word} X120 Y100 R{radius}"
-            yield "G0 X100 Y100"
+        for radius in (10, -10, 10.5, -10.5, 15, -15):
+            yield f"{word} X80 Y40 R{radius}"
+            yield "G0 X60 Y40"
     yield "(helices)"
-    yield "G3 X100 Y100 Z10 I10 J0 P4 F600"
-    yield "G2 X120 Y100 Z20 I10 J0"
+    yield "G3 X60 Y40 Z5 I10 J0 P4 F600"
+    yield "G2 X80 Y40 Z15 I10 J0"
     yield "G90.1 (centres as places)"
-    yield "G3 X100 Y100 I110 J100"
+    yield "G3 X60 Y40 I70 J40"
     yield "G91.1 (and as distances again)"
     yield "G20 (inches)"
-    yield "G2 X4.5 Y4.0 I0.28150 J0.03150"
-    yield "G21 G0 X100 Y100"
+    yield "G2 X2.9 Y1.6 I0.26890 J0.01260"
+    yield "G21 G0 X60 Y40"
     yield "(a line of tiny arcs)"
     for step in range(60):
-        yield f"{'G2' if step % 2 else 'G3'} X{99.5 - step * 0.5:.1f} Y100 I-0.25 J0"
-    yield from ("G0 Z20", "M2")
+        yield f"{'G2' if step % 2 else 'G3'} X{59.5 - step * 0.5:.1f} Y40 I-0.25 J0"
+    yield from ("G0 Z15", "M2")
 
 
 def mixed_units() -> str:
@@ -106,10 +106,10 @@ def expressions() -> str:
     text = [
         "(six dimples on a ring; the ring stands in two parameters)",
         "G21 G90 G94 G17",
-        "#<radius> = 30",
+        "#<radius> = 25",
         "#<depth> = -1.5",
         "#1 = 0 (angle in degrees)",
-        "G10 L2 P2 X100 Y100 (the ring's centre is the origin of G55)",
+        "G10 L2 P2 X60 Y40 (the ring's centre is the origin of G55)",
         "G55",
         "G0 Z5",
     ]
