@@ -12,6 +12,9 @@ COMMAND_CHARACTERS = 29
 """Characters of a command of a stream on the line, ``m-1234vc12345``: a packet of 19, a turnaround of two,
 an answer of 7, and one in reserve. Source: SAC user manual, communications."""
 BITS_OF_CHARACTER = 10
+COMFORT_S = 0.6
+"""Time that commands are early with which nothing more has to be at the boards before the start: programs on
+a busy computer are that late."""
 WINDOW_S = 1.0
 """Time in which commands are counted."""
 
@@ -43,7 +46,7 @@ def line_load(machine: Machine, begin: tuple[float, ...], segments: Sequence[Seg
     margin_s, ahead = float("-inf"), 0
     for ahead in sorted({min(count, len(counts)) for count in (4, 8, 16, WAITING)}):
         margin_s = _margin_s(counts, starts_s, ahead, each_s)
-        if margin_s >= machine.segment_s:
+        if margin_s >= COMFORT_S:
             break
     return LineLoad(_busiest_per_s(counts, starts_s), 1 / each_s, ahead, margin_s)
 

@@ -68,11 +68,11 @@ class NodePhrases:
         ValueError: an axis has no node.
     """
 
-    def __init__(self, machine: Machine, planner: PathPlanner) -> None:
+    def __init__(self, machine: Machine, planner: PathPlanner, override: float = 1.0) -> None:
         if not machine.has_nodes:
             raise ValueError(f"{machine.name} has axes without a node")
         self._machine, self._planner = machine, planner
-        self.override = 1.0
+        self.override = override
         """Factor on the feeds of all that is planned from now on."""
 
     def of(self, plan: PathPlan) -> Iterator[PathPhrase | Item]:

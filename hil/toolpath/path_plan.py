@@ -59,6 +59,7 @@ class PathPlan:
 
     machine: Machine
     file: str
+    override: float = 1.0
     items: list[PlannedStretch | Item] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     remarks: list[Problem] = field(default_factory=list)
@@ -112,7 +113,7 @@ def plan_path(
     """Check motions against a machine that stands at ``begin``, and plan them; ``override`` is a factor on
     all feeds."""
     checked = check_motions(motions, machine, file, begin)
-    plan = PathPlan(machine, file, problems=checked.problems, remarks=checked.remarks)
+    plan = PathPlan(machine, file, override, problems=checked.problems, remarks=checked.remarks)
     if plan.problems:
         return plan
     for item in checked.items:
