@@ -28,10 +28,11 @@ EXIT_CODES: dict[int, str] = {
     Exit.MISTAKE: "a mistake, with which a retry does not help: an option or a name that does not exist, a"
     " value out of its limits (all other codes of refusals), or a configuration or a file with problems,"
     " which are listed; of `hil serve`: something it needs is refused or in use",
-    Exit.RUN_FAILED: "of `hil run`: the run failed; the report says why, and where all axes were left",
+    Exit.RUN_FAILED: "of `hil run` and `hil mother gcode`: it failed; the report says why, and where all"
+    " axes were left",
     Exit.RUN_CANCELLED: "of `hil run`: somebody else cancelled the run",
     Exit.NOT_KNOWN: "of `hil mother`: the outcome of a command is not known: it was carried out once, or not"
-    " at all",
+    " at all; of `hil mother gcode`: where an axis stands is not known",
     Exit.FIRMWARE_HUNG: "of `hil serve`: a firmware could not be interrupted; the next start names it",
     Exit.INTERRUPTED: "ended early by Ctrl-C or SIGTERM; `hil run` ends its run first",
 }

@@ -5,6 +5,7 @@ import asyncio
 import os
 import sys
 import termios
+import threading
 import tty
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -218,18 +219,11 @@ def _shown(planned: PlannedFile) -> Iterator[Callable[["LineRun", int, float], N
     """Progress on the standard error: a bar on a terminal, else a line for each tenth."""
     total_s, lines = planned.plan.duration_s, planned.program.line_count
     if sys.stderr.isatty():
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn
-
-        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[feed]}"))
-        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            bar.console.print(f"[dim]{KEYS}[/dim]")
-            task = bar.add_task("", total=max(total_s, 1e-3), feed="")
+        with _bar(max(total_s, 1e-3)) as latest:
 
             def show_bar(run: "LineRun", now_ns: int, feed: float) -> None:
                 now = run.progress(now_ns)
-                what = f"{now.state}, line {now.line} of {lines}"
-                bar.update(task, description=what, completed=now.done_s, feed=f"{feed:.0%}")
+                latest[:] = [(f"{now.state}, line {now.line} of {lines}", now.done_s, f"{feed:.0%}")]
 
             yield show_bar
         return
@@ -243,3 +237,31 @@ def _shown(planned: PlannedFile) -> Iterator[Callable[["LineRun", int, float], N
             typer.echo(f"{planned.plan.file}: line {now.line} of {lines}, {tenth * 10} %", err=True)
 
     yield show_line
+
+
+@contextmanager
+def _bar(total_s: float) -> Iterator[list[tuple[str, float, str]]]:
+    """Show what the list has last, from a thread of its own: a terminal that takes nothing holds no motion
+    up."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    latest: list[tuple[str, float, str]] = []
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[feed]}"))
+    is_over = threading.Event()
+
+    def go_on() -> None:
+        with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
+            bar.console.print(KEYS, style="dim")
+            task = bar.add_task("", total=total_s, feed="")
+            while not is_over.wait(POLL_S):
+                for what, done_s, feed in latest[-1:]:
+                    bar.update(task, description=what, completed=done_s, feed=feed, refresh=True)
+
+    thread = threading.Thread(target=go_on, daemon=True)
+    thread.start()
+    try:
+        yield latest
+    finally:
+        is_over.set()
+        thread.join(1.0)
