@@ -14,7 +14,7 @@ import aiohttp
 import pytest
 from pages_of_tests import PACKED, Door, PagesDesk, blocks, frame, opened, raw_page
 
-from bridges.web import web_bridge, web_client
+from bridges.web import open_pages, web_bridge, web_client
 from bridges.web.page_files import read_page
 from bridges.web.streams import MOST_ITEMS
 from bridges.web.web_watches import MOST_WIRES
@@ -367,6 +367,23 @@ def test_who_does_not_read_loses_what_comes_then_the_socket(monkeypatch: pytest.
             assert door.bridge.status()["dropped"] > 2000
             assert not [what for what, _, _ in door.desk.watching if what is Watched.SAMPLES]
         deaf.close()
+
+    run(use)
+
+
+def test_a_stopped_page_goes_while_its_computer_still_takes_what_comes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert 1.5 * open_pages.HEARTBEAT_S <= 10  # as docs/how-to/web.md says
+    monkeypatch.setattr(open_pages, "HEARTBEAT_S", 0.4)
+
+    async def use(door: Door) -> None:
+        async with door.page(autoping=False), door.page() as other:
+            reading = asyncio.create_task(other.until(lambda message: False))
+            await door.until(lambda: door.bridge.status()["links"] == 1)
+            await asyncio.sleep(2 * open_pages.HEARTBEAT_S)  # the one that answers stays
+            assert door.bridge.status()["links"] == 1
+            reading.cancel()
 
     run(use)
 
