@@ -29,7 +29,7 @@ from bridges.web.web_messages import (
 )
 from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
-from bridges.web.wire_streams import SegmentRecord
+from bridges.web.wire_streams import Records
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import VerbRefused
 
@@ -48,7 +48,7 @@ class Surroundings:
     desk: Desk
     words: BenchWords
     shared: Mapping[str, SharedReading]
-    records: dict[str, SegmentRecord]
+    records: Records
     ports: SharedPorts
     messages_per_s: float
     samples_per_s: float
@@ -217,7 +217,7 @@ class WebClient:
         return self._desk.ask(self._source, "play", tap, bursts)
 
     async def _export(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        packets = self.watches.packets(taken(given, {"watch": WHOLE}, {})["watch"])
-        captured = packets.capture("hil")
+        recorded = self.watches.recorded(taken(given, {"watch": WHOLE}, {})["watch"])
+        captured = recorded.capture("hil")
         written = await asyncio.to_thread(captured.pcapng)
         return {"pcapng_base64": b64encode(written).decode(), "events": len(captured)}

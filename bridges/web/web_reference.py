@@ -32,7 +32,7 @@ REQUESTS = {
     ),
     "close": ("terminal", "closes a terminal"),
     "send": ("segment, data_hex, tap", "sends bytes on a segment from a tap; without one from its first"),
-    "export": ("watch", f"`pcapng_base64`: the last {KEPT_EVENTS:,} events of a watch of packets"),
+    "export": ("watch", f"`pcapng_base64`: the last {KEPT_EVENTS:,} events of a watch of packets or frames"),
 }
 PUSHES = {
     "hello": "the first message: the bench with its devices, verbs, fields, segments, buses, ports,"

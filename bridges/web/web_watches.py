@@ -7,7 +7,7 @@ from bridges.web.outbox import Outbox
 from bridges.web.shared_reading import SharedReading
 from bridges.web.streams import AxisSamples, PageStream, PassingItems, RunsProgress, ToldReading
 from bridges.web.web_messages import NAME, NAMES, NUMBER, WHOLE, dumped, taken
-from bridges.web.wire_streams import BusFrames, LinePackets, PortBytes, SegmentRecord
+from bridges.web.wire_streams import BusFrames, LinePackets, PortBytes, RecordedItems, Records
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import VerbRefused
@@ -30,7 +30,7 @@ class PageWatches:
         desk: Desk,
         source: Source,
         shared: Mapping[str, SharedReading],
-        records: dict[str, SegmentRecord],
+        records: Records,
         samples_per_s: float,
     ) -> None:
         self._desk, self._source, self._samples_per_s = desk, source, samples_per_s
@@ -72,11 +72,11 @@ class PageWatches:
         self._end(taken(given, {"watch": WHOLE}, {})["watch"])
         return {}
 
-    def packets(self, number: int) -> LinePackets:
-        """Watch of packets with this number. Raises VerbRefused: it is none."""
+    def recorded(self, number: int) -> RecordedItems:
+        """Watch of packets or frames with this number. Raises VerbRefused: it is none."""
         _, _, stream = self._streams.get(number, ("", "", None))
-        if not isinstance(stream, LinePackets):
-            raise VerbRefused("no_place", f"watch {number} is none of packets")
+        if not isinstance(stream, RecordedItems):
+            raise VerbRefused("no_place", f"watch {number} is none of packets or frames")
         return stream
 
     def take(self, outbox: Outbox, now_s: float) -> None:
@@ -127,7 +127,7 @@ class PageWatches:
                 return LinePackets(desk, source, number, target, self._records)
             case "frames":
                 self._check_wires()
-                return BusFrames(desk, source, number, target)
+                return BusFrames(desk, source, number, target, self._records)
             case "bytes":
                 self._check_wires()
                 return PortBytes(desk, source, number, target)

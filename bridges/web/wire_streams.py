@@ -1,17 +1,18 @@
 """Packets of segments, frames of CAN buses and bytes at ports, as a page gets them."""
 
+from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from bridges.web.streams import PassingItems
-from hil.vocab.desk_protocol import BenchClock, Desk, Source, Watched
+from hil.vocab.desk_protocol import Desk, Source, Watched
 from hil.vocab.framing import Item, Splitter
 from hil.vocab.segment import SegmentEvent, SegmentView
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
-from hil.wire.pcapng import Interface, RecordKind, header, record
+from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
 
 if TYPE_CHECKING:
     from hil.wire.can.can_bus_protocol import BusEvent
@@ -108,25 +109,27 @@ class PacketWords:
         }
 
 
-class SegmentRecord:
-    """Last events of a segment, kept for captures while pages watch it, for all of them together."""
+class WireRecord:
+    """Last events of a segment or a bus, kept for captures while pages watch it, for all of them together."""
 
-    def __init__(self, desk: Desk, source: Source, segment: str) -> None:
-        self._kept: deque[SegmentEvent] = deque()
-        self._bytes = 0
+    def __init__(
+        self, desk: Desk, source: Source, what: Watched, name: str, size: Callable[[Any], int]
+    ) -> None:
+        self._kept: deque[Any] = deque()
+        self._size, self._bytes = size, 0
         self.heard = 0
         """Number of events so far."""
         self.pages = 0
-        self._watch = desk.watch(source, Watched.PACKETS, segment, self._hear)
+        self._watch = desk.watch(source, what, name, self._hear)
 
-    def _hear(self, event: SegmentEvent) -> None:
+    def _hear(self, event: Any) -> None:
         self.heard += 1
         self._kept.append(event)
-        self._bytes += _size(event)
+        self._bytes += self._size(event)
         while len(self._kept) > KEPT_EVENTS or self._bytes > KEPT_BYTES:
-            self._bytes -= _size(self._kept.popleft())
+            self._bytes -= self._size(self._kept.popleft())
 
-    def since(self, heard: int) -> Sequence[SegmentEvent]:
+    def since(self, heard: int) -> Sequence[Any]:
         """Events behind the first so many, as far as they are kept."""
         gone = self.heard - len(self._kept)
         return tuple(islice(self._kept, max(heard - gone, 0), None))
@@ -135,24 +138,29 @@ class SegmentRecord:
         self._watch.close()
 
 
-class LinePackets(PassingItems):
-    """Packets of a segment. ``records``: of segments that are watched, by name."""
+Records = dict[tuple[Watched, str], WireRecord]
+"""Records of what is watched now, for all pages."""
+
+
+class RecordedItems(PassingItems, ABC):
+    """What passes on a segment or a bus, which can be captured."""
 
     def __init__(
-        self, desk: Desk, source: Source, number: int, segment: str, records: dict[str, SegmentRecord]
+        self,
+        desk: Desk,
+        source: Source,
+        number: int,
+        place: tuple[Watched, str],
+        say: Callable[[Any], Sequence[Any]],
+        size: Callable[[Any], int],
+        records: Records,
     ) -> None:
-        here = desk.describe()
-        if segment not in here.segments:
-            known = ", ".join(here.segments) or "none"
-            raise VerbRefused("no_place", f"there is no segment {segment[:80]!r}; there are {known}")
-        self._line, self._name, self._clock = here.segments[segment], segment, here.clock
-        self._words = PacketWords(self._line)
-        super().__init__(number, self._words.say, _size)
-        self._heard_lost = 0
-        self.watch = desk.watch(source, Watched.PACKETS, segment, self.put)
-        if segment not in records:
-            records[segment] = SegmentRecord(desk, source, segment)
-        self._records, self._record = records, records[segment]
+        super().__init__(number, say, size)
+        self._clock = desk.describe().clock
+        self.watch = desk.watch(source, *place, self.put)
+        if place not in records:
+            records[place] = WireRecord(desk, source, *place, size)
+        self._place, self._records, self._record = place, records, records[place]
         self._record.pages += 1
         self._since = self._record.heard
 
@@ -161,7 +169,52 @@ class LinePackets(PassingItems):
         self._record.pages -= 1
         if not self._record.pages:
             self._record.close()
-            del self._records[self._name]
+            del self._records[self._place]
+
+    def capture(self, program: str) -> "Captured":
+        """What has passed, for a capture."""
+        head = header(program, [self._interface()])
+        return Captured(head, self._recorded, self._record.since(self._since), self._clock.wall_ns(0))
+
+    @abstractmethod
+    def _interface(self) -> Interface:
+        """Name the wire for a capture."""
+
+    @staticmethod
+    @abstractmethod
+    def _recorded(event: Any, epoch_ns: int) -> bytes:
+        """Encode an event for a capture. ``epoch_ns``: when simulated time began."""
+
+
+class Captured:
+    """Events for a capture, apart from those who watch: it is written in another thread."""
+
+    def __init__(
+        self, head: bytes, recorded: Callable[[Any, int], bytes], events: Sequence[Any], epoch_ns: int
+    ) -> None:
+        self._head, self._recorded, self._events, self._epoch_ns = head, recorded, events, epoch_ns
+
+    def __len__(self) -> int:
+        return len(self._events)
+
+    def pcapng(self) -> bytes:
+        """Encode as pcapng."""
+        return self._head + b"".join(self._recorded(event, self._epoch_ns) for event in self._events)
+
+
+class LinePackets(RecordedItems):
+    """Packets of a segment."""
+
+    def __init__(self, desk: Desk, source: Source, number: int, segment: str, records: Records) -> None:
+        here = desk.describe()
+        if segment not in here.segments:
+            known = ", ".join(here.segments) or "none"
+            raise VerbRefused("no_place", f"there is no segment {segment[:80]!r}; there are {known}")
+        self._line, self._name = here.segments[segment], segment
+        self._words = PacketWords(self._line)
+        place = Watched.PACKETS, segment
+        super().__init__(desk, source, number, place, self._words.say, _size, records)
+        self._heard_lost = 0
 
     def take(self, now_s: float) -> str | None:
         if self.lost != self._heard_lost:
@@ -173,43 +226,24 @@ class LinePackets(PassingItems):
         now_ns = self._clock.times_ns()[0] - SETTLED_NS
         return [*self._words.silence(now_ns), *self._words.unfinished(now_ns)]
 
-    def capture(self, program: str) -> "Captured":
-        """What has passed, for a capture."""
-        line = self._line
-        source = Interface(self._name, line.framing.name, line.baud, line.line_format)
-        return Captured(program, source, self._record.since(self._since), self._clock)
+    def _interface(self) -> Interface:
+        return Interface(self._name, self._line.framing.name, self._line.baud, self._line.line_format)
+
+    @staticmethod
+    def _recorded(event: SegmentEvent, epoch_ns: int) -> bytes:
+        kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
+        return record(0, epoch_ns + event.at_ns, kind, event.data, event.about)
 
 
-class Captured:
-    """Events for a capture, apart from those who watch: it is written in another thread."""
-
-    def __init__(
-        self, program: str, source: Interface, events: Sequence[SegmentEvent], clock: BenchClock
-    ) -> None:
-        self._program, self._source, self._events = program, source, events
-        self._epoch_ns = clock.wall_ns(0)
-
-    def __len__(self) -> int:
-        return len(self._events)
-
-    def pcapng(self) -> bytes:
-        """Encode as pcapng."""
-        written = [header(self._program, [self._source])]
-        for event in self._events:
-            kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
-            written.append(record(0, self._epoch_ns + event.at_ns, kind, event.data, event.about))
-        return b"".join(written)
-
-
-class BusFrames(PassingItems):
+class BusFrames(RecordedItems):
     """Frames, errors and nodes' states on a CAN bus."""
 
-    def __init__(self, desk: Desk, source: Source, number: int, bus: str) -> None:
+    def __init__(self, desk: Desk, source: Source, number: int, bus: str, records: Records) -> None:
         from hil.wire.canopen.canopen_words import CanOpenWords  # few benches have a bus
 
-        self._words = CanOpenWords({}, {})
-        super().__init__(number, self._said, lambda event: _EVENT_BYTES)
-        self.watch = desk.watch(source, Watched.FRAMES, bus, self.put)
+        self._words, self._name = CanOpenWords({}, {}), bus
+        place = Watched.FRAMES, bus
+        super().__init__(desk, source, number, place, self._said, lambda event: _EVENT_BYTES, records)
 
     def _said(self, event: "BusEvent") -> Sequence[dict[str, Any]]:
         frame = event.frame
@@ -227,6 +261,16 @@ class BusFrames(PassingItems):
                 "duration_s": (event.at_ns - event.start_ns) / 1e9,
             }
         ]
+
+    def _interface(self) -> Interface:
+        return Interface(self._name, is_can=True)
+
+    @staticmethod
+    def _recorded(event: "BusEvent", epoch_ns: int) -> bytes:
+        from hil.wire.can.socketcan import pack_error, pack_frame
+
+        packed = pack_frame(event.frame) if event.frame else pack_error(event.error or event.state)
+        return can_record(0, epoch_ns + event.at_ns, packed, event.node)
 
 
 class PortBytes(PassingItems):

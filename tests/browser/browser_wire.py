@@ -145,6 +145,10 @@ def test_modbus_and_can_are_told_in_their_words(chromium: Browser) -> None:
 
         until(ask, "the drive's answer")
         expect(answer.last).to_contain_text("m1.canopen")
+        with page.expect_download() as waiting:
+            page.get_by_role("button", name="Export pcapng").click()
+        told = served_bench.place.hil("decode", str(Path(waiting.value.path())))
+        assert "SDO from 5: 1000h Device type" in told
         master.close()
 
 

@@ -100,11 +100,9 @@ function ListHead({ feed, shown, isPaused }: { feed: WireFeed; shown: number; is
         {isPaused ? "Go on" : "Pause"}
       </button>
       <button type="button" onClick={() => feed.clear()}>Clear</button>
-      {feed.place.kind === "segment" && (
-        <button type="button" title="What has passed, for Wireshark" onClick={() => void exportPackets(feed)}>
-          Export pcapng
-        </button>
-      )}
+      <button type="button" title="What has passed, for Wireshark" onClick={() => void exportPackets(feed)}>
+        Export pcapng
+      </button>
       <span class="soft push" role="status">
         {shown} shown of {feed.log.count}
         {isPaused && fresh > 0 ? `, ${fresh} since the pause` : ""}
