@@ -18,7 +18,7 @@ _RARE = (
         "G30.1",
         "M6",
         "G93",
-        "G95",
+        "G95 M4 F1",
         "G12",
         "M17",
         "O5",
@@ -112,23 +112,41 @@ def axes(chance: Random, letters: str = "XYZABC") -> str:
     return " ".join(f"{letter}{value(chance)}" for letter in chosen)
 
 
+_ARCS = {
+    "G17": ("X", "#5420", "I", "Y", "#5421", "J", "Z"),
+    "G18": ("Z", "#5422", "K", "X", "#5420", "I", "Y"),
+    "G19": ("Y", "#5421", "J", "Z", "#5422", "K", "X"),
+}
+"""Of each plane the words of its first and second axis: end, where it is, centre; and the axis across."""
+
+
 def arc(chance: Random) -> str:
-    """An arc in XY that fits, from wherever the axes are: its end is told by where they are."""
-    word = chance.choice(("G2", "G3"))
+    """An arc that fits, from wherever the axes are: its end is told by where they are."""
+    plane = chance.choice((*_ARCS,))
+    x, here, i, y, there, j, across = _ARCS[plane]
     dx, dy = chance.uniform(-20, 20), chance.uniform(-20, 20)
-    helix = f" Z{number(chance)}" if chance.random() < 0.3 else ""
-    match chance.randint(0, 3):
+    helix = f" {across}{number(chance)}" if chance.random() < 0.3 else ""
+    turns = f" P{chance.randint(1, 3)}" if chance.random() < 0.3 else ""
+    centre, modes = f"{i}{dx / 2:.5f} {j}{dy / 2:.5f}", "G90 G91.1"
+    match chance.randint(0, 5):
         case 0:
-            words = f"X[#5420+{dx:.3f}] Y[#5421+{dy:.3f}] I{dx / 2:.5f} J{dy / 2:.5f}"
+            words = f"{x}[{here}+{dx:.3f}] {y}[{there}+{dy:.3f}] {centre}{turns}"
         case 1:
-            words = (
-                f"X[#5420+{dx:.3f}] Y[#5421+{dy:.3f}] R{chance.choice((-1, 1)) * chance.uniform(15, 50):.3f}"
-            )
+            radius = chance.choice((-1, 1)) * chance.uniform(15, 50)
+            words = f"{x}[{here}+{dx:.3f}] {y}[{there}+{dy:.3f}] R{radius:.3f}{turns}"
         case 2:
-            words = f"I{dx:.3f} J{dy:.3f}" + (f" P{chance.randint(1, 3)}" if chance.random() < 0.5 else "")
+            words = f"{i}{dx:.3f} {j}{dy:.3f}{turns}"
+        case 3:
+            words, modes = f"{x}{dx:.3f} {y}{dy:.3f} {centre}", "G91 G91.1"
+        case 4:
+            words = f"{x}[{here}+{dx:.3f}] {y}[{there}+{dy:.3f}]"
+            words += f" {i}[{here}+{dx / 2:.5f}] {j}[{there}+{dy / 2:.5f}]"
+            modes = "G90 G90.1"
         case _:
-            words = f"X[#5420+{2 * dx:.3f}] I{dx + chance.uniform(-1e-3, 1e-3):.5f}"
-    return f"G90 G91.1 G17 {word} {words}{helix} F{chance.randint(1, 900)}"
+            words = f"{x}[{here}+{2 * dx:.3f}] {i}{dx + chance.uniform(-1e-3, 1e-3):.5f}"
+    rotary = f" A{number(chance)}" if chance.random() < 0.1 else ""
+    feed = f"F{chance.randint(1, 900)}"
+    return f"{modes} {plane} {chance.choice(('G2', 'G3'))} {words}{helix}{rotary} {feed}"
 
 
 def line(chance: Random, rare: float) -> str:
@@ -177,7 +195,8 @@ def line(chance: Random, rare: float) -> str:
             )
             return chance.choice(words)
         case _:
-            return f"G93 G1 X{number(chance)} F{chance.randint(1, 50)}\nG94 F{chance.randint(1, 900)}"
+            moved = arc(chance) if chance.random() < 0.3 else f"G1 X{number(chance)} F{chance.randint(1, 50)}"
+            return f"G93 {moved}\nG94 F{chance.randint(1, 900)}"
 
 
 def written(chance: Random, text: str) -> str:
