@@ -13,8 +13,13 @@ from device_profiles.sac.pulse_times import (
 from device_profiles.sac.typed_text import MIN_CYCLE_US
 from hil.vocab.path_planning import NodeCommand, StepperAxis
 
-LARGEST_ERROR_STEPS = 0.1
-"""Error of a piece of constant speed at which a new one begins."""
+LARGEST_ERROR_STEPS = (0.1, 0.2)
+"""Error of a piece of constant speed at which a new one begins: where a pulse is a full step, and where it is
+less, which leaves more of a step to errors."""
+
+
+def largest_error_steps(axis: StepperAxis) -> float:
+    return LARGEST_ERROR_STEPS[axis.microstep_exponent > 0]
 
 
 class AxisCommands:
@@ -70,7 +75,7 @@ class AxisCommands:
 
     def follow(self, first: int, end: int, us_of: Callable[[float], float], is_ccw: bool) -> None:
         """Make the pulses from one number to the one before another in pieces of constant speed, each pulse
-        within ``LARGEST_ERROR_STEPS`` of the time that ``us_of`` gives for its number."""
+        within ``largest_error_steps`` of the time that ``us_of`` gives for its number."""
         pulse, count = first, end - first
         while pulse < end:
             count = min(max(2 * count, 1), end - pulse)
@@ -82,7 +87,7 @@ class AxisCommands:
     def _is_near(self, pulse: int, count: int, us_of: Callable[[float], float]) -> bool:
         cycle_us = self.cycle_us(count, us_of(pulse + count))
         begin_us, each_us = self.at_half_us / 2, cycle_us / self.axis.pulses_per_step
-        allowed_us = LARGEST_ERROR_STEPS * cycle_us
+        allowed_us = largest_error_steps(self.axis) * cycle_us
         places = {count, count - 1, count // 2, ceil(count / 4), 3 * count // 4, 1}
         return all(abs(begin_us + place * each_us - us_of(pulse + place)) <= allowed_us for place in places)
 

@@ -8,10 +8,10 @@ pieces of constant speed.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from math import sqrt
+from dataclasses import dataclass, replace
+from math import ceil, sqrt
 
-from device_profiles.sac.axis_commands import AxisCommands
+from device_profiles.sac.axis_commands import AxisCommands, largest_error_steps
 from device_profiles.sac.pulse_times import (
     MOST_ACCELERATION,
     WHOLE_FROM,
@@ -25,6 +25,10 @@ CANDIDATES = 40
 """Number of accelerations that are tried for the axis with the largest one, each a hundredth less."""
 LEAST_SHARE = 0.9
 """Least share of the acceleration that is allowed with which the others may fit better."""
+LEAST_SPEED_SHARE = 0.98
+"""Least share of the speed with which the periods may be nearer to whole microseconds."""
+FEW = 6.0
+"""Number of pieces of all axes that needs no slower course."""
 FITS_STEPS = 0.05
 """Error by rounded accelerations that needs no better ones."""
 EARLIEST_STEPS, LATEST_STEPS = 0.2, 0.7
@@ -80,6 +84,12 @@ class LineAxis:
         exact = self.radians_per_s2(course)
         error = abs(hundredths_of(exact) / 100 - exact) / exact
         return error * course.ramp_part * self.steps / 4
+
+    def pieces(self, course: Course) -> float:
+        """Number of pieces of constant speed for the whole way, about: each has a period of whole us."""
+        period_us = 1e6 / (self.steps * course.speed_per_s)
+        part = period_us % 1
+        return self.steps * 2 * part * (1 - part) / (largest_error_steps(self.move.axis) * period_us)
 
     def ramp(self, course: Course) -> tuple[int, int]:
         """Number of steps and acceleration of the ramp; no step where none keeps to the course."""
@@ -139,7 +149,7 @@ def plan_line(moves: Mapping[str, AxisMotion]) -> list[NodeCommand]:
         if not move.pulses or not move.speed_per_s > 0 or not move.acceleration_per_s2 > 0:
             raise ValueError(f"{name}: a line needs pulses, a speed and an acceleration")
     axes = [LineAxis(name, move) for name, move in moves.items()]
-    course = fitting_course(axes)
+    course = even_course(axes, fitting_course(axes))
     ramps = [axis.ramp(course) for axis in axes]
     shift_us = -min(axis.start_us(course, *ramp) for axis, ramp in zip(axes, ramps, strict=True))
     for axis, ramp in zip(axes, ramps, strict=True):
@@ -161,6 +171,17 @@ def fitting_course(axes: list[LineAxis]) -> Course:
         if worst <= FITS_STEPS:
             break
     return best
+
+
+def even_course(axes: list[LineAxis], course: Course) -> Course:
+    """Choose a course that is a little slower, where the periods of its axes are nearer to whole microseconds
+    and its cruise needs fewer pieces."""
+    first = max(axes, key=lambda axis: axis.steps)
+    period_us = 1e6 / (first.steps * course.speed_per_s)
+    courses = [course]
+    for whole_us in range(ceil(period_us), ceil(period_us / LEAST_SPEED_SHARE) + 2):
+        courses.append(replace(course, speed_per_s=min(1e6 / (first.steps * whole_us), course.speed_per_s)))
+    return min(courses[: CANDIDATES + 1], key=lambda each: max(sum(axis.pieces(each) for axis in axes), FEW))
 
 
 def _courses(axes: list[LineAxis]) -> Iterator[Course]:

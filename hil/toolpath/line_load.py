@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from hil.toolpath.machine import Machine
 from hil.toolpath.path_speeds import Segment
+from hil.vocab.path_planning import NodeCommand
 
 WAITING = 28
 """Commands that may wait at a board: it has room for 30, one of which runs; one is in reserve."""
@@ -49,6 +50,21 @@ def line_load(machine: Machine, begin: tuple[float, ...], segments: Sequence[Seg
         if margin_s >= COMFORT_S:
             break
     return LineLoad(_busiest_per_s(counts, starts_s), 1 / each_s, ahead, margin_s)
+
+
+def can_be_sent(machine: Machine, commands: Sequence[NodeCommand]) -> bool:
+    """True if each command of a line with ramps can be at its board in time; as many as there is room for
+    are there before the start."""
+    each_us, sent_us = command_s(machine) * 1e6, 0.0
+    starts_us: dict[str, list[float]] = {}
+    for command in commands:
+        before = starts_us.setdefault(command.axis, [])
+        if len(before) >= WAITING:
+            sent_us = max(sent_us, before[-WAITING]) + each_us
+            if sent_us > command.needed_us:
+                return False
+        before.append(command.start_us)
+    return True
 
 
 def _commands(

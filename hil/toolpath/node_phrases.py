@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from hil.gcode.canonical import Place
-from hil.toolpath.line_load import line_load
+from hil.toolpath.line_load import can_be_sent, line_load
 from hil.toolpath.machine import Machine
 from hil.toolpath.path_items import Chord, Item, Position, Stretch
 from hil.toolpath.path_plan import PathPlan, PlannedStretch, planned
@@ -18,6 +18,8 @@ from hil.toolpath.stream_phrase import (
     machine_pulses,
 )
 from hil.vocab.path_planning import AxisMotion, PathPlanner
+
+NO_PULSE, TOO_MANY = "no pulse", "too many commands"
 
 
 class PathPhrase(Protocol):
@@ -103,13 +105,18 @@ class NodePhrases:
         for number, chord in enumerate(chords):
             if plan.override != self.override:
                 return replace(plan.stretch, begin=here, chords=chords[number:])
-            if phrase := self._line(here, chord, plan.override):
+            one = replace(plan.stretch, begin=here, chords=[chord])
+            phrase = self._line(here, chord, plan.override)
+            if isinstance(phrase, LinePhrase):
                 yield phrase
+            elif phrase is TOO_MANY:
+                streamed = replace(planned(one, self._machine, plan.override), is_streamed=True)
+                yield from self._stream(streamed)
             here = chord.end
         return None
 
-    def _line(self, here: Position, chord: Chord, override: float) -> PathPhrase | None:
-        """Make a line with ramps; None: it is less than a pulse."""
+    def _line(self, here: Position, chord: Chord, override: float) -> "LinePhrase | str":
+        """Make a line with ramps. Else it is less than a pulse, or more commands than the line can carry."""
         begin, end = self.pulses_at(here), self.pulses_at(chord.end)
         limits = limits_of(chord, self._machine.axes)
         speed_per_s = min(chord.asked_per_s * override, limits.speed_per_s)
@@ -122,14 +129,16 @@ class NodePhrases:
                     axis.stepper, pulses, speed_per_s * part, limits.acceleration_per_s2 * part
                 )
         if not motions:
-            return None
+            return NO_PULSE
         phrase = self._planner.line(motions)
+        if not can_be_sent(self._machine, phrase.commands):
+            return TOO_MANY
         commands = (PlacedCommand(command, chord.place) for command in phrase.commands)
         ahead = self._planner.queue_length - 1
         return LinePhrase(commands, ahead, phrase.duration_us / 1e6, begin, end, chord.place)
 
     def _stream(self, plan: PlannedStretch) -> Generator[PathPhrase, None, Stretch | None]:
-        segments = list(plan.segments(self._machine.segment_s))
+        segments = list(plan.segments(self._machine))
         here = plan.stretch.begin
         for part in _parts(segments, self._moving(here, segments)):
             ahead = line_load(self._machine, here, part).ahead

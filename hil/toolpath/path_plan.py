@@ -31,8 +31,9 @@ class PlannedStretch:
     duration_s: float
     override: float = 1.0
 
-    def segments(self, segment_s: float) -> Iterator[Segment]:
-        return segments(self.stretch, self.speeds, segment_s)
+    def segments(self, machine: Machine) -> Iterator[Segment]:
+        """Segments of constant speed of this machine's axes."""
+        return segments(self.stretch, self.speeds, machine.segment_s, machine.axes)
 
     def samples(self, every_s: float) -> Iterator[tuple[float, Position, Place]]:
         """Time, position and place in the program at the beginning, at every multiple of ``every_s``, and at
@@ -96,7 +97,7 @@ class PathPlan:
     def line_load(self) -> LineLoad | None:
         """Load of a line of SACs by the busiest stretch; None: nothing is streamed over a line."""
         loads = [
-            line_load(self.machine, each.stretch.begin, list(each.segments(self.machine.segment_s)))
+            line_load(self.machine, each.stretch.begin, list(each.segments(self.machine)))
             for each in self.stretches
             if each.is_streamed and self.machine.has_nodes
         ]

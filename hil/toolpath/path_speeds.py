@@ -14,7 +14,11 @@ from hil.toolpath.machine import MachineAxis
 from hil.toolpath.path_items import Chord, Stretch
 
 CRUISE_SEGMENTS = 4
-"""Number of segments for which one of constant speed may last."""
+"""Number of segments for which one of constant speed may last, at most."""
+ROUNDING_S = 0.5e-6
+"""Largest rounding of a step's period. Source: SAC user manual, cycle."""
+LARGEST_DRIFT_STEPS = 0.25
+"""Steps that an axis may be away from its place at the end of a long segment, by rounding."""
 
 
 class ChordSpeed(NamedTuple):
@@ -56,13 +60,13 @@ class ChordSpeed(NamedTuple):
             done = up_s * (self.begin_per_s + self.most_per_s) / 2 + (at_s - up_s) * self.most_per_s
         return min(max(done / self.length, 0.0), 1.0)
 
-    def looks_s(self, segment_s: float) -> list[float]:
+    def looks_s(self, segment_s: float, cruise_segments: int = CRUISE_SEGMENTS) -> list[float]:
         """Times at which segments end: none much shorter than ``segment_s`` where the chord is longer."""
         up_s, cruise_s, down_s = self.up_s, self.cruise_s, self.down_s
         ends, at_s = [], 0.0
         for lasts_s, longest_s in (
             (up_s, segment_s),
-            (cruise_s, CRUISE_SEGMENTS * segment_s),
+            (cruise_s, cruise_segments * segment_s),
             (down_s, segment_s),
         ):
             count = ceil(lasts_s / longest_s - 1e-9)
@@ -162,12 +166,26 @@ class Segment(NamedTuple):
     """Time of its end from the chord's beginning."""
 
 
-def segments(stretch: Stretch, speeds: Sequence[ChordSpeed], segment_s: float) -> Iterator[Segment]:
+def cruise_segments(chord: Chord, speed: ChordSpeed, axes: Sequence[MachineAxis], segment_s: float) -> int:
+    """Number of segments for which one of constant speed may last: as long as periods of whole microseconds
+    keep an axis within ``LARGEST_DRIFT_STEPS``."""
+    most_s = inf
+    for axis, way in zip(axes, chord.way, strict=True):
+        steps = abs(way * axis.pulses_per_unit) / axis.stepper.pulses_per_step
+        if steps:
+            steps_per_s = steps / chord.length * speed.most_per_s
+            most_s = min(most_s, LARGEST_DRIFT_STEPS / (ROUNDING_S * steps_per_s**2))
+    return max(min(CRUISE_SEGMENTS, int(min(most_s / segment_s, CRUISE_SEGMENTS))), 1)
+
+
+def segments(
+    stretch: Stretch, speeds: Sequence[ChordSpeed], segment_s: float, axes: Sequence[MachineAxis]
+) -> Iterator[Segment]:
     """Segments of a stretch, one after the other; none goes beyond the end of a chord."""
     here = stretch.begin
     for number, (chord, speed) in enumerate(zip(stretch.chords, speeds, strict=True)):
         before_s = 0.0
-        looks_s = speed.looks_s(segment_s)
+        looks_s = speed.looks_s(segment_s, cruise_segments(chord, speed, axes, segment_s))
         for at_s in looks_s[:-1]:
             part = speed.part_at(at_s)
             place = tuple(a + part * b for a, b in zip(here, chord.way, strict=True))

@@ -120,7 +120,7 @@ class StreamPhrase:
         self._chords += brake.way.chords
         self._segments[kept:] = [
             each._replace(chord=each.chord + offset)
-            for each in segments(brake.way, brake.speeds, self._machine.segment_s)
+            for each in segments(brake.way, brake.speeds, self._machine.segment_s, self._machine.axes)
         ]
         self._waiting = [each for each in self._waiting if each.segment < kept]
         heapify(self._waiting)

@@ -10,8 +10,10 @@ from small_mill import mill, motions_of, planned
 
 from device_profiles.sac.path_planner import PATHS
 from hil.toolpath.deviation import asked_path, deviation
+from hil.toolpath.line_load import can_be_sent
 from hil.toolpath.machine import machine_from_data
 from hil.toolpath.node_phrases import NodePhrases
+from hil.toolpath.stream_phrase import StreamPhrase
 
 
 class Named(NamedTuple):
@@ -183,3 +185,28 @@ def test_a_long_line_is_streamed_so_that_it_can_brake():
     assert rest < 30
     assert 0 < phrase.end["x"] < 16_000
     assert not phrase.brake()
+
+
+def test_a_line_of_too_many_commands_is_streamed():
+    """At 4000 full steps a second a line needs a command for each 50 steps to stay within a step."""
+    axis = {
+        "steps_per_mm": 80,
+        "min_mm": 0,
+        "max_mm": 400,
+        "microstep_exponent": 0,
+        "velocity_mm_per_min": 3000,
+        "acceleration_mm_per_s2": 300,
+    }
+    axes = {letter: axis | {"node": 4 + number} for number, letter in enumerate("xyz")}
+    machine = machine_from_data({"machine": "quick", "latency_ms": 8, "axes": axes})
+    kinds = set()
+    for number in (1, 12, 50):
+        way = f"X{300 + number * 0.37 - 5 * number} Y{290 - number * 0.7} Z{299.1 - number}"
+        plan = planned(f"G21 F8000\nG1 {way}", machine)
+        for phrase in NodePhrases(machine, PATHS).of(plan):
+            if hasattr(phrase, "commands"):
+                kinds.add(type(phrase).__name__)
+                commands = [placed.command for placed in phrase.commands]
+                assert isinstance(phrase, StreamPhrase) or can_be_sent(machine, commands)
+                assert phrase.end == NodePhrases(machine, PATHS).pulses_at(next(plan.stretches).end)
+    assert kinds == {"LinePhrase", "StreamPhrase"}

@@ -15,7 +15,7 @@ from hil.toolpath.path_plan import plan_path
 def segments_of(plan):
     for each in plan.stretches:
         here = each.stretch.begin
-        for segment in each.segments(plan.machine.segment_s):
+        for segment in each.segments(plan.machine):
             yield segment, tuple(b - a for a, b in zip(here, segment.end, strict=True))
             here = segment.end
 
