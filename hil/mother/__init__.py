@@ -14,6 +14,7 @@ from hil.mother.line_place import LinePlace, LineUnreachable, find_line
 from hil.mother.live_mother import LineGone, LiveMother, open_line
 from hil.mother.path_run import path_run
 from hil.mother.turns.line_run import LineRun
+from hil.mother.turns.modbus_mother import ModbusMother, UnitPoll
 from hil.mother.turns.mother import Mother
 from hil.mother.turns.node_rows import MotherEvent, NodeRow
 from hil.mother.turns.run_items import RunReport, RunState
@@ -25,6 +26,7 @@ __all__ = [
     "LineRun",
     "LineUnreachable",
     "LiveMother",
+    "ModbusMother",
     "Mother",
     "MotherEvent",
     "NodeRow",
@@ -32,6 +34,7 @@ __all__ = [
     "RunReport",
     "RunState",
     "Transaction",
+    "UnitPoll",
     "find_line",
     "open_line",
     "path_run",

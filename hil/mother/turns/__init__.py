@@ -2,8 +2,9 @@
 
 ``line_turns.py`` has the turns on a half-duplex line, whatever is spoken there: one packet at a time, its
 time-out, what may be repeated, and the outcome of each transaction. ``mother.py`` speaks with nodes that a
-profile describes (``hil.vocab.line_node``), ``line_run.py`` carries out phrases of commands for them. Times
-are arguments, in nanoseconds of one clock that never goes back.
+profile describes (``hil.vocab.line_node``), ``line_run.py`` carries out phrases of commands for them.
+``modbus_mother.py`` polls units of Modbus RTU, with requests in between. Times are arguments, in nanoseconds
+of one clock that never goes back.
 
 May import: hil.vocab, hil.wire, the pure standard library.
 

@@ -39,6 +39,8 @@ class LineTiming:
     """Length of the longest packet that a node sends by itself."""
     shortest_bytes: int = 0
     """Length of the shortest answer."""
+    to_all_ns: int = 0
+    """Time that nodes need behind a packet to all, at least ``gap_ns``."""
     has_bit_times: bool = True
     """False for a line without bits, as a pty with a program at its other end, that may answer at once."""
 
@@ -156,7 +158,8 @@ class LineTurns:
     def heard(self, at_ns: int, is_whole: bool) -> None:
         """Note that something came; ``is_whole``: its last byte ended a packet."""
         self._heard_ns = at_ns
-        self._quiet_ns = at_ns + (self.timing.gap_ns if is_whole else self.timing.characters_ns(2))
+        gap_ns = self.timing.gap_ns
+        self._quiet_ns = at_ns + (gap_ns if is_whole else max(gap_ns, self.timing.characters_ns(2)))
 
     def answered(self, unit: int, is_done: bool, at_ns: int, answer: object = None) -> Transaction | None:
         """Take an answer; returns the transaction that it belongs to, None: to none that is under way."""
@@ -203,7 +206,8 @@ class LineTurns:
                 0 if transaction.is_urgent else sum(each.is_urgent for each in self._waiting), transaction
             )
         elif transaction.refusals == transaction.sent:
-            transaction.end(Outcome.REFUSED, f"it refused it {_times(transaction.sent)}", now_ns)
+            why = transaction.refusal or f"it refused it {_times(transaction.sent)}"
+            transaction.end(Outcome.REFUSED, why, now_ns)
         else:
             transaction.end(Outcome.NOT_KNOWN, self._why(transaction), now_ns)
 
@@ -314,7 +318,8 @@ class LineTurns:
             self._first_ns = now_ns + self.timing.first_ns(size)
             self._whole_ns = now_ns + self.timing.whole_ns(size, answer)
         else:
-            self._first_ns = self._whole_ns = now_ns + self.timing.characters_ns(size) + self.timing.gap_ns
+            behind_ns = max(self.timing.gap_ns, self.timing.to_all_ns)
+            self._first_ns = self._whole_ns = now_ns + self.timing.characters_ns(size) + behind_ns
 
     def to_send(self) -> bytes:
         """Bytes that go out now."""

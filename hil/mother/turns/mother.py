@@ -50,7 +50,7 @@ class Mother:
             GAP_CHARACTERS * one_ns,
             nodes.signal_bytes,
             nodes.answer_bytes - 1,
-            has_bit_times,
+            has_bit_times=has_bit_times,
         )
         self.rest_ns = (nodes.busy_ns if rest_ns is None else rest_ns) + latency_ns
         self.table: dict[int, NodeRow] = {}

@@ -46,6 +46,8 @@ class Transaction:
     sent: int = 0
     """Number of times that it went out."""
     refusals: int = 0
+    refusal: str = ""
+    """Reason that the node gave for refusing it."""
     silences: int = 0
     early: int = 0
     """Number of answers that came earlier than the line can carry them; they do not count."""
