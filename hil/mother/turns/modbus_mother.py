@@ -107,7 +107,8 @@ class ModbusMother:
         is_urgent: bool = False,
         ended: Ended | None = None,
     ) -> Transaction:
-        """Send a request behind the poll that has its turn, before all others. Its ``answer`` is an ``Answer`` when it is done.
+        """Send a request behind the poll that has its turn, before all others. Its ``answer`` is an
+        ``Answer`` when it is done.
 
         ``may_repeat``: whether twice is as good as once; None: of a read it is, of a write it is not.
 
