@@ -21,6 +21,10 @@ _TENTH = 1e-3
 
 _LINE_NUMBER = re.compile(r"n[0-9]+(?:\.[0-9]+)?(?!\.)")
 _NOT_NEGATIVE = {"f": "a feed", "s": "a speed of the spindle", "t": "the number of a tool"}
+_OTHERWISE = {
+    ",": "write a point in numbers: 1.5",
+    "\r": "end lines with LF, or all with CR LF, or all with CR",
+}
 _WHOLE = {"t": "the number of a tool", "l": "L"}
 _NAMES_OF_G = {word.name: word for word in G_WORDS.values() if word.use != "refused"}
 _NAMES_OF_M = {word.name: word for word in M_WORDS.values() if word.use != "refused"}
@@ -132,7 +136,7 @@ def _word(block: Block, values: Values) -> None:
             begin, f"the byte {byte:#04x} is not UTF-8 text", "save the file as UTF-8; use letters A to Z"
         )
     else:
-        remedy = "write a point in numbers: 1.5" if letter == "," else "words are a letter and a number: X1.5"
+        remedy = _OTHERWISE.get(letter, "words are a letter and a number: X1.5")
         raise BadValue(begin, f"no word begins with {letter!r}", remedy)
 
 

@@ -136,6 +136,13 @@ DIFFERENCES = (
         "RS-274/NGC allows 256",
     ),
     DialectDifference(
+        "a CR inside a line",
+        "G0 X1\r5",
+        "refuses",
+        "moves",
+        "two lines would become one: X15",
+    ),
+    DialectDifference(
         "a file that begins with the mark of UTF-8",
         "\ufeffG0 X1",
         "moves",

@@ -9,7 +9,7 @@ from hil.vocab.problem import Problem
 LONGEST = 256
 """Characters of a line: RS-274/NGC, 3.3."""
 
-_BLANK = " \t\r"
+_BLANK = " \t"
 _TO_CODE = {ord(blank): None for blank in _BLANK} | {ord("A") + n: ord("a") + n for n in range(26)}
 _COMMENT = re.compile(r"\((?P<text>[^()]*+)(?P<closed>.?)|;.*", re.DOTALL)
 _UNCLOSED = {
@@ -58,6 +58,7 @@ class CodeLine:
     __slots__ = ("_comments", "_raw", "code", "is_deletable", "messages", "number", "problem")
 
     def __init__(self, number: int, raw: str) -> None:
+        raw = raw.rstrip("\r")
         self.number = number
         self.messages: list[Comment] = []
         self.problem: tuple[int, str, str] | None = None

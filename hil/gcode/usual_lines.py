@@ -17,7 +17,7 @@ _BLANKS = r"[ \t]*+"
 _LINE = re.compile(
     rf"{_BLANKS}(?:[Nn][0-9]++{_BLANKS})?([Gg]0?+[01]{_BLANKS})?"
     + "".join(rf"(?:[{letter}{letter.lower()}]({NUMBER}){_BLANKS})?" for letter in "XYZF")
-    + r"\r?\Z"
+    + r"\r*+\Z"
 )
 
 

@@ -164,6 +164,8 @@ def test_columns_count_characters_of_the_line() -> None:
         (b"G0 X1\nG0 \0 X\nM2", (2, 4), "the file has a byte 0: it is binary or UTF-16"),
         (b"G0 X1 \xe4\nM2\n", (1, 7), "the byte 0xe4 is not UTF-8 text"),
         (b"G0 X1\n" + b"X" * 1_000_000 + b"\nM2\n", (2, 257), "the line has 1000000 characters"),
+        (b"G0 X1\r5\nM2\n", (1, 6), "no word begins with '\\r'"),
+        (b"G0 X1,5\nM2\n", (1, 6), "no word begins with ','"),
         (b"G0 X" + b"[" * 60 + b"1" + b"]" * 60 + b"\nM2\n", (1, 45), "brackets are more than 40 deep"),
         (b"G0 X" + b"#" * 200 + b"1\nM2\n", (1, 46), "brackets are more than 40 deep"),
     ],
