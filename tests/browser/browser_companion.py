@@ -234,6 +234,36 @@ def test_a_phone_and_the_keyboard(page: Page) -> None:
     expect(page.get_by_label("Row 2 Steps", exact=True)).to_be_focused()
 
 
+def test_rows_are_edited_by_keys_alone(page: Page) -> None:
+    load(page)
+    page.get_by_label(re.compile("^Row 6(,|$)")).focus()
+    head = page.get_by_role("button", name=re.compile(r"^Row \d+(,|$)")).and_(page.locator(":focus"))
+    page.keyboard.press("ArrowDown")
+    expect(head).to_have_accessible_name(re.compile("^Row 7"))
+    page.keyboard.press("Shift+ArrowDown")  # rows 7 and 8
+    page.keyboard.press("Alt+ArrowUp")
+    for row, steps in ((6, "700"), (7, "800"), (8, "600")):
+        expect(page.get_by_label(f"Row {row} Steps", exact=True)).to_have_value(steps)
+    page.keyboard.press("Delete")
+    expect(page.get_by_label("Row 6 Steps", exact=True)).to_have_value("600")
+    expect(page.get_by_label("Row 7 Steps", exact=True)).to_have_value("900")
+    page.keyboard.press("Insert")
+    expect(page.get_by_label("Row 6 Steps", exact=True)).to_have_value("200")
+    for _ in range(3):
+        page.keyboard.press("Control+z")
+    expect(page.get_by_label("Row 7 Steps", exact=True)).to_have_value("700")
+    steps = page.get_by_label("Row 6 Steps", exact=True)
+    steps.focus()
+    page.keyboard.type("5")
+    page.keyboard.press("Escape")
+    expect(steps).to_have_value("600")
+    unit = page.get_by_label(re.compile("^Row 6 unit"))
+    unit.focus()
+    page.keyboard.press("Enter")
+    sent(page, "q6m600vc4321a.5d999l0pu3s0t0")
+    expect(page.get_by_text("as in the board")).to_be_visible()
+
+
 def test_what_came_is_enlarged_by_a_click(page: Page) -> None:
     type_line(page, "q")
     incoming = page.get_by_role("log", name="Incoming")

@@ -73,12 +73,20 @@ function Live({ device }: { device: DeviceRow }) {
     const feed = feedOf(device.name);
     const end = feed.want(wanted);
     const strip = new Strip(canvas.current, feed, "position_deg");
-    const timer = window.setInterval(() => {
+    const say = () => {
       tell(position.current, feed.ring.at(feed.column("position_deg"), feed.ring.total - 1), 2);
       tell(velocity.current, feed.ring.at(feed.column("velocity_rpm"), feed.ring.total - 1), 1);
-    }, VALUES_EVERY_MS);
+    };
+    const timer = window.setInterval(say, VALUES_EVERY_MS);
+    let frame = 0;
+    const first = () => {
+      say();
+      if (!feed.ring.total) frame = requestAnimationFrame(first); // the first values are there at once
+    };
+    first();
     return () => {
       window.clearInterval(timer);
+      cancelAnimationFrame(frame);
       strip.end();
       end();
     };
