@@ -26,11 +26,12 @@ def is_offered(operation: Operation) -> bool:
 
 
 class BenchWords:
-    """Description of a bench, made once for all its pages. ``version``: of the page's files."""
+    """Description of a bench, made once for all its pages. ``version``: of the page's files;
+    ``message_bytes``: limit of a page's messages."""
 
-    def __init__(self, desk: Desk, version: str) -> None:
+    def __init__(self, desk: Desk, version: str, message_bytes: int) -> None:
         self._desk, self._version = desk, version
-        self._instance = token_hex(8)
+        self._door = {"instance": token_hex(8), "message_bytes": message_bytes}
         self._text: str | None = None
         self._changes = 0
         self._making = asyncio.Lock()
@@ -61,7 +62,7 @@ class BenchWords:
             devices.append(dumped(_device(name, device)))
             if number % SLICE == 0:
                 await asyncio.sleep(0)
-        rest = dumped({**_bench(here, self._version), "instance": self._instance})
+        rest = dumped(_bench(here, self._version) | self._door)
         return f'{rest[:-1]},"devices":[{",".join(devices)}]}}'
 
 

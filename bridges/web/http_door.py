@@ -184,8 +184,8 @@ async def _given(request: web.BaseRequest) -> dict[str, Any] | None:
             while len(data) <= LOGIN_BYTES and (more := await request.content.read(LOGIN_BYTES + 1)):
                 data += more
         found = read_json(data) if len(data) <= LOGIN_BYTES else None
-    except (JsonError, TimeoutError):
-        return None
+    except (JsonError, TimeoutError, web.RequestPayloadError, OSError):
+        return None  # also where it says how it is packed, and is not; or where the client has gone
     return found if isinstance(found, dict) else None
 
 

@@ -50,7 +50,7 @@ class OpenPages:
         page = web.WebSocketResponse(
             protocols=(SUBPROTOCOL,),
             heartbeat=HEARTBEAT_S,
-            max_msg_size=self._message_bytes,
+            max_msg_size=self._message_bytes + 1,  # of so many bytes it takes none
             compress=False,
             writer_limit=WRITER_BYTES,
         )

@@ -86,16 +86,17 @@ class WebBridge:
         self._listen = [address_shown(each) for each in listeners]
         hosts = HostNames("https" if self._tls else "http", options.host, port, options.names)
         shared = {name: SharedReading(self._desk, OURS, name) for name in ("status", "faults")}
+        message_bytes = options.message_kb * 1024
         around = Surroundings(
             self._desk,
-            BenchWords(self._desk, page.version),
+            BenchWords(self._desk, page.version, message_bytes),
             shared,
             {},
             SharedPorts(),
             options.messages_per_s,
             options.samples_per_s,
         )
-        self._pages = pages = OpenPages(around, options.sockets, options.message_kb * 1024)
+        self._pages = pages = OpenPages(around, options.sockets, message_bytes)
         self._door = HttpDoor(hosts, page, lock, f"hil-{port}", self._enter, pages.leave)
         self._server = _Server(self._door.answer, self._ends)
         self._visitors = Visitors("web", options.sockets + HTTP_CLIENTS, loop, self._stay, log.warning)

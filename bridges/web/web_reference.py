@@ -36,7 +36,8 @@ REQUESTS = {
 }
 PUSHES = {
     "hello": "the first message: the bench with its devices, verbs, fields, segments, buses, ports,"
-    " operations and kinds of faults; `user`, `role`, `version`, and `instance`, another one for each start",
+    " operations and kinds of faults; `user`, `role`, `version`; `instance`, another one for each start;"
+    " `message_bytes`, the limit of a page's messages",
     "changed": "the same, after a reload",
     "watch, items, lost": f"what came since the last time; of more than {MOST_ITEMS:,} that wait the oldest"
     " are lost, and counted",

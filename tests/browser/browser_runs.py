@@ -163,8 +163,13 @@ def test_a_run_is_cancelled(pages: Bench) -> None:
 
 def test_a_file_that_is_no_run_is_told(pages: Bench, tmp_path: Path) -> None:
     page = pages.open("runs")
-    upload(page, "x" * 70_000)
-    expect(page.locator(".notice.is-error")).to_contain_text("70000 bytes")
+    expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
+    upload(page, "x" * 1_000_000)
+    expect(page.locator(".notice.is-error")).to_contain_text("1000000 bytes")
+    page.get_by_label("Run, as YAML or JSON").fill("x" * 1_100_000)
+    button(page, "Check")
+    expect(page.locator(".notice.is-error").last).to_contain_text("at most 1048576")
+    expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
     page.locator("input[type=file]").set_input_files(
         {"name": "<b>.yaml", "mimeType": "text/yaml", "buffer": b"\xff\xfe\x00run"}
     )

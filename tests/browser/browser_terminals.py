@@ -3,6 +3,7 @@
 import os
 import tty
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 from browser_pages import Bench, served
@@ -25,7 +26,8 @@ def board() -> Iterator[tuple[int, str]]:
 @pytest.fixture(scope="module")
 def bench(chromium: Browser, board: tuple[int, str]) -> Iterator[Bench]:
     devices = {**DEVICES, "r1": {"profile": "sac", "at": board[1]}}
-    with served(chromium, {"bench": "t", "devices": devices}) as bench:
+    web = {"port": 0, "message_kb": 1}
+    with served(chromium, {"bench": "t", "devices": devices, "bridges": {"web": web}}) as bench:
         bench.server.ready("s1", boot_ns=SAC_READY_NS)
         yield bench
 
@@ -105,6 +107,32 @@ def test_a_flood_of_a_board_is_shown_and_the_page_stays(pages: Bench, board: tup
         os.write(board[0], bytes(range(256)) * 4)
     os.write(board[0], b"\r\nthe last line\r\n")
     expect(rows).to_contain_text("the last line")
+
+
+def test_a_text_that_is_pasted_arrives_whole(pages: Bench, board: tuple[int, str]) -> None:
+    page = pages.open("bench/r1")
+    screen = terminal(page, "r1")
+    pasted = "".join(f"line {number}\r" for number in range(500))  # longer than a message may be
+    screen.get_by_role("textbox").evaluate(
+        """(area, text) => {
+            const event = new ClipboardEvent("paste", { clipboardData: new DataTransfer(), bubbles: true });
+            event.clipboardData.setData("text/plain", text);
+            area.dispatchEvent(event);
+        }""",
+        pasted,
+    )
+    os.set_blocking(board[0], False)
+    heard = b""
+
+    def all_came() -> bool:
+        nonlocal heard
+        with suppress(BlockingIOError):
+            heard += os.read(board[0], 65536)
+        return len(heard) >= len(pasted)
+
+    until(all_came, "all of it")
+    assert heard.decode() == pasted
+    expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
 
 
 def test_two_pages_see_the_same_at_a_port(pages: Bench) -> None:

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { readBinary, readHello, readText, Refused, terminalFrame } from "../src/net/protocol";
+import { readBinary, readHello, readText, Refused, terminalFrame, terminalFrames } from "../src/net/protocol";
 
 function samples(watch: number, lost: number, fields: number, values: number[], rows = values.length / (1 + fields)): ArrayBuffer {
   const frame = new ArrayBuffer(16 + values.length * 8);
@@ -46,6 +46,17 @@ describe("binary messages", () => {
 
   it("reads what it writes for terminals", () => {
     expect(readBinary(terminalFrame(9, Uint8Array.of(1, 255)).buffer)).toEqual([{ kind: "terminal", terminal: 9, bytes: Uint8Array.of(1, 255) }]);
+  });
+});
+
+describe("messages for terminals", () => {
+  it("have what was typed, in pieces that the bench takes", () => {
+    const typed = Uint8Array.from({ length: 25 }, (_, at) => at);
+    const frames = [...terminalFrames(9, typed, 18)];
+    expect(frames.map((frame) => frame.length)).toEqual([18, 18, 13]);
+    expect(frames.flatMap((frame) => [...frame.subarray(8)])).toEqual([...typed]);
+    expect(frames.every((frame) => frame[4] === 9)).toBe(true);
+    expect([...terminalFrames(9, new Uint8Array(0), 18)]).toEqual([]);
   });
 });
 

@@ -398,6 +398,20 @@ def test_a_message_that_is_too_long_ends_its_page_alone() -> None:
     run(use)
 
 
+def test_a_message_is_as_long_as_the_page_is_told() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            assert page.hello["message_bytes"] == 2048
+            for size, is_taken in ((2048, True), (2049, False)):
+                text = json.dumps({"id": size, "do": "close", "terminal": 1}).ljust(size)
+                await page.socket.send_str(text)
+                if is_taken:
+                    assert await page.answer(size) == {}
+            assert await page.closed() == 1009
+
+    run(use, message_kb=2)
+
+
 @pytest.mark.parametrize(
     ("sent", "code"),
     [

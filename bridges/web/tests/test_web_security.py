@@ -5,6 +5,7 @@ from collections.abc import Awaitable, Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import aiohttp
 import pytest
@@ -301,6 +302,28 @@ def test_what_is_no_login_is_refused(users: Path, body: bytes) -> None:
             assert a.status == 415
 
     run(use, users=users)
+
+
+@pytest.mark.parametrize(
+    "rest", ["Content-Encoding: gzip\r\nContent-Length: 9\r\n\r\n012345678", "Content-Length: 9\r\n\r\n{"]
+)
+def test_a_body_that_is_broken_is_the_clients_fault(
+    users: Path, caplog: pytest.LogCaptureFixture, rest: str
+) -> None:
+    """Whoever can reach the door could fill the log with faults of hil's own else."""
+
+    async def use(door: Door) -> None:
+        parts = urlsplit(door.url)
+        reader, writer = await asyncio.open_connection(parts.hostname, parts.port)
+        head = f"POST /api/login HTTP/1.1\r\nHost: {parts.netloc}\r\nContent-Type: application/json\r\n"
+        writer.write((head + rest).encode())
+        if "gzip" in rest:
+            assert (await reader.readline()).startswith(b"HTTP/1.1 400")
+        writer.close()
+        await door.until(lambda: door.bridge.status()["rejected"] == 1)
+
+    run(use, users=users)
+    assert caplog.text == ""
 
 
 def test_a_token_opens(caplog: pytest.LogCaptureFixture) -> None:

@@ -2,7 +2,7 @@
 
 import { signal } from "@preact/signals";
 import type { LinkState, LoginKind, SampleSink, TerminalAnswer, TerminalHandle, TerminalSink, WatchHandle, WatchRequest } from "./channels";
-import { type Hello, readBinary, readText, Refused, terminalFrame } from "./protocol";
+import { type Hello, readBinary, readText, Refused, terminalFrames } from "./protocol";
 
 interface Pending {
   resolve(answer: unknown): void;
@@ -81,9 +81,15 @@ export class Link {
       return Promise.reject(new Refused("gone", "there is no connection to the bench now"));
     }
     const id = this.nextId++;
+    const text = JSON.stringify({ id, ...message });
+    const most_bytes = this.hello.peek()?.message_bytes ?? Infinity;
+    const bytes = new TextEncoder().encode(text).length;
+    if (bytes > most_bytes) {
+      return Promise.reject(new Refused("bad_request", `this is a message of ${bytes} bytes; the bench takes at most ${most_bytes}`));
+    }
     return new Promise<T>((resolve, reject) => {
       this.pending.set(id, { resolve: resolve as (answer: unknown) => void, reject });
-      socket.send(JSON.stringify({ id, ...message }));
+      socket.send(text);
     });
   }
 
@@ -109,9 +115,10 @@ export class Link {
       sink,
       isClosed: false,
       send: (bytes) => {
-        if (terminal.number && this.socket?.readyState === WebSocket.OPEN) {
-          this.socket.send(terminalFrame(terminal.number, bytes));
-        }
+        const { socket } = this;
+        if (!terminal.number || socket?.readyState !== WebSocket.OPEN) return;
+        const most_bytes = this.hello.peek()?.message_bytes ?? Infinity;
+        for (const frame of terminalFrames(terminal.number, bytes, most_bytes)) socket.send(frame);
       },
       close: () => this.closeTerminal(terminal),
     };

@@ -65,6 +65,8 @@ export interface Hello {
   bench: string;
   /** Another one for each start of the bench. */
   instance: string;
+  /** Bytes that a message of this page may have. */
+  message_bytes: number;
   user: string;
   role: Role;
   devices: DeviceRow[];
@@ -96,6 +98,9 @@ export type ServerMessage =
   | { kind: "closed"; what: "terminal" | "watch"; number: number; why: string }
   | { kind: "unknown" };
 
+/** Limit of messages where the server tells none. */
+const MESSAGE_BYTES = 64 * 1024;
+
 type Json = Record<string, unknown>;
 
 function isObject(value: unknown): value is Json {
@@ -124,6 +129,7 @@ export function readHello(raw: unknown): Hello {
     version: text(told["version"]),
     bench: text(told["bench"]),
     instance: text(told["instance"]),
+    message_bytes: Number(told["message_bytes"] ?? 0) || MESSAGE_BYTES,
     user: text(told["user"]),
     role: role === "operator" || role === "admin" ? role : "viewer",
     devices: list<Json>(told["devices"]).filter(isObject).map(readDevice),
@@ -265,6 +271,12 @@ export function readBinary(message: ArrayBuffer): BinaryPart[] | null {
     at = end;
   }
   return blocks.length ? blocks : null;
+}
+
+/** Encode bytes typed at a terminal as messages of at most so many bytes. */
+export function* terminalFrames(terminal: number, bytes: Uint8Array, most_bytes: number): Generator<Uint8Array<ArrayBuffer>> {
+  const most = Math.max(most_bytes - TERMINAL_HEAD, 1);
+  for (let at = 0; at < bytes.length; at += most) yield terminalFrame(terminal, bytes.subarray(at, at + most));
 }
 
 /** Encode bytes typed at a terminal. */

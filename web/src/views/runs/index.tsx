@@ -29,7 +29,7 @@ function Editor() {
     input.value = "";
     if (!file) return;
     if (file.size > MOST_BYTES) {
-      notify(`${file.name} has ${file.size} bytes: a run has at most ${MOST_BYTES}`, true);
+      notify(`${file.name} has ${file.size} bytes; a run has at most ${MOST_BYTES}`, true);
       return;
     }
     text.value = await file.text();
