@@ -14,7 +14,7 @@ from hil.toolpath.motion_check import arc_points
 from hil.toolpath.path_plan import PathPlan, plan_path
 from hil.vocab.axis import Axes, AxisNow
 from hil.vocab.problem import ConfigError, Problem
-from hil.vocab.verbs import VerbRefused
+from hil.vocab.verbs import Role, VerbRefused
 
 DRAWING_CHARACTERS = 4 << 20
 MACHINE_CHARACTERS = 64 << 10
@@ -32,12 +32,18 @@ class DrawingOperation:
     def __init__(self, axes: Axes) -> None:
         self._axes = axes
         self._waiting = 0
+        self._last: dict[str, Any] | None = None
         self._turn = asyncio.Lock()
 
     def drawing(
         self, asked: Asked, text: str, machine: str, file: str, machine_file: str, feed_percent: float
     ) -> Any:
-        """Read, check and plan a program; a coroutine of the answer."""
+        """Read, check and plan a program; a coroutine of the answer. Without a program and a machine: the
+        last drawing of an operator, with its texts, so that all who look on see it."""
+        if not text and not machine:
+            if self._last is None:
+                raise VerbRefused("not_now", "this bench has no drawing yet")
+            return self._last
         for name, given, most in (
             ("text", text, DRAWING_CHARACTERS),
             ("machine", machine, MACHINE_CHARACTERS),
@@ -47,13 +53,23 @@ class DrawingOperation:
         if self._waiting >= MOST_WAITING:
             raise VerbRefused("not_now", f"{self._waiting} drawings are being planned; ask again later")
         axes, override = self._axes.axes(), feed_percent / 100
-        return self._planned(lambda: planned_drawing(text, machine, file, machine_file, override, axes))
+        told = {"text": text, "machine_text": machine, "file": file, "feed_percent": feed_percent}
 
-    async def _planned(self, plan: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        def plan() -> dict[str, Any]:
+            return planned_drawing(text, machine, file, machine_file, override, axes)
+
+        return self._planned(plan, told if asked.source.role >= Role.OPERATOR else None)
+
+    async def _planned(
+        self, plan: Callable[[], dict[str, Any]], told: Mapping[str, Any] | None
+    ) -> dict[str, Any]:
         self._waiting += 1
         try:
             async with self._turn:
-                return await asyncio.get_running_loop().run_in_executor(None, plan)
+                answer = await asyncio.get_running_loop().run_in_executor(None, plan)
+                if told is not None and not answer["problems"]:
+                    self._last = {**answer, **told}
+                return answer
         finally:
             self._waiting -= 1
 

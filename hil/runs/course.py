@@ -87,6 +87,10 @@ class PhraseCourse:
         """True if its pace can be changed now, or more of it given."""
         return now_ns >= self._leg.steady_ns + BACK_NS
 
+    def stands(self, now_ns: int) -> bool:
+        """True if it is paused, and its axes stand, or has not begun."""
+        return now_ns < self.start_ns or (self.pace == 0 and now_ns >= self._leg.steady_ns)
+
     def plan_ns(self, now_ns: int) -> int:
         """The plan's time at a time of the bench."""
         leg = self._leg if now_ns >= self._leg.from_ns else self._before

@@ -165,7 +165,7 @@ class Execution:
             if axis := self._axes.get(event.axis):
                 axis.give(event, start_ns)
         end_ns += BEGINS_NS if phrase.awaited else 0
-        yield from self._go(phrase, course, end_ns - planned_ns)
+        yield from self._go(phrase, course, end_ns - planned_ns, can_join)
         self._steps_before += len(phrase.marks)
         give_up_ns = end_ns + STAND_NS
         while any(axis.is_under_way for name, axis in self._axes.items() if name in phrase.awaited):
@@ -195,7 +195,9 @@ class Execution:
     def _is_met(value: float, above: float | None, below: float | None) -> bool:
         return (above is None or value >= above) and (below is None or value <= below)
 
-    def _go(self, phrase: Phrase, course: PhraseCourse, late_ns: int) -> Generator[int, None, None]:
+    def _go(
+        self, phrase: Phrase, course: PhraseCourse, late_ns: int, can_join: bool
+    ) -> Generator[int, None, None]:
         """Go along a phrase, which ends so much later than planned, at the pace that is asked for."""
         progress = self.progress
         while True:
@@ -207,7 +209,13 @@ class Execution:
             progress.gone_ns = self._gone_ns + at_ns
             left_ns = progress.planned_ns - self._gone_ns - phrase.duration_ns
             progress.planned_end_ns = None if end_ns is None else end_ns + left_ns
-            self._look()
+            if self._asked and self._asked.how == "grace" and phrase.keeps_path and can_join:
+                self._pace = 0.0  # it stops on its path, and ends then
+                if course.stands(now_ns):
+                    raise self._asked
+                self._look(stops=False)
+            else:
+                self._look()
             self._keep_pace(course, now_ns, bool(phrase.events))
             if end_ns is not None and now_ns >= end_ns + late_ns and self._have_reached(end_ns + late_ns):
                 return
@@ -241,8 +249,8 @@ class Execution:
         """True if the axes' values are of this time or later: a board that has much to do comes behind."""
         return not any(axis.state().at_ns < at_ns for axis in self._axes.values())
 
-    def _look(self) -> None:
-        if self._asked:
+    def _look(self, *, stops: bool = True) -> None:
+        if self._asked and stops:
             raise self._asked
         for axis in self._axes.values():
             axis.look()

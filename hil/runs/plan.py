@@ -55,6 +55,8 @@ class Phrase:
     marks: tuple[tuple[int, int], ...]
     awaited: frozenset[str] = frozenset()
     wait: WaitUntil | None = None
+    keeps_path: bool = False
+    """True if a controlled stop stays on the path: axes that draw."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ class Phrases:
         self._marks: list[tuple[int, int]] = []
         self._sent: set[str] = set()
 
-    def end(self, wait: WaitUntil | None = None) -> None:
+    def end(self, wait: WaitUntil | None = None, *, keeps_path: bool = False) -> None:
         """End the phrase: what was planned so far goes by one clock."""
         if self._marks or wait:
             paths = {
@@ -109,7 +111,9 @@ class Phrases:
             }
             events = tuple(sorted(self._events, key=lambda event: event.at_ns))
             awaited = frozenset(self._sent | (self._silent & set(paths)))
-            self.ended.append(Phrase(self._at_ns, paths, events, tuple(self._marks), awaited, wait))
+            self.ended.append(
+                Phrase(self._at_ns, paths, events, tuple(self._marks), awaited, wait, keeps_path)
+            )
         self._begin()
 
     def mark(self, step: int) -> None:
@@ -150,7 +154,7 @@ class Phrases:
             self._pieces[name] += pieces.get(name) or [PathPiece(duration_ns, self.position_deg[name])]
         self._at_ns += duration_ns
         self.position_deg |= targets_deg
-        self.end()
+        self.end(keeps_path=True)
 
 
 def _pieces(trajectory: Trajectory, axis: int) -> list[PathPiece]:

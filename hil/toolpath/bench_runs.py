@@ -1,6 +1,7 @@
 """Plan of a program as runs of a bench: axes that follow paths go exactly along it.
 
-A program becomes one run, or several with a pause (M0, M1, M6) after each but the last. Axes that make ramps
+A program becomes one run, or several with a pause (M0, M1, M6) after each but the last: `mill`, or `mill_1`,
+`mill_2`. Axes that make ramps
 of their own, as a SAC's do, are sent from end to end of the path's straight pieces.
 """
 
@@ -23,8 +24,8 @@ SPARE = 1.02
 """Factor on an axis's limits in a run: set-points are rounded to 32 bits, and rows to six decimals."""
 LEAST_S = 2e-6
 """Least duration of a row."""
-TEXT_BYTES = DOCUMENT_BYTES - 64 * 1024
-"""Length from which a run gets no further stretch."""
+NAME_CHARACTERS = 24
+"""Length of a machine's name in that of a run, which has 32 with its numbers."""
 
 
 @dataclass
@@ -45,7 +46,6 @@ class _Part:
     steps: list[dict[str, object]] = field(default_factory=list)
     rows: list[str] = field(default_factory=list)
     row_count: int = 0
-    length: int = 0
     at_s: float = 0.0
     timeline: list[tuple[float, int]] = field(default_factory=list)
 
@@ -70,6 +70,7 @@ class BenchRuns:
 
     def _runs(self) -> Iterator[BenchRun]:
         part = _Part()
+        number = 0
         for item in self._plan.items:
             if isinstance(item, PlannedStretch):
                 self._stretch(part, item)
@@ -81,12 +82,17 @@ class BenchRuns:
             elif isinstance(item, Switch):
                 self._switch(part, item)
             elif isinstance(item, Pause):
-                yield self._run(part, item)
+                number += 1
+                yield self._run(part, item, self._name(number))
                 part = _Part()
         if part.steps or part.rows:
-            yield self._run(part, None)
+            yield self._run(part, None, self._name(number + 1 if number else 0))
 
-    def _run(self, part: _Part, pause: Pause | None) -> BenchRun:
+    def _name(self, number: int) -> str:
+        """Name of a part's run; 0: of the only one."""
+        return f"{self._machine.name[:NAME_CHARACTERS]}_{number}" if number else self._machine.name
+
+    def _run(self, part: _Part, pause: Pause | None, name: str) -> BenchRun:
         self._path(part)
         if len(part.steps) > STEPS:
             self._too_long(f"{len(part.steps)} steps; a run has at most {STEPS}")
@@ -94,7 +100,7 @@ class BenchRuns:
         for switch in _pins(self._machine):
             axes.setdefault(switch.rpartition(".")[0], {})
         steps = part.steps or [{"dwell_s": 0.0}]
-        document = {"run": self._machine.name, "axes": axes, "profile": "trapezoid", "steps": steps}
+        document = {"run": name, "axes": axes, "profile": "trapezoid", "steps": steps}
         text = json.dumps(document, separators=(",", ":"))
         if len(text) > DOCUMENT_BYTES or part.row_count > ROWS:
             self._too_long(f"{part.row_count} pieces make {len(text)} characters")

@@ -139,3 +139,23 @@ def test_a_run_with_a_real_board_keeps_its_pace() -> None:
     execution = Execution(plan, None, None)  # type: ignore[arg-type]  # it does not begin
     with pytest.raises(VerbRefused, match="m1: a real board's path stays as it is"):
         execution.set_pace(0)
+
+
+def test_a_controlled_stop_stays_on_the_path() -> None:
+    servo = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    made = Bench({"bench": "runs", "devices": {"m1": servo, "m2": servo}})
+    made.run(4100)
+    for name in AXES:
+        made.axis(name).do("enable")
+    made.run(100)
+    execution, stopped_ns = made.execute(circle()), 0
+    for until_ns in execution.run():
+        made.run_until(until_ns / 1e6)
+        if execution.progress.gone_ns > 3_000_000_000 and not stopped_ns:
+            execution.stop("grace")
+            stopped_ns = made.now_ns
+    assert execution.progress.state == "cancelled"
+    x, y = (made.axis(name).snapshot().r for name in AXES)
+    assert hypot(x, y) == pytest.approx(RADIUS_DEG, abs=2e-3)
+    assert 50_000_000 < made.now_ns - stopped_ns < 500_000_000
+    assert all(report.at_end == "stands" for report in execution.progress.axes.values())

@@ -15,6 +15,9 @@ export interface RunProgress {
   steps: number;
   /** Simulated time at which it ends as planned; null: it is not known. */
   planned_end_ns: number | null;
+  /** Time of its plan that is gone, and its pace: 1 as planned, 0 paused. */
+  gone_ns: number;
+  pace: number;
   why: string;
   axes: Record<string, AxisReport>;
 }
@@ -31,6 +34,8 @@ export function readRun(raw: unknown): RunProgress | null {
     step: numberOf(told["step"]) ?? 0,
     steps: numberOf(told["steps"]) ?? 0,
     planned_end_ns: numberOf(told["planned_end_ns"]),
+    gone_ns: numberOf(told["gone_ns"]) ?? 0,
+    pace: numberOf(told["pace"]) ?? 1,
     why: typeof told["why"] === "string" ? told["why"] : "",
     axes: Object.fromEntries(Object.entries(object(told["axes"])).map(([name, axis]) => [name, readAxis(axis)])),
   };

@@ -3,8 +3,9 @@
 import { benchView } from "./bench";
 import { companionView } from "./companion";
 import { faultsView } from "./faults";
+import { pathView } from "./path";
 import { runsView } from "./runs";
 import type { ViewEntry } from "./view";
 import { wireView } from "./wire";
 
-export const VIEWS: ViewEntry[] = [benchView, runsView, faultsView, wireView, companionView];
+export const VIEWS: ViewEntry[] = [benchView, runsView, pathView, faultsView, wireView, companionView];
