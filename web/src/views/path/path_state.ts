@@ -89,12 +89,14 @@ function take(answer: unknown, program: string, machine: string): void {
 
 /** Take the drawing that the bench has, so that all pages see the same. */
 export async function follow(): Promise<void> {
+  const before = [texts.program.peek(), texts.machine.peek()];
   const answer = await link.ask("drawing").catch((error: unknown) => {
     if (error instanceof Refused) return null;
     throw error;
   });
   const read = answer === null ? null : readDrawing(answer);
   if (read === null || "problems" in read || read.text === null) return;
+  if (before[0] !== texts.program.peek() || before[1] !== texts.machine.peek()) return; // somebody writes here
   texts.program.value = read.text;
   texts.machine.value = read.machineText ?? "";
   names.program.value = read.file ?? "program";
