@@ -33,7 +33,7 @@ export function readQueue(data: Uint8Array, file: string): QueueFile {
       return;
     }
     if (line === lines.length && !isWhole && isCut(text)) {
-      tell(text.length + 1, "the file ends in the middle of this number; it was cut off, copy it again");
+      tell(text.length + 1, "the file ends in the middle of this row; it was cut off, copy it again");
       return;
     }
     const read = readRow(text, tell);
@@ -53,10 +53,11 @@ export function readQueue(data: Uint8Array, file: string): QueueFile {
   return { rows: inOrder.map(([row]) => row), lines: inOrder.map(([, line]) => line) };
 }
 
-/** True if a line without an end stops within a number: the blank is missing that follows each. */
+/** True if a line without an end stops within its row: numbers are missing, or the blank that follows each. */
 function isCut(text: string): boolean {
   const cells = text.split(",");
-  return cells.length === COLUMNS.length && text.startsWith(" ") && !cells.at(-1)!.endsWith(" ");
+  if (!/^[\d\s.,]+$/.test(text) || cells.length > COLUMNS.length) return false;
+  return cells.length < COLUMNS.length || (text.startsWith(" ") && !text.endsWith(" "));
 }
 
 type Tell = (column: number, text: string) => void;

@@ -47,12 +47,13 @@ function speakers(packet: WirePacket): readonly string[] {
 /** Times in which bars of different lanes overlap, or of which a packet says that it collided; joined. */
 function overlaps(bars: readonly Bar[]): Collision[] {
   const found: Collision[] = [];
-  bars.forEach((bar, index) => {
+  const inTime = [...bars].sort((one, other) => one.begin - other.begin);
+  inTime.forEach((bar, index) => {
     if (isCollision(bar.packet)) found.push({ begin: bar.begin, end: bar.end });
-    for (const other of bars.slice(index + 1)) {
-      const begin = Math.max(bar.begin, other.begin);
+    for (let next = index + 1; next < inTime.length && inTime[next]!.begin < bar.end; next++) {
+      const other = inTime[next]!;
       const end = Math.min(bar.end, other.end);
-      if (other.lane !== bar.lane && end > begin) found.push({ begin, end });
+      if (other.lane !== bar.lane && end > other.begin) found.push({ begin: other.begin, end });
     }
   });
   return joined(found);
