@@ -68,11 +68,11 @@ class Interpreter:
             self.problems.append(Problem(self._settings.file, line.number, *line.problem))
         self.motions.extend(Message(*message) for message in line.messages)
         block = read_block(line.code, self.state)
-        before = len(self.problems)
         if line.code:
             self._carry_out(block)
-        if line.problem or len(self.problems) > before:
-            self._doubt(line.code, was_read=not line.problem and not block.faults)
+        if line.problem or block.faults:
+            self.doubts.update(AXES, ["feed"] if "f" in line.code or "g9" in line.code else [])
+            self.doubts.update(["motion"] if "g" in line.code else [])
 
     def _carry_out(self, block: Block) -> None:
         before = len(self.problems)
@@ -88,18 +88,14 @@ class Interpreter:
             for fault in conflicts(block, intent, self.state, is_in_doubt="motion" in self.doubts):
                 self._problem(*fault)
         self._is_silent = len(self.problems) > before
+        if self._is_silent:
+            self.doubts.update(AXES)
         self._feed_and_speed(block)
         self._switches(block)
         self._modes(block)
         self._one_shot(block)
         self._motion(block, intent)
         self._stop(block)
-
-    def _doubt(self, code: str, *, was_read: bool) -> None:
-        self.doubts.update(AXES)
-        if not was_read:
-            self.doubts.update(["feed"] if "f" in code or "g9" in code else [])
-            self.doubts.update(["motion"] if "g" in code else [])
 
     def _problem(self, index: int, message: str, remedy: str) -> None:
         if not self._is_silent:

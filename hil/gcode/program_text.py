@@ -13,7 +13,7 @@ _BLANK = " \t"
 _TO_CODE = {ord(blank): None for blank in _BLANK} | {ord("A") + n: ord("a") + n for n in range(26)}
 _COMMENT = re.compile(r"\((?P<text>[^()]*+)(?P<closed>.?)|;.*", re.DOTALL)
 _UNCLOSED = {
-    "": ("a comment has no )", "write the )"),
+    "": ("a comment has no )", "close it with )"),
     "(": ("a comment has a ( inside", "comments do not nest: remove one ("),
 }
 _MESSAGE = re.compile(r"\s*msg,", re.IGNORECASE)

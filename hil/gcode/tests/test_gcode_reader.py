@@ -145,6 +145,9 @@ def test_what_follows_from_a_problem_is_not_one_more() -> None:
     assert len(problems("G1 X! F100", "X2", "X3")) == 1
     assert len(problems("#<a> = ]", "G0 X#<a>")) == 1
     assert len(problems("G77 X1", "X2")) == 1
+    assert (
+        len(problems("G1 X10 Y10", "G2 X20 Y10 R2")) == 2
+    )  # where the axes are is known in spite of the first
     assert len(problems("G0 X[1/0]", "G2 X5 I1 F100", "G0 X0 Y0", "G2 X5 I1")) == 2
 
 
