@@ -10,6 +10,9 @@ SLICE_NS = 1 * NS_PER_MS
 """Time in which nothing that begins on the line can be complete unseen: an answer of 6 characters takes
 1.5 ms at 38400 baud."""
 
+MOST_TURNS = 1000
+"""Maximum number of turns without time between them."""
+
 
 class LineMaster(Protocol):
     """Master of a line without I/O: ``hil.mother.Mother``, or one of yours."""
@@ -37,11 +40,16 @@ def attend(
     """Let masters work at taps, by their names, until ``until`` is true.
 
     Raises:
-        NotInTime: that takes longer than ``within_ms``, simulated.
+        NotInTime: that takes longer than ``within_ms``, simulated; or a master is due again and again at one
+            time.
     """
     __tracebackhide__ = True
     end_ns = bench.now_ns + within_ms * NS_PER_MS
+    turns, turned_ns = 0, -1
     while not _turn(bench, masters, until):
+        turns, turned_ns = (turns + 1 if turned_ns == bench.now_ns else 0), bench.now_ns
+        if turns > MOST_TURNS:
+            raise NotInTime(f"a master is due at {bench.now_ns} ns again and again")
         if bench.now_ns >= end_ns:
             raise NotInTime(f"not at its end after {within_ms:g} ms")
         dues = [bench.tap(name).next_ns for name in masters] + [each.due_ns() for each in masters.values()]

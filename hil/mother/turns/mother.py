@@ -14,6 +14,8 @@ TRIES = 3
 GAP_CHARACTERS = 1
 """Characters that the master leaves between packets: drivers of nodes need a moment to go off."""
 EVENTS_KEPT = 10_000
+LATE = 10
+"""How many times the latency an answer to a scan may be late."""
 Ended = Callable[[Transaction], None]
 
 
@@ -130,10 +132,16 @@ class Mother:
         """Ask each address whether a node is there, by a command that changes nothing. A node is there if it
         answers, whatever it answers."""
         asked = self.nodes.addresses if addresses is None else addresses
+        rest_ns = self._scan_rest_ns
         return [
-            self.send(each, self.nodes.probe, at_ns, tries=tries, rest_ns=self.timing.latency_ns, ended=ended)
+            self.send(each, self.nodes.probe, at_ns, tries=tries, rest_ns=rest_ns, ended=ended)
             for each in asked
         ]
+
+    @property
+    def _scan_rest_ns(self) -> int:
+        """Time for which a late answer to a scan counts: a computer that has much to do is late at times."""
+        return min(LATE * self.timing.latency_ns, self.rest_ns)
 
     def scan_ns(self, addresses: int, there: int, tries: int = 1) -> int:
         """Time of a scan, calculated: packets, turnarounds and time-outs. ``there``: how many answer."""
@@ -142,7 +150,7 @@ class Mother:
             timing.characters_ns(size + self.nodes.answer_bytes) + timing.turnaround_ns + timing.gap_ns
         )
         silent = addresses - there
-        rest_ns = timing.latency_ns if silent else 0  # behind the last one
+        rest_ns = self._scan_rest_ns if silent else 0  # behind the last one
         return there * answered_ns + silent * tries * timing.first_ns(size) + rest_ns
 
     def cancel(self, at_ns: int, why: str = "cancelled") -> None:

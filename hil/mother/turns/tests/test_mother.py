@@ -190,3 +190,12 @@ def test_answers_that_a_line_cannot_carry_do_not_count_and_the_reason_says_so():
             mother.advance(mother.due_ns())
         assert sent.outcome is outcome
         assert ("earlier than 38400 baud can carry it" in sent.why) == has_bit_times
+
+
+def test_a_master_that_is_due_for_ever_is_told(segment):
+    class Hanging(Mother):
+        def due_ns(self) -> int:
+            return 0
+
+    with pytest.raises(NotInTime, match="again and again"):
+        attend(segment(1), {TAP: Hanging(NODES)}, lambda: False)
