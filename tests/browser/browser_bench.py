@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from browser_pages import Bench, served
+from browser_pages import DESK, PHONE, Bench, served
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Page, expect
 
@@ -225,6 +225,9 @@ def test_a_step_response_is_drawn_before_and_after_new_gains(pages: Bench) -> No
     before, after = (row.get_by_role("cell").nth(1).inner_text() for row in rows)
     assert before != after
     expect(page.get_by_role("img", name=re.compile("^Step responses"))).to_be_visible()
+    page.set_viewport_size(PHONE)
+    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+    page.set_viewport_size(DESK)
     expect(page.get_by_label(re.compile(r"^pKp, now 40"))).to_be_visible()
     page.get_by_label(re.compile("^pKp")).fill("15")
     button(page, "Set gains")

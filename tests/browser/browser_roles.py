@@ -192,3 +192,18 @@ def test_the_keyboard_alone(pages: Bench) -> None:
     expect(dialog).to_contain_text("In a plot".lower())
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_have_count(0)
+
+
+def test_a_token_of_the_log_opens(chromium: Browser) -> None:
+    web = {"port": 0, "token": "viewer"}
+    with served(chromium, {"bench": "t", "devices": DEVICES, "bridges": {"web": web}}) as bench:
+        found = re.search(r"token of this run is (\S+)", bench.server.output)
+        assert found
+        page = bench.open("faults")
+        page.get_by_label(re.compile("^Token")).fill("x" * 32)
+        button(page, "Log in")
+        expect(page.get_by_role("alert")).to_have_text("That is not known here.")
+        page.get_by_label(re.compile("^Token")).fill(found[1])
+        button(page, "Log in")
+        expect(page.get_by_role("region", name="Inject a fault")).to_contain_text("needs the role admin")
+        bench.errors.clear()

@@ -9,6 +9,8 @@ import { link, status } from "../../store";
 export const RATE_HZ = 60;
 /** Five minutes. */
 const CAPACITY = RATE_HZ * 300;
+/** Samples come for so long when nobody looks any more: who goes to another view and comes back misses nothing. */
+const KEPT_MS = 30_000;
 /** A jump of the clocks by more is taken at once, less is followed slowly. */
 const JUMP_s = 0.25;
 const FOLLOW = 0.05;
@@ -25,6 +27,7 @@ export class AxisFeed {
   private readonly wanted = new Map<symbol, string[]>();
   private watch: WatchHandle | null = null;
   private isGap = false;
+  private ending = 0;
   /** The start of the bench that the newest samples are of. */
   private instance: string | undefined;
   private offset_s = NaN;
@@ -38,11 +41,16 @@ export class AxisFeed {
     this.begin();
     return () => {
       this.wanted.delete(key);
-      if (this.wanted.size) return;
-      this.watch?.close();
-      this.watch = null;
-      this.isGap = true;
+      window.clearTimeout(this.ending);
+      this.ending = window.setTimeout(() => this.endUnwanted(), KEPT_MS);
     };
+  }
+
+  private endUnwanted(): void {
+    if (this.wanted.size) return;
+    this.watch?.close();
+    this.watch = null;
+    this.isGap = true;
   }
 
   column(field: string): number {
@@ -64,7 +72,7 @@ export class AxisFeed {
       const columns = [0, ...this.fields.map((field) => (missing.includes(field) ? -1 : this.fields.indexOf(field) + 1))];
       this.ring = this.ring.rearranged(columns);
     }
-    if (this.watch && !missing.length) return;
+    if (this.watch && !missing.length && !this.refusal.peek()) return;
     this.watch?.close();
     this.refusal.value = "";
     this.watch = link.watch(

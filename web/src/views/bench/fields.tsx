@@ -3,7 +3,7 @@
 import { signal } from "@preact/signals";
 import { useEffect, useState } from "preact/hooks";
 import { shown } from "../../model/numbers";
-import type { DeviceRow } from "../../net/protocol";
+import type { DeviceRow, FieldRow } from "../../net/protocol";
 import { link, may } from "../../store";
 import { notify, notifyError } from "../../parts/notices";
 import { check } from "../../model/parameters";
@@ -49,22 +49,22 @@ export function Fields({ device }: { device: DeviceRow }) {
               <th scope="col">field</th>
               <th scope="col" class="num">value</th>
               <th scope="col">unit</th>
-              <th scope="col">meaning</th>
             </tr>
           </thead>
           <tbody>
             {rows.map((field) => (
               <tr key={field.name}>
-                <th scope="row" class="mono">{field.name}</th>
+                <th scope="row" class="field-name">
+                  <span class="mono">{field.name}</span> <span class="soft">{field.meaning}</span>
+                </th>
                 <td class="num">
                   {field.is_settable && may("operator") ? (
                     <SetField device={device.name} field={field.name} value={values[field.name]} />
                   ) : (
-                    shown(values[field.name], field.type.startsWith("i") ? 0 : 4)
+                    valueText(field, values[field.name])
                   )}
                 </td>
                 <td>{field.unit}</td>
-                <td class="soft">{field.meaning}</td>
               </tr>
             ))}
           </tbody>
@@ -72,6 +72,10 @@ export function Fields({ device }: { device: DeviceRow }) {
       </div>
     </>
   );
+}
+
+function valueText(field: FieldRow, value: number | null | undefined): string {
+  return field.type.startsWith("i") && typeof value === "number" ? String(value) : shown(value, 4);
 }
 
 /** A value that can be set: Enter sends it, Escape leaves it. */

@@ -160,21 +160,23 @@ function ResponseView({ responses }: { responses: Responses }) {
   return (
     <>
       <div class="response-plot" ref={place} role="img" aria-label="Step responses before and after; the table has their figures" />
-      <table>
-        <thead>
-          <tr>
-            <th scope="col">response</th>
-            <th scope="col" class="num">rise (10 to 90 %)</th>
-            <th scope="col" class="num">overshoot</th>
-            <th scope="col" class="num">settled (2 %)</th>
-            <th scope="col" class="num">final error</th>
-          </tr>
-        </thead>
-        <tbody>
-          <ResponseRow name="before" trace={2} response={before} />
-          <ResponseRow name="after" trace={1} response={after} />
-        </tbody>
-      </table>
+      <div class="scroll-x" role="region" aria-label="Figures of the step responses" tabIndex={0}>
+        <table>
+          <thead>
+            <tr>
+              <th scope="col">response</th>
+              <th scope="col" class="num" title="from 10 to 90 %">rise</th>
+              <th scope="col" class="num">overshoot</th>
+              <th scope="col" class="num" title="within 2 % for good">settled</th>
+              <th scope="col" class="num" title="at the end">error</th>
+            </tr>
+          </thead>
+          <tbody>
+            <ResponseRow name="before" trace={2} response={before} />
+            <ResponseRow name="after" trace={1} response={after} />
+          </tbody>
+        </table>
+      </div>
     </>
   );
 }

@@ -52,7 +52,7 @@ export class TerminalSession {
       bytes: (bytes) => this.terminal.write(this.text.next(bytes)),
       opened: ({ clients, baud }) => {
         this.isOpen.value = true;
-        const others = clients ? `, ${clients} other clients` : "";
+        const others = clients ? `, ${clients} other client${clients > 1 ? "s" : ""}` : "";
         this.note.value = baud ? `open, ${baud} baud${others}` : `open${others}`;
       },
       closed: (why) => {
