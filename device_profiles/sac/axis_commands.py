@@ -13,7 +13,7 @@ from device_profiles.sac.pulse_times import (
 from device_profiles.sac.typed_text import MIN_CYCLE_US
 from hil.vocab.path_planning import NodeCommand, StepperAxis
 
-LARGEST_ERROR_STEPS = (0.1, 0.2)
+LARGEST_ERROR_STEPS = (0.05, 0.2)
 """Error of a piece of constant speed at which a new one begins: where a pulse is a full step, and where it is
 less, which leaves more of a step to errors."""
 

@@ -31,7 +31,7 @@ FEW = 6.0
 """Number of pieces of all axes that needs no slower course."""
 FITS_STEPS = 0.05
 """Error by rounded accelerations that needs no better ones."""
-EARLIEST_STEPS, LATEST_STEPS = 0.2, 0.7
+EARLIEST_STEPS, LATEST_STEPS = 0.15, 0.6
 """Steps that a pulse of a ramp may come before and after the course has it."""
 LOOKS = 24
 """Number of steps of a ramp that are compared with the course."""

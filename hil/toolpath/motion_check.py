@@ -323,11 +323,13 @@ def arc_extremes(begin: Point, arc: Arc) -> Iterator[tuple[int, float]]:
     first, second, _ = PLANE_AXES[arc.plane]
     start, sweep = _sweep(begin, arc)
     radius = hypot(begin[first] - arc.centre[0], begin[second] - arc.centre[1])
+    end_radius = hypot(arc.end[first] - arc.centre[0], arc.end[second] - arc.centre[1])
     low, high = sorted((start, start + sweep))
     for quarter in range(4):
         angle = quarter * pi / 2
-        turns = ceil((low - angle) / (2 * pi))
-        if angle + 2 * pi * turns <= high:
+        angle += 2 * pi * ceil((low - angle) / (2 * pi))
+        while angle <= high:  # in each turn: the radii of both ends may differ a little
+            r = radius + (angle - start) / sweep * (end_radius - radius)
             which = quarter % 2
-            sign = 1 if quarter < 2 else -1
-            yield (first, second)[which], arc.centre[which] + sign * radius
+            yield (first, second)[which], arc.centre[which] + (r if quarter < 2 else -r)
+            angle += 2 * pi * max(int((high - angle) / (2 * pi)), 1)
