@@ -9,15 +9,22 @@ that has heard the first, and lets another begin some milliseconds late, which i
 """
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 
 from hil.mother.turns.mother import Mother
 from hil.mother.turns.run_items import CommandOfFile, RunPhrase
 from hil.mother.turns.transaction import Outcome, Transaction
+from hil.vocab.path_planning import NodeCommand
 from hil.vocab.time import FOREVER, NS_PER_MS
 
 IN_HAND = 2
 """Commands that are handed to the line at once, so that it is never idle."""
+AHEAD_US = 600_000.0
+"""Time by which a command goes out before it is needed: longer than a board that does something else first is
+late."""
+RESTARTS = 2
+"""Number of times that an upload may begin again."""
 END_NS = 5 * NS_PER_MS
 """Time behind the planned end until a phrase is over: clocks of boards differ by 50 millionths."""
 _US = 1000
@@ -34,11 +41,15 @@ class PhraseFeed:
         failed: Callable[[str], None],
     ) -> None:
         self._mother, self._units, self._phrase, self._failed = mother, units, phrase, failed
-        self._source = iter(phrase.commands)
+        self._source: Iterator[CommandOfFile] = iter(phrase.commands)
         self._next: CommandOfFile | None = next(self._source, None)
         self._starts_us: dict[str, list[float]] = {axis: [] for axis in units}
         self._pulses: dict[str, list[tuple[float, float, int]]] = {axis: [] for axis in units}
         self._lines: list[tuple[float, int]] = []
+        self._uploaded: list[CommandOfFile] = []
+        self._restarts = 0
+        self._is_unsure = False
+        """True if a node may have a command of the upload, or not."""
         self._in_hand = 0
         self._last_us = 0.0
         self._release: Transaction | None = None
@@ -94,7 +105,7 @@ class PhraseFeed:
         if self._is_fed:
             return self._at_ns(self._end_us) + END_NS + 1
         if self._next and self._next.command.axis in self._late_us and self._in_hand < IN_HAND:
-            return self._at_ns(self._room_us(self._next.command.axis)) + 1
+            return self._at_ns(self._goes_us(self._next.command)) + 1
         return FOREVER
 
     def _at_ns(self, at_us: float) -> int:
@@ -118,21 +129,61 @@ class PhraseFeed:
         if self._is_ended:
             return
         at_us = self.at_us(now_ns)
-        while self._next and self._in_hand < IN_HAND and self._may_go(self._next.command.axis, at_us):
+        if self._is_unsure and not self._in_hand:
+            self._drop_all(now_ns)
+        while self._next and self._in_hand < IN_HAND and self._may_go(self._next.command, at_us):
             this, self._next = self._next, next(self._source, None)
             self._send(this, now_ns)
             if self._is_ended:
                 return
-        if self._release is None and not self._in_hand and not self._is_ended:
+        if self._release is None and not (self._in_hand or self._is_unsure or self._is_ended):
             self._release = self._mother.release(now_ns)
             for axis in self._starts_us:
                 if self.moves(axis):
                     self._confirm(axis, now_ns)
 
-    def _may_go(self, axis: str, at_us: float) -> bool:
+    def _may_go(self, command: NodeCommand, at_us: float) -> bool:
+        if self._is_unsure:
+            return False
         if self._release is None:
-            return len(self._starts_us[axis]) < min(self._phrase.ahead, self._mother.nodes.queue_length - 1)
-        return axis in self._late_us and self._room_us(axis) <= at_us
+            room = min(self._phrase.ahead, self._mother.nodes.queue_length - 1)
+            return len(self._starts_us[command.axis]) < room
+        return command.axis in self._late_us and self._goes_us(command) <= at_us
+
+    def _goes_us(self, command: NodeCommand) -> float:
+        """Time at which a command goes out: when its board has room, and not long before it is needed, so
+        that a braking acts soon; as many as before the release wait there at least."""
+        starts_us, ahead = self._starts_us[command.axis], self._phrase.ahead
+        waits_us = starts_us[-ahead] + self._late_us[command.axis] if len(starts_us) >= ahead else 0.0
+        return max(self._room_us(command.axis), min(command.needed_us - AHEAD_US, waits_us))
+
+    def _drop_all(self, now_ns: int) -> None:
+        """Let the nodes drop all that is held: nothing has moved, and the upload begins again."""
+        moving = [axis for axis in self._units if self.moves(axis)]
+        self._in_hand = len(moving)
+
+        def dropped(sent: Transaction) -> None:
+            self._in_hand -= 1
+            self.packets += sent.sent
+            if self._is_ended:
+                return
+            if sent.outcome is not Outcome.DONE:
+                self.fail(f"node {sent.unit}, {transaction_words(sent)}")
+            elif not self._in_hand:
+                self._begin_again()
+
+        for axis in moving:
+            self._mother.send(self._units[axis], self._mother.nodes.stop_at_once, now_ns, ended=dropped)
+
+    def _begin_again(self) -> None:
+        left = [] if self._next is None else [self._next]
+        self._source = chain(self._uploaded, left, self._source)
+        self._uploaded, self._is_unsure = [], False
+        self._next = next(self._source, None)
+        for axis in self._units:
+            self._starts_us[axis].clear()
+            self._pulses[axis].clear()
+        self._lines.clear()
 
     def _send(self, placed: CommandOfFile, now_ns: int) -> None:
         command = placed.command
@@ -141,13 +192,18 @@ class PhraseFeed:
         self._lines.append((command.start_us, placed.place.line))
         self._last_us = max(self._last_us, command.end_us)
         self._in_hand += 1
+        if self._release is None:
+            self._uploaded.append(placed)
 
         def ended(sent: Transaction) -> None:
             self._in_hand -= 1
             self.packets += sent.sent
             if self._is_ended:
                 return
-            if sent.outcome is not Outcome.DONE:
+            if sent.outcome is Outcome.NOT_KNOWN and self._release is None and self._restarts < RESTARTS:
+                self._restarts += not self._is_unsure
+                self._is_unsure = True
+            elif sent.outcome is not Outcome.DONE:
                 self.fail(f"node {sent.unit} ({command.axis}), {transaction_words(sent)}")
             elif self._release is not None and self._came_us(sent) > command.needed_us:
                 late_ms = (self._came_us(sent) - command.needed_us) / 1000

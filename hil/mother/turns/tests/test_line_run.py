@@ -248,6 +248,17 @@ def test_lost_answers_of_the_upload_are_told_and_nothing_is_released(rig, fault)
     assert pulses(bench) == at_zero()
 
 
+def test_an_upload_whose_answer_is_lost_begins_again_and_nothing_goes_twice(rig, fault):
+    bench, _ = rig
+    phrase = line(at_zero(), x=800, y=800)
+    lost = bench.fault("packet_no_ack", "s4.network")
+    run = made(rig, [phrase])
+    carry_out(bench, run, lambda: bool(run._feed and run._feed._is_unsure))
+    lost.clear()
+    carry_out(bench, run)
+    assert (run.state, pulses(bench)) == (RunState.ENDED, phrase.end)
+
+
 def test_a_late_answer_does_not_end_a_stream(rig, fault):
     bench, _ = rig
     run = made(rig, [circle(at_zero())])
