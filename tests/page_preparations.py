@@ -305,7 +305,7 @@ def serve_line(session: Session) -> None:
 @before("mother", "Commands")
 def _(session: Session) -> None:
     serve_line(session)
-    session.varies = (r"\d+\.\d+ m?s",)
+    session.varies = (r"\d+\.\d+ m?s", " +")
     row = " {} , 100 , 1 , 1 , 69 , 4321 , 1 , 10.47 , .5 , 3 , 1 , 2400000 \r\n"
     session.write("queue.txt", "".join(row.format(position) for position in range(1, 31)))
 
