@@ -302,6 +302,11 @@ def serve_line(session: Session) -> None:
         terminal.ask(b"$R\r", b"SAC>")
 
 
+@before("gcode", "Carry it out by runs")
+def _(session: Session) -> None:
+    session.varies = (DEG,)
+
+
 @before("mother", "Commands")
 def _(session: Session) -> None:
     serve_line(session)

@@ -30,12 +30,20 @@ def planned_file(
     file: Path, machine_file: Path, at: str, *, override: float = 1.0, is_block_delete: bool = False
 ) -> PlannedFile:
     """Read and plan a program; all problems of both files end the command."""
+    machine = read_machine(machine_file)
+    return planned_at(
+        file, machine, position_of(at, machine), override=override, is_block_delete=is_block_delete
+    )
+
+
+def planned_at(
+    file: Path, machine: "Machine", begin: "Point", *, override: float = 1.0, is_block_delete: bool = False
+) -> PlannedFile:
+    """Read and plan a program for a machine that stands there; all its problems end the command."""
     from hil.gcode.canonical import Settings
     from hil.gcode.reader import read_program
     from hil.toolpath.path_plan import plan_path
 
-    machine = read_machine(machine_file)
-    begin = position_of(at, machine)
     settings = Settings(str(file), begin, is_block_delete=is_block_delete)
     program = read_program(_bytes_of(file), settings)
     if program.problems:

@@ -59,7 +59,7 @@ class LineProgram:
         run = self._run = path_run(
             line.mother, machine, maker.of(plan), begin=self._begin, switched=self._switched
         )
-        with noted() as signals, _keys() as pressed, _shown(self._planned) as show:
+        with noted() as signals, keys() as pressed, _shown(self._planned) as show:
             task = asyncio.ensure_future(line.carry_out(run))
             while not task.done():
                 self._signals(signals)
@@ -186,7 +186,7 @@ def end_text(file: str, answer: dict[str, Any]) -> str:
 
 
 @contextmanager
-def _keys() -> Iterator[Callable[[], str]]:
+def keys() -> Iterator[Callable[[], str]]:
     """Keys that were pressed since the last call, on a terminal; elsewhere none."""
     if not sys.stdin.isatty():
         yield str

@@ -1,11 +1,13 @@
 """``hil mother gcode``: a program in G-code, checked, planned and carried out."""
 
+from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir
+from hil.cli.ask import Bench, RuntimeDir, fail
+from hil.cli.exit_codes import Exit
 from hil.cli.mother_lines import LineOptions
 from hil.cli.told import CommandAnswer, wants_json
 
@@ -16,6 +18,17 @@ MachineFile = Annotated[
         "--machine", "-m", metavar="FILE", help="The machine's document (YAML).", show_default=False
     ),
 ]
+
+if TYPE_CHECKING:
+    from hil.toolpath.machine import Machine
+
+
+class Executor(Enum):
+    """What carries a program out."""
+
+    LINE = "line"
+    RUNS = "runs"
+
 
 PATIENT_MS = 250.0
 """Time that an answer may take longer than on the line, on a computer that is busy: after that its motion may
@@ -41,10 +54,28 @@ def gcode(
     block_delete: Annotated[
         bool, typer.Option("--block-delete", help="Leave out lines that begin with a slash.")
     ] = False,
+    by: Annotated[
+        Executor | None,
+        typer.Option(
+            "--by",
+            help="What carries it out: the line of the machine's SACs, or runs of the bench. [default: the"
+            " line, if the machine has one]",
+            show_default=False,
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot",
+            metavar="FILE",
+            help="Draw the path asked for and the one followed (.png, .svg, .pdf).",
+            show_default=False,
+        ),
+    ] = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
-    """Carry out a program over the line of a machine's SACs.
+    """Carry out a program over the line of a machine's SACs, or by runs of a bench.
 
     First checks and plans all of it, and lists every problem with its line and column. Says how long the path
     is and takes, what is slowed down, and whether the line can keep up. On a terminal p pauses and resumes, s
@@ -59,10 +90,22 @@ def gcode(
         figures_text,
         planned_file,
         position_of,
+        read_machine,
         remarks_of,
     )
+    from hil.cli.gcode_plot import FollowedAxes, check_plot, plotted
     from hil.cli.problem_lines import problems_shown
 
+    made = read_machine(machine)
+    by = by or (Executor.LINE if made.text.line is not None and made.has_nodes else Executor.RUNS)
+    if by is Executor.RUNS and not dry_run:
+        if at or block_delete:
+            raise fail(
+                "hil: runs begin where the axes stand, with all lines: leave out --at and --block-delete",
+                Exit.MISTAKE,
+            )
+        return _by_runs(file, machine, made, feed, plot, bench, runtime_dir)
+    check_plot(plot, made)
     planned = planned_file(file, machine, at, override=feed / 100, is_block_delete=block_delete)
     if not wants_json() and (remarks := remarks_of(planned)):
         typer.echo(problems_shown("\n".join(remarks)), err=True)
@@ -77,5 +120,52 @@ def gcode(
 
     begin = position_of(at, planned.machine)
     pulses = {axis.letter: axis.pulses_at(begin[axis.index]) for axis in planned.machine.axes}
+    followed = FollowedAxes(planned.machine, bench, runtime_dir) if plot else None
+    if followed:
+        followed.begin()
     end, code = carried_out(planned, LineOptions(None, PATIENT_MS, None, bench, runtime_dir), pulses)
-    return CommandAnswer(figures | {"run": end}, end_text(str(file), end), code)
+    text = end_text(str(file), end)
+    if plot and followed:
+        end["plot"] = plotted(plot, planned, begin, followed.end())
+        text += f"\nwrote {plot}: largest deviation {end['plot']['largest_mm']:.3f} mm"
+    return CommandAnswer(figures | {"run": end}, text, code)
+
+
+def _by_runs(
+    file: Path,
+    machine_file: Path,
+    machine: "Machine",
+    feed: float,
+    plot: Path | None,
+    bench: str | None,
+    runtime_dir: Path | None,
+) -> CommandAnswer:
+    """Carry a program out by runs of a bench, which plans it from where its axes stand."""
+    from hil.cli.gcode_files import figures_of, figures_text, planned_at, remarks_of
+    from hil.cli.gcode_plot import FollowedAxes, begin_of, check_plot, plotted
+    from hil.cli.gcode_runs import RunsProgram, carried_by_runs, runs_text
+    from hil.cli.problem_lines import problems_shown
+
+    check_plot(plot, machine)
+    if not machine.has_bench_axes:
+        what = f"the machine {machine.name} has no axis: for each axis"
+        raise fail(f"hil: {what}, which runs need", Exit.MISTAKE)
+    begin = begin_of(machine, bench, runtime_dir)
+    planned = planned_at(file, machine, begin, override=feed / 100)
+    if not wants_json() and (remarks := remarks_of(planned)):
+        typer.echo(problems_shown("\n".join(remarks)), err=True)
+    figures = figures_of(file, planned)
+    if not wants_json():
+        typer.echo(figures_text(figures, machine), err=True)
+    followed = FollowedAxes(machine, bench, runtime_dir) if plot else None
+    if followed:
+        followed.begin()
+    program = RunsProgram(bench, runtime_dir, is_quiet=wants_json())
+    texts = file.read_bytes().decode("utf-8", "replace"), machine_file.read_text()
+    end, code = carried_by_runs(planned, texts, (str(file), str(machine_file)), feed, program)
+    answer: dict[str, Any] = figures | {"runs": end["runs"]}
+    text = runs_text(end)
+    if plot and followed:
+        answer["plot"] = plotted(plot, planned, begin, followed.end())
+        text += f"\nwrote {plot}: largest deviation {answer['plot']['largest_mm']:.3f} mm"
+    return CommandAnswer(answer, text, code)

@@ -6,8 +6,8 @@ control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``
 ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
 stable: changes stand in the CHANGELOG.
 
-May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.net, hil.runs, hil.sim,
-hil.telemetry, hil.vocab, hil.wire, the standard library, can, numpy, pytest, serial.
+May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.net, hil.runs,
+hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, can, numpy, pytest, serial.
 
 Tests may import too: device_profiles.
 """
@@ -22,6 +22,7 @@ from hil.testing.checks.findings import CheckFailed
 from hil.testing.checks.port_check import check_port
 from hil.testing.checks.recording_desk import RecordingDesk
 from hil.testing.control import replay_control
+from hil.testing.drawings import FollowedPath, draw_by_runs, followed_by
 from hil.testing.line_masters import NotInTime, attend
 from hil.testing.motion_replay import replay_motion
 from hil.testing.served_bench import LiveError, ServedBench, live
@@ -33,6 +34,7 @@ __all__ = [
     "CheckFailed",
     "ConfigError",
     "Difference",
+    "FollowedPath",
     "LiveError",
     "NotInTime",
     "RecordingDesk",
@@ -44,6 +46,8 @@ __all__ = [
     "check_codec",
     "check_port",
     "check_profile",
+    "draw_by_runs",
+    "followed_by",
     "framing_reader",
     "live",
     "play",

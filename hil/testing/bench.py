@@ -18,6 +18,7 @@ from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given_config import GivenConfig, path_of, unreadable
 from hil.testing.named_things import NamedThings, NoSuchName, no_such
 from hil.vocab.address import address_of, no_part
+from hil.vocab.axis import AxisNow
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
@@ -161,6 +162,11 @@ class Bench:
         """Device by its name. Raises KeyError: there is none."""
         __tracebackhide__ = True
         return NamedThings("device", self._devices)[name]
+
+    @property
+    def run_axes(self) -> Mapping[str, AxisNow]:
+        """Axes as a run would begin with them now."""
+        return self._run_axes.axes()
 
     def execute(self, run: Mapping[str, object] | str) -> Execution:
         """Check and plan a multi-axis run (``hil.runs``) now; drive it with ``perform``.

@@ -1,0 +1,122 @@
+"""Path that axes of a bench follow while a program is carried out, and its picture with the one asked for."""
+
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hil.cli.ask import ask_bench, fail
+from hil.cli.exit_codes import Exit
+
+if TYPE_CHECKING:
+    from hil.cli.gcode_files import PlannedFile
+    from hil.gcode.canonical import Point
+    from hil.toolpath.machine import Machine
+
+INTERVAL_NS = 5_000_000
+TAKE_S = 0.3
+"""Time between two takings of samples: a watch keeps 5000 for each."""
+
+
+def check_plot(plot: Path | None, machine: "Machine") -> None:
+    """Check, before anything moves, that a picture can be made; what prevents it ends the command."""
+    if plot is None:
+        return
+    from hil.telemetry import picture
+
+    if plot.suffix.lower() not in picture.FORMATS:
+        raise fail(f"hil: {plot}: write a name that ends in {', '.join(picture.FORMATS)}", Exit.MISTAKE)
+    if not plot.parent.is_dir():
+        raise fail(f"hil: {plot}: there is no folder {plot.parent}", Exit.MISTAKE)
+    if not machine.has_bench_axes:
+        raise fail("hil: a picture needs axis: of each axis of the machine: what is followed", Exit.MISTAKE)
+    try:
+        picture.check_can_draw()
+    except picture.PictureError as error:
+        raise fail(f"hil: {error}", Exit.MISTAKE) from None
+
+
+class FollowedAxes:
+    """Samples of a machine's axes, taken in a thread between ``begin`` and ``end``."""
+
+    def __init__(self, machine: "Machine", bench: str | None, runtime_dir: Path | None) -> None:
+        self._machine, self._where = machine, (bench, runtime_dir)
+        self._watches: list[int] = []
+        self._rows: list[list[list[float]]] = [[] for _ in machine.axes]
+        self._is_over = threading.Event()
+        self._thread = threading.Thread(target=self._go_on, daemon=True)
+        self.lost = 0
+
+    def begin(self) -> None:
+        for axis in self._machine.axes:
+            given: dict[str, Any] = {"signals": ["position_deg"], "interval_ns": INTERVAL_NS}
+            told = ask_bench(*self._where, "watch", device=axis.bench_axis, **given)
+            self._watches.append(told["watch"])
+        self._thread.start()
+
+    def _go_on(self) -> None:
+        from hil.net.control_client import ControlError
+
+        while not self._is_over.wait(TAKE_S):
+            try:
+                self._take()
+            except (ControlError, SystemExit):  # the bench has gone: the program's own end says so
+                return
+
+    def _take(self) -> None:
+        for rows, watch in zip(self._rows, self._watches, strict=True):
+            told = ask_bench(*self._where, "samples", watch=watch)
+            rows += told["rows"]
+            self.lost += told["lost"]
+
+    def end(self) -> list[tuple[float, ...]]:
+        """End it; answers the machine's positions, one place after the other."""
+        self._is_over.set()
+        self._thread.join()
+        self._take()
+        for watch in self._watches:
+            ask_bench(*self._where, "unwatch", watch=watch)
+        columns = [{row[0]: row[1] for row in rows} for rows in self._rows]
+        times = sorted(set(columns[0]).intersection(*columns[1:]))
+        return [
+            tuple(
+                (column[at_ns] - axis.zero_deg) / axis.motor_deg_per_unit
+                for axis, column in zip(self._machine.axes, columns, strict=True)
+            )
+            for at_ns in times
+        ]
+
+
+def begin_of(machine: "Machine", bench: str | None, runtime_dir: Path | None) -> "Point":
+    """Where a machine stands by the axes of a bench: by their set-points, where they have one."""
+    from hil.gcode.canonical import Point
+
+    places = {}
+    for axis in machine.axes:
+        state = ask_bench(bench, runtime_dir, "state", device=axis.bench_axis)
+        at_deg = state["r"] if state.get("loop_on") else state["position_deg"]
+        places[axis.letter] = (at_deg - axis.zero_deg) / axis.motor_deg_per_unit
+    return Point(**places)
+
+
+def plotted(
+    plot: Path, planned: "PlannedFile", begin: "Point", followed: list[tuple[float, ...]]
+) -> dict[str, Any]:
+    """Write the picture; answers the deviation for JSON."""
+    from hil.host.new_file import write_file
+    from hil.telemetry.path_picture import path_drawn
+    from hil.toolpath.deviation import asked_path, deviation
+
+    if not followed:
+        raise fail("hil: no sample came: there is no picture", Exit.FAILED)
+    machine = planned.machine
+    asked = asked_path(planned.program.motions, machine, begin)
+    found = deviation(asked, followed)
+    letters = "".join(axis.letter for axis in machine.axes)
+    notes = f"largest deviation {found.largest:.3f} mm"
+    data = path_drawn(asked, followed, letters, plot.suffix.lower(), title=planned.plan.file, notes=notes)
+    try:
+        write_file(plot, data)
+    except OSError as error:
+        raise fail(f"hil: {plot}: {error.strerror}", Exit.FAILED) from None
+    at = [round(each, 4) for each in found.at]
+    return {"file": str(plot), "largest_mm": round(found.largest, 4), "at": at, "samples": len(followed)}

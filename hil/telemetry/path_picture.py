@@ -1,0 +1,59 @@
+"""Picture of a path that was asked for, and of the one that axes followed: needs the extra ``plot``
+(matplotlib)."""
+
+from collections.abc import Sequence
+from io import BytesIO
+
+from hil.telemetry.picture import check_can_draw
+
+Places = Sequence[Sequence[float]]
+"""Positions of a machine's axes, one place after the other."""
+MOST_POINTS = 100_000
+"""Maximum number of points of a line; of more, some are left out."""
+
+
+def path_drawn(
+    asked: Places, followed: Places, letters: str, suffix: str, *, title: str = "", notes: str = ""
+) -> bytes:
+    """Draw both paths from above, and from the sides where the third axis moves, as bytes; ``letters`` names
+    the axes in the places' order, ``suffix`` is one of ``hil.telemetry.picture.FORMATS``.
+
+    Raises:
+        PictureError: matplotlib is not installed.
+    """
+    check_can_draw()
+    from matplotlib.figure import Figure
+
+    views = _views(asked, letters)
+    figure = Figure(figsize=(8, 6 + 1.8 * (len(views) - 1)), layout="constrained")
+    panels = figure.subplots(
+        len(views), 1, squeeze=False, gridspec_kw={"height_ratios": [4.5] + [1.3] * (len(views) - 1)}
+    )[:, 0]
+    for panel, (across, up) in zip(panels, views, strict=True):
+        for places, name, style in (
+            (asked, "asked for", {"linewidth": 2.4, "color": "#9db8d9"}),
+            (followed, "followed", {"linewidth": 0.9, "color": "#c2410c"}),
+        ):
+            kept = places[:: max(len(places) // MOST_POINTS, 1)]
+            panel.plot([p[across] for p in kept], [p[up] for p in kept], label=name, **style)
+        panel.set_xlabel(letters[across].upper())
+        panel.set_ylabel(letters[up].upper())
+        panel.grid(alpha=0.3)
+    panels[0].set_aspect("equal", adjustable="datalim")
+    panels[0].legend(loc="best", fontsize="small")
+    if title:
+        figure.suptitle(title)
+    if notes:
+        panels[0].set_title(notes, fontsize="small")
+    data = BytesIO()
+    figure.savefig(data, format=suffix.removeprefix("."), dpi=110)
+    return data.getvalue()
+
+
+def _views(asked: Places, letters: str) -> list[tuple[int, int]]:
+    """Pairs of axes: X and Y, and those with Z where it moves; of other machines the first two."""
+    at = {letter: number for number, letter in enumerate(letters)}
+    views = [(at["x"], at["y"])] if {"x", "y"} <= at.keys() else [(0, min(1, len(letters) - 1))]
+    if (z := at.get("z")) is not None and len({round(place[z], 6) for place in asked}) > 1:
+        views += [(at[each], z) for each in "xy" if each in at]
+    return list(dict.fromkeys(views))

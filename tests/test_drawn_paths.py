@@ -1,0 +1,88 @@
+"""Drawings by both executors: the path asked for, the one that simulated axes follow, and a picture of both."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from markdown_blocks import ROOT
+
+from device_profiles.sac.board import PROFILE
+from device_profiles.sac.line_nodes import NODES
+from hil.config import ConfigError
+from hil.gcode.reader import read_program
+from hil.mother.path_run import path_run
+from hil.mother.turns.mother import Mother
+from hil.mother.turns.run_items import RunState
+from hil.telemetry.picture import FORMATS
+from hil.testing import Bench, FollowedPath, attend, draw_by_runs, followed_by
+from hil.toolpath.deviation import asked_path
+from hil.toolpath.machine import parse_machine
+from hil.toolpath.node_phrases import NodePhrases
+from hil.toolpath.path_plan import plan_path
+
+EXAMPLES = ROOT / "examples/mother"
+LIMITS = "min_mm: -200, max_mm: 200, velocity_mm_per_min: 1500, acceleration_mm_per_s2: 200"
+MILL = f"""
+machine: mill
+line: bus0.master
+axes:
+  x: {{node: 4, axis: s4, steps_per_mm: 20, {LIMITS}}}
+  y: {{node: 5, axis: s5, steps_per_mm: 20, {LIMITS}}}
+"""
+
+
+def plotter() -> Bench:
+    bench = Bench(EXAMPLES / "servos.yaml")
+    bench.run(4100)
+    for name in ("m1", "m2"):
+        bench.axis(name).do("enable")
+    bench.run(100)
+    return bench
+
+
+@pytest.mark.long
+def test_the_example_is_drawn_by_runs() -> None:
+    drawn = draw_by_runs(plotter(), EXAMPLES / "plot.ngc", EXAMPLES / "plotter.yaml")
+    assert [progress.state for progress in drawn.progress] == ["done"]
+    assert len(drawn.followed) < 20_000  # it takes less than 20 s
+    off = drawn.deviation
+    assert 0.03 < off.largest < 0.12
+    assert off.rest < 0.1
+    for suffix in FORMATS:
+        head = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix]
+        assert drawn.picture(suffix, title="plot").startswith(head)
+    again = draw_by_runs(plotter(), EXAMPLES / "plot.ngc", EXAMPLES / "plotter.yaml")
+    assert again.followed == drawn.followed
+
+
+@pytest.mark.long
+def test_a_circle_by_sacs_on_their_line_is_measured(segment: Any) -> None:
+    """A circle of 50 mm radius at 1200 mm/min, over a line at 38400 baud."""
+    bench = segment(2)
+    machine = parse_machine(MILL, "mill.yaml")
+    program = read_program(b"G21 G17 G64 P0.05\nG1 X50 F1200\nG3 I-50\nM2\n")
+    assert program.problems == ()
+    plan = plan_path(program.motions, machine, "circle.ngc")
+    mother = Mother(NODES)
+    run = path_run(mother, machine, NodePhrases(machine, PROFILE.paths).of(plan))
+
+    def carry_out() -> None:
+        run.start(bench.now_ns)
+        attend(bench, {"bus0.master": run}, lambda: run.is_over)
+
+    followed = followed_by(bench, machine, carry_out)
+    assert run.state is RunState.ENDED, run.why
+    drawn = FollowedPath(machine, asked_path(program.motions, machine), followed)
+    assert 0.01 < drawn.deviation.largest < 0.15
+    assert drawn.picture(".png").startswith(b"\x89PNG")
+
+
+def test_problems_of_program_and_machine_are_told_together(tmp_path: Path) -> None:
+    bench = plotter()
+    machine = (EXAMPLES / "plotter.yaml").read_text()
+    with pytest.raises(ConfigError, match="would go to 999 mm"):
+        draw_by_runs(bench, b"G0 X999\nM2\n", machine)
+    with pytest.raises(ConfigError, match="the bench has no axis m7"):
+        draw_by_runs(bench, b"G0 X9\nM2\n", machine.replace("axis: m2", "axis: m7"))
+    with pytest.raises(ConfigError, match=r"program:1:1"):
+        draw_by_runs(bench, b"\xff\xfe", machine)
