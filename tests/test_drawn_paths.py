@@ -1,4 +1,4 @@
-"""Drawings by both executors: the path asked for, the one that simulated axes follow, and a picture of both."""
+"""Drawings by both executors: the path asked for, the one that axes follow, and a picture of both."""
 
 from pathlib import Path
 from typing import Any

@@ -20,6 +20,7 @@ PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").gl
 PROGRAMS = {
     ("can-channels", "Channels"): "test_how_to_can_channels.py",
     ("can", "Drives on a CAN bus: CANopen"): "test_how_to_can.py",
+    ("gcode", "In a test"): "test_page_python.py",
     ("modbus", "Position in registers, start bit, done bit"): "test_how_to_modbus.py",
     ("modbus", "Nodes on an RS485 line"): "test_how_to_modbus.py",
     ("mother", "In a program"): "test_page_python.py",
@@ -102,6 +103,18 @@ def test_a_program_is_the_master_of_a_line(place: Place) -> None:
     with Session(place, "docs/how-to/mother.md") as session:
         serve_line(session)
         assert session.program("In a program") == session.text("In a program", "text")
+
+
+@pytest.mark.long
+def test_a_drawing_is_followed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    (program,) = (text for _, text in python_of("docs/how-to/gcode.md"))
+    exec(program, {})
+    assert capsys.readouterr().out == "largest deviation 0.075 mm in 9.8 s\n"
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_bench_without_pytest(capsys: pytest.CaptureFixture[str]) -> None:
