@@ -1,7 +1,10 @@
 """Users and roles in a browser; the page with a keyboard alone, for screen readers, and on a phone."""
 
 import re
+import shutil
+import subprocess
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from browser_pages import DESK, PHONE, Bench, served, violations
@@ -206,4 +209,25 @@ def test_a_token_of_the_log_opens(chromium: Browser) -> None:
         page.get_by_label(re.compile("^Token")).fill(found[1])
         button(page, "Log in")
         expect(page.get_by_role("region", name="Inject a fault")).to_contain_text("needs the role admin")
+        bench.errors.clear()
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="openssl makes the certificate")
+def test_the_page_by_tls(chromium: Browser, tmp_path: Path) -> None:
+    key, certificate = tmp_path / "door.key", tmp_path / "door.pem"
+    curve = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes")
+    files = ("-keyout", str(key), "-out", str(certificate))
+    command = ["openssl", "req", "-x509", *curve, *files, "-days", "1", "-subj", "/CN=localhost"]
+    subprocess.run(command, check=True, capture_output=True)
+    users = tmp_path / "users"
+    users.write_text(f"ann:operator:{hash_of(PASSWORD, bytes(16))}\n")
+    users.chmod(0o600)
+    tls = {"certificate": str(certificate), "key": str(key)}
+    web = {"port": 0, "users": str(users), "tls": tls}
+    with served(chromium, {"bench": "t", "devices": DEVICES, "bridges": {"web": web}}) as bench:
+        assert bench.url.startswith("https://")
+        page = logged_in(bench, "ann", ignore_https_errors=True)
+        expect(page.locator(".trace-value").first).to_have_text(re.compile(r"\d"))
+        (cookie,) = page.context.cookies()
+        assert cookie["secure"]
         bench.errors.clear()
