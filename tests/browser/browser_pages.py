@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, WebSocketRoute
 
 ROOT = Path(__file__).parents[2]
 AXE = ROOT / "web/node_modules/axe-core/axe.min.js"
-PATIENCE_MS = 20_000
+PATIENCE_MS = 40_000
 """A bound for what takes well under a second on an idle machine."""
 PHONE = {"width": 390, "height": 844}
 DESK = {"width": 1400, "height": 1000}

@@ -181,9 +181,10 @@ def test_the_keyboard_alone(pages: Bench) -> None:
     page.keyboard.press("Enter")
     expect(page.get_by_text(re.compile("^m1 enable: ")).first).to_be_visible()
     # Views by their numbers, and the help.
-    page.keyboard.press("3")
+    views = page.get_by_role("navigation", name="Views").get_by_role("link").all_inner_texts()
+    page.keyboard.press(str(1 + views.index("Faults")))
     expect(page.get_by_role("heading", name="Active faults")).to_be_visible()
-    page.keyboard.press("2")
+    page.keyboard.press(str(1 + views.index("Runs")))
     expect(page.get_by_label("Run, as YAML or JSON")).to_be_visible()
     page.get_by_label("Run, as YAML or JSON").press("End")
     page.keyboard.type("?1")
