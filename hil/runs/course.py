@@ -22,7 +22,7 @@ STEP_NS = 2_000_000
 LEAST_RAMP_NS = 20_000_000
 STEEPEST = 1.5
 """Steepest slope of a change of pace, in shares of its mean: that of u * u * (3 - 2 * u)."""
-PIECES = 2000
+PIECES = 500
 """Number of pieces of an axis that are given at a time; more would hold the bench's ports up."""
 LEAST_S = 2.0
 """Least time for which pieces are given."""
@@ -117,6 +117,15 @@ class PhraseCourse:
             ramp_ns = max(int(left_ns / (leg.pace + pace) * 2), 1)  # the path's end is slow anyway
         self._leg, self._before = Leg(from_ns, at_ns, leg.pace, pace, ramp_ns), leg
         return True
+
+    def take_back(self) -> None:
+        """Undo the last change of pace: its paths were not given in time."""
+        self._leg = self._before
+
+    @property
+    def changes_ns(self) -> int:
+        """Bench's time at which the last change of pace begins."""
+        return self._leg.from_ns
 
     def _ramp_ns(self, at_ns: float, before: float, pace: float) -> int:
         """Duration of a change of pace that keeps the axes' accelerations on the way that it takes."""

@@ -22,6 +22,8 @@ CHECK_NS = 50_000_000
 """Interval of checks that an axis still follows the path that the run gave it."""
 PACE_LEAD_NS = 30_000_000
 """Time from a change of pace to its beginning: that in which the axes get it."""
+MOST_LEAD_NS = 2_000_000_000
+"""Largest such time, on a computer that has much to do."""
 SETTLE_NS = 200_000_000
 """Time for a shaft to come to rest after its set-point did."""
 _STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an immediate stop"}
@@ -75,6 +77,8 @@ class Execution:
         self._axes: dict[str, RunAxis] = {}
         self._steps_before = 0
         self._gone_ns = 0
+        self._pace_lead_ns = 0
+        """The same after a change that came too late; 0: as usual."""
         self.lead_ns = PACE_LEAD_NS
         """Time from a change of pace to its beginning, simulated."""
         self._asked: Ended | None = None
@@ -227,9 +231,14 @@ class Execution:
         if not course.is_steady(now_ns):
             return
         changes = course.pace != self._pace and not has_events
-        lead_ns = self.lead_ns
-        if (changes and course.change(self._pace, now_ns, lead_ns)) or course.wants_more(now_ns):
+        changes = changes and course.change(self._pace, now_ns, self._pace_lead_ns or self.lead_ns)
+        if changes or course.wants_more(now_ns):
             from_ns, paths = course.paths(now_ns)
+            if changes and self._bench.now_ns >= course.changes_ns:  # too late: the axes would jump
+                course.take_back()
+                self._pace_lead_ns = min(2 * (self._pace_lead_ns or self.lead_ns), MOST_LEAD_NS)
+                return
+            self._pace_lead_ns = 0
             end_ns = course.end_ns()
             for name, path in paths.items():
                 if axis := self._axes.get(name):

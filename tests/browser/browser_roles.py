@@ -232,3 +232,20 @@ def test_the_page_by_tls(chromium: Browser, tmp_path: Path) -> None:
         (cookie,) = page.context.cookies()
         assert cookie["secure"]
         bench.errors.clear()
+
+
+def test_a_viewer_looks_at_a_drawing_and_starts_none(pages: Bench) -> None:
+    machine = (
+        "machine: m\naxes:\n  x: {axis: m1, deg_per_mm: 9, min_mm: -9, max_mm: 9, velocity_mm_per_min: 600,"
+    )
+    machine += " acceleration_mm_per_s2: 99}\n"
+    page = logged_in(pages, "viewer", "path")
+    page.get_by_role("textbox", name="Program").fill("G21 G90 F300\nG1 X5\nG1 X0\nM2\n")
+    page.get_by_role("textbox", name="Machine").fill(machine)
+    button(page, "Check")
+    expect(page.get_by_role("region", name="Figures of the drawing")).to_contain_text("mm at a feed")
+    for name in ("Start", "Pause", "Stop", "Stop at once"):
+        expect(page.get_by_role("button", name=name, exact=True)).to_be_disabled()
+    operator = logged_in(pages, "operator", "path")
+    operator.get_by_role("textbox", name="Machine").fill(machine)
+    expect(operator.get_by_role("button", name="Start", exact=True)).to_be_enabled()

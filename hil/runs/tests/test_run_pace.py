@@ -159,3 +159,34 @@ def test_a_controlled_stop_stays_on_the_path() -> None:
     assert hypot(x, y) == pytest.approx(RADIUS_DEG, abs=2e-3)
     assert 50_000_000 < made.now_ns - stopped_ns < 500_000_000
     assert all(report.at_end == "stands" for report in execution.progress.axes.values())
+
+
+def test_on_a_computer_that_is_late_the_axes_do_not_jump(monkeypatch: pytest.MonkeyPatch) -> None:
+    servo = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    made = Bench({"bench": "runs", "devices": {"m1": servo, "m2": servo}})
+    made.run(4100)
+    for name in AXES:
+        made.axis(name).do("enable")
+    made.run(100)
+    late = [200, 100]
+    paths = PhraseCourse.paths
+
+    def made_late(course: PhraseCourse, now_ns: int) -> Any:
+        made.run(late.pop() if late else 0)
+        return paths(course, now_ns)
+
+    monkeypatch.setattr(PhraseCourse, "paths", made_late)
+    execution, asked = made.execute(circle()), False
+    recordings = [made.axis(name).record("r", interval_ms=1) for name in AXES]
+    for until_ns in execution.run():
+        made.run_until(max(until_ns, made.now_ns) / 1e6)
+        if execution.progress.gone_ns > 3_000_000_000 and not asked:
+            execution.set_pace(0)
+            asked = True
+        if asked and made.now_ns > 8_000_000_000:
+            execution.set_pace(1)
+    assert execution.progress.state == "done", execution.progress.why
+    assert not late
+    places = list(zip(*(recording.rows for recording in recordings), strict=True))[1000:]
+    speeds = [hypot(b[0][1] - a[0][1], b[1][1] - a[1][1]) / 1e-3 for a, b in pairwise(places)]
+    assert max(speeds) < SPEED_DEG_PER_S * 1.2

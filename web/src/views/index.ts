@@ -8,4 +8,4 @@ import { runsView } from "./runs";
 import type { ViewEntry } from "./view";
 import { wireView } from "./wire";
 
-export const VIEWS: ViewEntry[] = [benchView, runsView, pathView, faultsView, wireView, companionView];
+export const VIEWS: ViewEntry[] = [benchView, runsView, faultsView, pathView, wireView, companionView];
