@@ -264,6 +264,22 @@ def test_rows_are_edited_by_keys_alone(page: Page) -> None:
     expect(page.get_by_text("as in the board")).to_be_visible()
 
 
+def test_what_could_not_be_read_is_read_when_the_line_is_good_again(page: Page, bench: Bench) -> None:
+    expect(page.get_by_role("button", name="GAP on")).to_be_visible()
+    where = ("--runtime-dir", str(bench.place.runtime))
+    lost = (
+        "byte_drop",
+        "s1",
+        "rate=1",
+        "towards=client",
+        f"for_s={10 * SPEED}",
+    )  # longer than two questions wait
+    bench.place.hil("fault", "inject", *lost, *where)
+    type_line(page, "g")
+    expect(page.get_by_text('no answer to "g" within 5 s')).to_be_visible()
+    expect(page.get_by_role("button", name="GAP off")).to_be_visible()
+
+
 def test_what_came_is_enlarged_by_a_click(page: Page) -> None:
     type_line(page, "q")
     incoming = page.get_by_role("log", name="Incoming")

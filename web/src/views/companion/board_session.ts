@@ -23,6 +23,8 @@ const TICK_MS = 100;
 const LOOK_MS = 700;
 /** Time without motion after which nobody looks any more. */
 const STANDS_MS = 10_000;
+/** Pause after which what could not be read is read again. */
+const AGAIN_MS = 2000;
 /** Pause after which the queue is read again, when something was typed. */
 const SETTLED_MS = 250;
 /** Lines after which a queue is another one, or a board's settings. */
@@ -225,8 +227,8 @@ export class BoardSession {
     const now_ms = performance.now();
     if (!this.line.isIdle || this.isWorking || this.calibrator.running.peek()) return;
     const isSettled = now_ms - this.typedAt_ms >= SETTLED_MS;
-    if (this.areSettingsStale && isSettled) void this.work(() => this.readSettings());
-    else if (this.isStale && isSettled && !this.isTimed()) void this.work(() => this.readQueue());
+    if (this.areSettingsStale && isSettled) void this.work(() => this.readSettings(), () => (this.areSettingsStale = true));
+    else if (this.isStale && isSettled && !this.isTimed()) void this.work(() => this.readQueue(), () => (this.isStale = true));
     else if (this.wantsLook(now_ms)) void this.work(() => this.look(now_ms));
   }
 
@@ -243,12 +245,15 @@ export class BoardSession {
     return mayMove && now_ms - this.lookedAt_ms >= LOOK_MS;
   }
 
-  private async work(does: () => Promise<void>): Promise<void> {
+  /** `again`: called where the line failed, so that it is tried anew. */
+  private async work(does: () => Promise<void>, again?: () => void): Promise<void> {
     this.isWorking = true;
     try {
       await does();
     } catch (error) {
-      if (!(error instanceof LinkError)) notifyError(error);
+      if (!(error instanceof LinkError)) return notifyError(error);
+      again?.();
+      this.typedAt_ms = performance.now() + AGAIN_MS;
     } finally {
       this.isWorking = false;
     }
