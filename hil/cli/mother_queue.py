@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from hil.mother import LinePlace, LiveMother
     from hil.vocab.line_node import NodeUpload
 
+LOOKS, LOOK_S = 10, 0.1
+"""Number of looks whether a terminal is free, and their interval."""
 NOT_READ = "nobody read them back: no terminal of this node is free here"
 
 
@@ -106,6 +108,23 @@ def _told(
     return CommandAnswer(answer, "\n".join(lines), Exit.FAILED if is_wrong and not code else code)
 
 
+def _is_free(control: Path, device: str) -> bool:
+    """Answer whether nobody has a device's terminal open; one that has just closed it is counted a while."""
+    import time
+
+    from hil.net.control_client import ControlError, ask
+
+    for look in range(LOOKS):
+        time.sleep(LOOK_S if look else 0)
+        try:
+            rows = {row["device"]: row for row in ask(control, "list")["devices"]}
+        except ControlError:
+            return False
+        if device in rows and not rows[device]["clients"]:
+            return True
+    return False
+
+
 def _read_back(
     place: "LinePlace",
     units: Sequence[int],
@@ -133,8 +152,9 @@ def _read_back(
         address = row["address"]
         if address is None or row["device"] not in stations:
             continue
-        if row["clients"] and not address.startswith("socket://"):
-            continue  # another program has it, and would get some of the answers
+        if not address.startswith("socket://") and not _is_free(here.socket, row["device"]):
+            typer.echo(f"hil: {row['device']}: not read back: another program has it open", err=True)
+            continue  # it would get some of the answers
         try:
             with SerialTalk(port_of(address, bench, runtime_dir), place.baud, place.speed) as talk:
                 unit = talk.run(place.nodes.address_at_terminal())

@@ -1,6 +1,7 @@
 """Where a line is: a tap of a bench that runs here, by its name, or the address of a port."""
 
 import os
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +19,9 @@ from hil.vocab.time import NS_PER_MS
 LATENCY_NS = {"tap": 25 * NS_PER_MS, "path": 35 * NS_PER_MS, "network": 60 * NS_PER_MS}
 """Maximum delay there and back, unless somebody says another: a bench on a busy computer; a USB adapter,
 which may hold bytes for 16 ms; a network in a house, and a server of ports behind it."""
+
+NOTICE_S, LOOK_S = 10.0, 0.02
+"""Time in which a bench notices that its tap is open, and the interval of looks."""
 
 
 class LineUnreachable(Exception):
@@ -42,6 +46,28 @@ class LinePlace:
     speed: float = 1.0
     has_bit_times: bool = True
     """False for a pty that is no bench's: who is at its other end may answer at once."""
+    control: Path | None = None
+    """Control socket of the tap's bench."""
+
+    def wait_until_heard(self) -> None:
+        """Wait until the bench hears who has opened its tap: it drops what came before it has noticed.
+
+        Raises:
+            LineUnreachable: the bench does not answer any more, or does not notice within ``NOTICE_S``.
+        """
+        if self.control is None:
+            return
+        until_s = time.monotonic() + NOTICE_S
+        while True:
+            try:
+                taps = {row["tap"]: row for row in ask(self.control, "list")["taps"]}
+            except ControlError as error:
+                raise LineUnreachable(str(error), is_mistake=False) from None
+            if self.name in taps and taps[self.name]["clients"]:
+                return
+            if time.monotonic() > until_s:
+                raise LineUnreachable(f"{self.name}: its bench does not hear this program", is_mistake=False)
+            time.sleep(LOOK_S)
 
 
 def find_line(
@@ -113,6 +139,7 @@ def tap_place(
         baud or tap.get("baud") or nodes.baud,
         round(_or(latency_ns, LATENCY_NS["tap"]) * speed),
         speed,
+        control=bench.socket,
     )
 
 

@@ -58,6 +58,11 @@ class LiveMother:
         """Open the port. Raises LineUnreachable."""
         place = self.place
         self._port = await LinePort.open(place.address, place.baud, self._received, self._lost)
+        try:
+            await asyncio.to_thread(place.wait_until_heard)
+        except BaseException:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Close the port."""
