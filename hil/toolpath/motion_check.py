@@ -21,8 +21,9 @@ from hil.toolpath.path_items import Chord, Item, Position, Stretch
 from hil.vocab.problem import Problem
 
 ORIGIN = Point()
-CHORD_SHARE = 0.75
-"""Share of the tolerance that straight pieces use; the rest is for whole pulses."""
+MOST_SHARE, LEAST_SHARE, PULSES = 0.75, 0.25, 1.25
+"""Shares of the tolerance that straight pieces use at most and at least; what is between them depends on the
+number of pulses that whole pulses may be off the path."""
 LIMIT_SLACK = 1e-6
 """Distance beyond a limit that comes from rounding alone, in millimetres or degrees."""
 CLOSED = 1e-9
@@ -72,6 +73,10 @@ class MotionCheck:
         self._others = [index for index in range(len(LETTERS)) if index not in self._indices]
         self._measures = [_MEASURE[axis.letter] for axis in self._axes]
         self._rapid_per_s = (machine.text.rapid_mm_per_min or inf) / 60
+        self._pulse = max(
+            (1 / abs(axis.pulses_per_unit) for axis in self._axes if axis.pulses_per_unit), default=0.0
+        )
+        """Largest pulse of an axis, in millimetres or degrees."""
         self._spindle_rpm: float | None = None
         self._mode = "blend"
         self._tolerance = machine.text.tolerance_mm
@@ -134,7 +139,7 @@ class MotionCheck:
         if asked is None:
             return
         most_per_s = min(asked, *(axis.speed_per_s for axis in self._axes))
-        tolerance, longest = CHORD_SHARE * self._tolerance_now(), most_per_s * self._machine.segment_s
+        tolerance, longest = self._for_pieces(self._tolerance_now()), most_per_s * self._machine.segment_s
         points = list(arc_points(begin, motion, tolerance, longest))
         if len(points) > MOST_CHORDS:
             self._find(motion.place, "the arc is too long", f"it needs over {MOST_CHORDS} straight pieces")
@@ -195,13 +200,17 @@ class MotionCheck:
                 chords = joined(
                     self._stretch_begin,
                     chords,
-                    CHORD_SHARE * tolerance,
+                    self._for_pieces(tolerance),
                     self._machine.segment_s,
                     self._length,
                 )
             self.path.items.append(Stretch(self._stretch_begin, chords, self._is_rapid, tolerance))
             self._chords = []
         self._stretch_begin = self._position(self._here)
+
+    def _for_pieces(self, tolerance: float) -> float:
+        """Part of a tolerance that straight pieces may use."""
+        return max(min(MOST_SHARE * tolerance, tolerance - PULSES * self._pulse), LEAST_SHARE * tolerance)
 
     def _tolerance_now(self) -> float:
         return self._tolerance if self._mode == "blend" else self._machine.text.tolerance_mm

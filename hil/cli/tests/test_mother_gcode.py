@@ -29,10 +29,10 @@ def test_the_example_has_its_figures() -> None:
     out, err = gcode(DRAWING, "--machine", MILL)
     assert out.replace(str(EXAMPLES) + "/", "") == (
         "drawing.ngc: 37 lines, 33 motions, no problems, 1 remark\n"
-        "  way: 250.9 mm at a feed, 182.4 mm rapid; time: 23.2 s\n"
+        "  way: 250.9 mm at a feed, 182.4 mm rapid; time: 25.5 s\n"
         "  range: X 0 to 88 mm, Y 0 to 40 mm, Z -1 to 3 mm\n"
         "  3 stretches in short segments, 8 lines with ramps\n"
-        "  line: 26 commands a second at most, 116.9 can be at 38400 baud; each is 623 ms early at least\n"
+        "  line: 38 commands a second at most, 116.9 can be at 38400 baud; each is 623 ms early at least\n"
     )
     assert "drawing.ngc:6:1: the machine has no switch for spindle" in err
 
