@@ -84,6 +84,7 @@ class MotionCheck:
         self._stretch_begin: Position = self._position(begin)
         self._is_rapid = False
         self._switches_said: set[str] = set()
+        self._tolerances_said: set[float] = set()
 
     # ---- what comes ----
 
@@ -197,6 +198,7 @@ class MotionCheck:
             chords = self._chords
             tolerance = self._tolerance if self._mode == "blend" and not self._is_rapid else 0.0
             if tolerance and len(chords) > 1:
+                self._check_tolerance(chords[0].place, tolerance)
                 chords = joined(
                     self._stretch_begin,
                     chords,
@@ -207,6 +209,14 @@ class MotionCheck:
             self.path.items.append(Stretch(self._stretch_begin, chords, self._is_rapid, tolerance))
             self._chords = []
         self._stretch_begin = self._position(self._here)
+
+    def _check_tolerance(self, place: Place, tolerance: float) -> None:
+        """Say once of a tolerance that whole pulses cannot keep it."""
+        if tolerance < (least := PULSES * self._pulse) and tolerance not in self._tolerances_said:
+            self._tolerances_said.add(tolerance)
+            what = f"a tolerance of {tolerance:.4g} mm is less than {PULSES:g} pulses of an axis"
+            remedy = f"the path may be {least:.3g} mm off; allow that, or use more microsteps"
+            self.path.remarks.append(Problem(self._file, *place, what, remedy))
 
     def _for_pieces(self, tolerance: float) -> float:
         """Part of a tolerance that straight pieces may use."""

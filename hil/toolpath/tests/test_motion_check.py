@@ -54,6 +54,14 @@ def test_motions_of_no_length_are_none():
     assert [len(each.stretch.chords) for each in plan.stretches] == [1]
 
 
+def test_a_tolerance_that_whole_pulses_cannot_keep_is_said_once():
+    text = "G21 F600\nG64 P0.002\nG1 X5\nY5\nG61.1 X0\nG64 P0.002 Y0\nX5\nG64 P0.1\nX0\nY5"
+    assert said(planned(text, mill()).remarks) == [
+        "drawing.ngc:3:1: a tolerance of 0.002 mm is less than 1.25 pulses of an axis"
+        " (the path may be 0.00781 mm off; allow that, or use more microsteps)"
+    ]
+
+
 def test_a_feed_for_each_turn_needs_a_spindle():
     straight = Straight(PLACE, False, Point(x=5), Feed("per_revolution", 0.1))
     assert "the spindle does not turn" in said(plan_path([straight], mill(), "d").problems)[0]
