@@ -50,7 +50,7 @@ asyncio.run(StartAsyncTcpServer(SimDevice(1, [data]), address=("127.0.0.1", int(
 
 BARE_LINE = """
 import asyncio, os, pty, sys, tty
-from bridges.modbus.silence_timer import SilenceTimer
+from hil.net.silence_timer import SilenceTimer
 master, slave = pty.openpty()
 tty.setraw(slave)
 print(os.ttyname(slave), flush=True)

@@ -13,7 +13,7 @@ from typing import Any
 
 from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.request_handler import Asker, RequestHandler
-from bridges.modbus.silence_timer import SilenceTimer
+from hil.net.silence_timer import SilenceTimer
 from hil.vocab.desk_protocol import Source
 from hil.vocab.ports import Port
 from hil.vocab.verbs import Role

@@ -12,6 +12,7 @@ from hil.mother.turns.mother import TRIES, Mother
 from hil.mother.turns.node_rows import MotherEvent, NodeRow
 from hil.mother.turns.run_items import RunReport
 from hil.mother.turns.transaction import Outcome, Transaction
+from hil.net.silence_timer import SilenceTimer
 from hil.vocab.time import FOREVER, NS_PER_S
 
 
@@ -50,7 +51,8 @@ class LiveMother:
         """Called with each event of a node."""
         self._port: LinePort | None = None
         self._loop = asyncio.get_running_loop()
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer = SilenceTimer(self._turn)
+        self._is_closed = False
         self._ended = asyncio.Event()
         self._run: LineRun | None = None
 
@@ -66,8 +68,8 @@ class LiveMother:
 
     def close(self) -> None:
         """Close the port."""
-        if self._timer:
-            self._timer.cancel()
+        self._timer.close()
+        self._is_closed = True
         if self._port:
             self._port.close()
 
@@ -205,12 +207,8 @@ class LiveMother:
         for event in self.mother.take_events():
             for each in self.listeners:
                 each(event)
-        if self._timer:
-            self._timer.cancel()
-            self._timer = None
-        if (due_ns := mother.due_ns()) != FOREVER:
-            at_s = due_ns / NS_PER_S / self.place.speed
-            self._timer = self._loop.call_at(at_s, self._turn)
+        if (due_ns := mother.due_ns()) != FOREVER and not self._is_closed:
+            self._timer.start(round((due_ns - self.now_ns()) / self.place.speed))
         self._ended.set()
 
 

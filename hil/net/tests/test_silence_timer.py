@@ -7,10 +7,9 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import pytest
-from simulated_loop import Simulated
 
-from bridges.modbus import silence_timer
-from bridges.modbus.silence_timer import SilenceTimer
+from hil.net import silence_timer
+from hil.net.silence_timer import SilenceTimer
 
 ms_NS = 1_000_000
 PATIENCE_S = 10.0
@@ -108,19 +107,6 @@ def test_a_closed_timer_is_silent_and_its_file_is_back() -> None:
         assert told.at_s == []
 
     with_timer(use)
-
-
-def test_simulated_time() -> None:
-    async def use() -> None:
-        told = Told()
-        assert await told.once(8_000 * ms_NS) == pytest.approx(8)
-        told.timer.start(ms_NS)
-        told.timer.close()
-        await asyncio.sleep(60)
-        assert len(told.at_s) == 1
-
-    with asyncio.Runner(loop_factory=Simulated) as runner:
-        runner.run(use())
 
 
 def test_without_a_file_it_is_the_loops_timer(monkeypatch: pytest.MonkeyPatch) -> None:
