@@ -18,6 +18,7 @@ from hil.compose import find_catalogue
 from hil.config import parse
 from hil.config.schema import schema
 from hil.runs.run_document import RunDocument
+from hil.toolpath.machine import MachineText
 from hil.vocab.profile import Profile
 
 PAGES = [
@@ -51,7 +52,8 @@ def properties(part: Any) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def keys() -> set[str]:
-    schemas = (schema(find_catalogue()), RunDocument.model_json_schema())
+    documents = (RunDocument, MachineText)
+    schemas = (schema(find_catalogue()), *(each.model_json_schema() for each in documents))
     profiles = (yaml.safe_load(file.read_text()) for file in ROOT.glob("device_profiles/*/profile.yaml"))
     of_code = {each.name for each in fields(Profile)}
     return of_code.union(*map(properties, schemas), *profiles)

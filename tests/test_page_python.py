@@ -24,6 +24,7 @@ PROGRAMS = {
     ("modbus", "Position in registers, start bit, done bit"): "test_how_to_modbus.py",
     ("modbus", "Nodes on an RS485 line"): "test_how_to_modbus.py",
     ("mother", "In a program"): "test_page_python.py",
+    ("mother", "Units at a tap or a port"): "test_page_python.py",
     ("ports", "tcp: a socket"): "test_page_python.py",
     ("ports", "rfc2217: a socket with baud, break and modem lines"): "test_page_python.py",
     ("ports", "With and without `baud:`"): "test_page_python.py",
@@ -103,6 +104,17 @@ def test_a_program_is_the_master_of_a_line(place: Place) -> None:
     with Session(place, "docs/how-to/mother.md") as session:
         serve_line(session)
         assert session.program("In a program") == session.text("In a program", "text")
+
+
+def test_a_program_polls_units_of_modbus(place: Place) -> None:
+    heading = "Units at a tap or a port"
+    with Session(place, "docs/how-to/mother.md") as session:
+        session.serve(
+            "bench: plant\n"
+            "devices: {m1: {profile: mechaduino}, m2: {profile: mechaduino}}\n"
+            "segments: {bus0: {modbus: {units: {m1: 1, m2: 2}}, baud: 38400, taps: {master: {port: pty}}}}\n"
+        )
+        assert session.program(heading) == session.text(heading, "text")
 
 
 @pytest.mark.long

@@ -50,24 +50,28 @@ class LinePlace:
     """Control socket of the tap's bench."""
 
     def wait_until_heard(self) -> None:
-        """Wait until the bench hears who has opened its tap: it drops what came before it has noticed.
+        """Wait as ``wait_until_heard`` does, where the line is a tap."""
+        if self.control is not None:
+            wait_until_heard(self.name, self.control)
 
-        Raises:
-            LineUnreachable: the bench does not answer any more, or does not notice within ``NOTICE_S``.
-        """
-        if self.control is None:
+
+def wait_until_heard(name: str, control: Path) -> None:
+    """Wait until the bench hears who has opened its tap: it drops what came before it has noticed.
+
+    Raises:
+        LineUnreachable: the bench does not answer any more, or does not notice within ``NOTICE_S``.
+    """
+    until_s = time.monotonic() + NOTICE_S
+    while True:
+        try:
+            taps = {row["tap"]: row for row in ask(control, "list")["taps"]}
+        except ControlError as error:
+            raise LineUnreachable(str(error), is_mistake=False) from None
+        if name in taps and taps[name]["clients"]:
             return
-        until_s = time.monotonic() + NOTICE_S
-        while True:
-            try:
-                taps = {row["tap"]: row for row in ask(self.control, "list")["taps"]}
-            except ControlError as error:
-                raise LineUnreachable(str(error), is_mistake=False) from None
-            if self.name in taps and taps[self.name]["clients"]:
-                return
-            if time.monotonic() > until_s:
-                raise LineUnreachable(f"{self.name}: its bench does not hear this program", is_mistake=False)
-            time.sleep(LOOK_S)
+        if time.monotonic() > until_s:
+            raise LineUnreachable(f"{name}: its bench does not hear this program", is_mistake=False)
+        time.sleep(LOOK_S)
 
 
 def find_line(
@@ -92,13 +96,19 @@ def find_line(
         latency_ns = _or(latency_ns, LATENCY_NS[kind])
         is_pty = os.path.realpath(line).startswith("/dev/pts/")
         return LinePlace(line, line, nodes, baud or nodes.baud, latency_ns, has_bit_times=not is_pty)
+    here = bench_here(line, bench, runtime_dir)
+    return tap_place(here, line, baud=baud, latency_ns=latency_ns, profile=profile)
+
+
+def bench_here(line: str, bench: str | None, runtime_dir: Path | None) -> Here:
+    """Find the bench that a tap is of. Raises LineUnreachable: none runs here, or several."""
     found = find(runtime_dir, os.environ).running()
     benches = found.meant(bench or os.environ.get("HIL_BENCH") or None)
     if len(benches) != 1:
         names = ", ".join(found.called(each) for each in benches)
         why = f"several benches are running: {names}" if benches else "no bench is running here"
         raise LineUnreachable(f"{line}: {why}", is_mistake=bool(benches))
-    return tap_place(benches[0], line, baud=baud, latency_ns=latency_ns, profile=profile)
+    return benches[0]
 
 
 def is_address(line: str) -> bool:
@@ -115,6 +125,32 @@ def tap_place(
     profile: str | None = None,
 ) -> LinePlace:
     """Find a tap of a bench. Raises LineUnreachable: it has no such tap, or does not answer."""
+    tap = bench_tap(bench, name)
+    nodes = nodes_of(profile, tap.framing, tap.profiles)
+    return LinePlace(
+        name,
+        tap.address,
+        nodes,
+        baud or tap.baud or nodes.baud,
+        round(_or(latency_ns, LATENCY_NS["tap"]) * tap.speed),
+        tap.speed,
+        control=bench.socket,
+    )
+
+
+@dataclass(frozen=True)
+class BenchTap:
+    """Tap of a running bench, whatever its line speaks. ``speed``: simulated time that passes in a second."""
+
+    address: str
+    baud: int | None
+    framing: str | None
+    profiles: list[str]
+    speed: float
+
+
+def bench_tap(bench: Here, name: str) -> BenchTap:
+    """Ask a bench for its tap. Raises LineUnreachable: it has no such tap, or does not answer."""
     try:
         listed = ask(bench.socket, "list")
         segments = ask(bench.socket, "segments")
@@ -131,15 +167,13 @@ def tap_place(
         raise LineUnreachable(f"{name} is at the other end of {tap['address']}: hil itself has this end open")
     if why := refuse_address(tap["address"], bench.owner):
         raise LineUnreachable(f"{tap['address']!r}, which the bench gave as a port's address: {why}")
-    nodes = nodes_of(profile, row.get("framing"), [each["profile"] for each in listed["devices"]])
-    return LinePlace(
-        name,
+    profiles = [each["profile"] for each in listed["devices"]]
+    return BenchTap(
         tap["address"],
-        nodes,
-        baud or tap.get("baud") or nodes.baud,
-        round(_or(latency_ns, LATENCY_NS["tap"]) * speed),
+        tap.get("baud"),
+        row.get("framing"),
+        profiles,
         speed,
-        control=bench.socket,
     )
 
 

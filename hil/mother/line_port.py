@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from hil.mother.line_place import LineUnreachable
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 
 _PIECE = 4096
 _LOOK_S = 0.2
@@ -37,11 +38,16 @@ class LinePort:
 
     @classmethod
     async def open(
-        cls, address: str, baud: int, received: Callable[[bytes], None], lost: Callable[[str], None]
+        cls,
+        address: str,
+        baud: int,
+        received: Callable[[bytes], None],
+        lost: Callable[[str], None],
+        line_format: LineFormat = EIGHT_N_1,
     ) -> "LinePort":
         """Open a port. Raises LineUnreachable: it cannot be opened."""
         try:
-            port = await asyncio.to_thread(_opened, address, baud)
+            port = await asyncio.to_thread(_opened, address, baud, line_format)
         except ERRORS as error:
             raise LineUnreachable(f"{address}: {reason(error)}", is_mistake=False) from None
         return cls(port, address, received, lost)
@@ -97,10 +103,18 @@ class LinePort:
             self._lost(why)
 
 
-def _opened(address: str, baud: int) -> Any:
+def _opened(address: str, baud: int, line_format: LineFormat) -> Any:
     import serial
 
-    port: Any = serial.serial_for_url(address, baud, do_not_open=True)
+    has_parity = not os.path.realpath(address).startswith("/dev/pts/")  # a pty refuses it
+    port: Any = serial.serial_for_url(
+        address,
+        baud,
+        bytesize=line_format.data_bits,
+        parity=line_format.parity if has_parity else "N",
+        stopbits=line_format.stop_bits,
+        do_not_open=True,
+    )
     port.timeout = 0 if not address.startswith("rfc2217://") else _LOOK_S
     if address.startswith("/"):
         port.exclusive = True

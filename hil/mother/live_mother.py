@@ -5,6 +5,7 @@ from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+from hil.mother.line_loop import LineLoop
 from hil.mother.line_place import LinePlace, find_line
 from hil.mother.line_port import LinePort
 from hil.mother.turns.line_run import How, LineRun
@@ -12,30 +13,13 @@ from hil.mother.turns.mother import TRIES, Mother
 from hil.mother.turns.node_rows import MotherEvent, NodeRow
 from hil.mother.turns.run_items import RunReport
 from hil.mother.turns.transaction import Outcome, Transaction
-from hil.net.silence_timer import SilenceTimer
-from hil.vocab.time import FOREVER, NS_PER_S
 
 
-class LineGone(Exception):
-    """Error of a port that has gone. ``outstanding``: the transactions that were not over; ``str(error)``
-    names them."""
-
-    def __init__(self, place: str, why: str, outstanding: Sequence[Transaction]) -> None:
-        self.why = why
-        self.outstanding = tuple(outstanding)
-        lines = [f"{place} has gone ({why})", *map(_outstanding, outstanding)]
-        super().__init__("; ".join(lines) if outstanding else f"{lines[0]}; nothing was outstanding")
-
-
-def _outstanding(transaction: Transaction) -> str:
-    command = transaction.command.decode("latin-1")
-    return f"{transaction.unit} {command}: {transaction.outcome}"
-
-
-class LiveMother:
+class LiveMother(LineLoop):
     """Mother whose line is open. Made by ``open_line``."""
 
     def __init__(self, place: LinePlace, tries: int = TRIES, rest_ns: int | None = None) -> None:
+        super().__init__(place.name, place.speed)
         self.place = place
         self.mother = Mother(
             place.nodes,
@@ -45,15 +29,8 @@ class LiveMother:
             rest_ns=rest_ns,
             has_bit_times=place.has_bit_times,
         )
-        self.gone: LineGone | None = None
-        """Error of the port, once it has gone."""
         self.listeners: list[Callable[[MotherEvent], None]] = []
         """Called with each event of a node."""
-        self._port: LinePort | None = None
-        self._loop = asyncio.get_running_loop()
-        self._timer = SilenceTimer(self._turn)
-        self._is_closed = False
-        self._ended = asyncio.Event()
         self._run: LineRun | None = None
 
     async def open(self) -> None:
@@ -65,17 +42,6 @@ class LiveMother:
         except BaseException:
             self.close()
             raise
-
-    def close(self) -> None:
-        """Close the port."""
-        self._timer.close()
-        self._is_closed = True
-        if self._port:
-            self._port.close()
-
-    def now_ns(self) -> int:
-        """Time of this line: simulated time passes at the bench's speed."""
-        return round(self._loop.time() * NS_PER_S * self.place.speed)
 
     # ---- asked for ----
 
@@ -172,44 +138,23 @@ class LiveMother:
             self._run.stop(self.now_ns(), how)
             self._turn()
 
-    async def settled(self, transactions: Iterable[Transaction]) -> None:
-        """Wait until all of these are over. Raises LineGone."""
-        while not all(each.is_over for each in transactions):
-            self._check()
-            self._ended.clear()
-            await self._ended.wait()
-        self._check()
+    # ---- turns ----
 
-    def _check(self) -> None:
-        if self.gone:
-            raise self.gone
+    @property
+    def _master(self) -> LineRun | Mother:
+        return self._run or self.mother
 
-    # ---- bytes and time ----
-
-    def _received(self, data: bytes) -> None:
-        (self._run or self.mother).receive(data, self.now_ns())
-        self._turn()
+    def _outstanding(self) -> Sequence[Transaction]:
+        return self.mother.outstanding
 
     def _lost(self, why: str) -> None:
-        outstanding = self.mother.outstanding
-        (self._run or self.mother).lose(self.now_ns(), f"{self.place.name} has gone ({why})")
+        super()._lost(why)
         self.mother.lose(self.now_ns(), f"{self.place.name} has gone")
-        self.gone = LineGone(self.place.name, why, outstanding)
-        self._turn()
 
-    def _turn(self) -> None:
-        """Do what is due, hand on what goes out, and set the timer for what is due next."""
-        mother, now_ns = self._run or self.mother, self.now_ns()
-        if mother.due_ns() <= now_ns:
-            mother.advance(now_ns)
-        if (out := mother.to_send()) and self._port:
-            self._port.write(out)
+    def _after_turn(self) -> None:
         for event in self.mother.take_events():
             for each in self.listeners:
                 each(event)
-        if (due_ns := mother.due_ns()) != FOREVER and not self._is_closed:
-            self._timer.start(round((due_ns - self.now_ns()) / self.place.speed))
-        self._ended.set()
 
 
 def _is_there(transaction: Transaction) -> bool:
