@@ -45,7 +45,7 @@ test-web: $(VENV)/.dev
 	@! $(HAS_NODE) || $(MAKE) -s --no-print-directory web/node_modules
 	@$(SIDE_BY_SIDE) -p no:cacheprovider -rs -n 2 tests/browser/browser_*.py
 
-HAS_NODE = { command -v npm && node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 20)'; } >/dev/null 2>&1
+HAS_NODE = { command -v npm && node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 20 ? 1 : 0)'; } >/dev/null 2>&1
 
 # The C alone: no Python, under the address, undefined-behaviour and thread sanitizers.
 test-native:

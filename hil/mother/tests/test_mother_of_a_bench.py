@@ -26,6 +26,8 @@ from hil.toolpath.path_plan import plan_path
 
 pytestmark = pytest.mark.long
 PATIENCE_S = 60
+BUSY_MS = 250
+"""Latency of programs, as `hil mother gcode` has it: other tests run beside these."""
 CIRCLE = b"G21 G91 G64 P0.05\nG1 X5 F1200\nG2 X0 Y0 I-5 J0\n"
 NODES = range(4, 7)
 TAPS = {"master": {"port": "pty"}, "net": {"port": "tcp"}, "far": {"port": "rfc2217"}}
@@ -53,8 +55,9 @@ def bench() -> Iterator[ServedBench]:
         yield address(made)
 
 
-def at(bench: ServedBench, tap: str):
-    return open_line(tap, runtime_dir=bench.folder / "run")
+def at(bench: ServedBench, tap: str, latency_ms: int | None = None):
+    latency_ns = None if latency_ms is None else latency_ms * 1_000_000
+    return open_line(tap, runtime_dir=bench.folder / "run", latency_ns=latency_ns)
 
 
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial's rfc2217://
@@ -147,7 +150,7 @@ def pulses_of(bench: ServedBench) -> list[float]:
 @pytest.mark.parametrize("tap", ["bus0.master", "bus0.net"])
 def test_a_program_is_carried_out(bench: ServedBench, tap: str) -> None:
     async def run() -> RunReport:
-        async with asyncio.timeout(PATIENCE_S), at(bench, tap) as mother:
+        async with asyncio.timeout(PATIENCE_S), at(bench, tap, BUSY_MS) as mother:
             return await mother.carry_out(program(mother, CIRCLE))
 
     before = pulses_of(bench)
@@ -163,10 +166,10 @@ def test_a_program_is_carried_out(bench: ServedBench, tap: str) -> None:
 
 def test_a_program_is_stopped_with_grace_and_its_places_are_true(bench: ServedBench) -> None:
     async def run() -> RunReport:
-        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as mother:
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master", BUSY_MS) as mother:
             carried_out = program(mother, CIRCLE * 3)
             going_on = asyncio.create_task(mother.carry_out(carried_out))
-            while carried_out.progress(mother.now_ns()).done_s < 1:
+            while carried_out.progress(mother.now_ns()).done_s < 1 and not going_on.done():
                 await asyncio.sleep(0.05)
             mother.stop_run()
             return await going_on
@@ -180,10 +183,10 @@ def test_a_program_is_stopped_with_grace_and_its_places_are_true(bench: ServedBe
 
 def test_a_bench_that_ends_in_the_middle_of_a_program_is_told_with_the_places() -> None:
     async def run(bench: ServedBench) -> RunReport:
-        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as mother:
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master", BUSY_MS) as mother:
             carried_out = program(mother, CIRCLE * 3)
             going_on = asyncio.create_task(mother.carry_out(carried_out))
-            while carried_out.progress(mother.now_ns()).done_s < 1:
+            while carried_out.progress(mother.now_ns()).done_s < 1 and not going_on.done():
                 await asyncio.sleep(0.05)
             bench.ask("stop")
             return await going_on
