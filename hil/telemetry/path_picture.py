@@ -36,8 +36,8 @@ def path_drawn(
         ):
             kept = places[:: max(len(places) // MOST_POINTS, 1)]
             panel.plot([p[across] for p in kept], [p[up] for p in kept], label=name, **style)
-        panel.set_xlabel(letters[across].upper())
-        panel.set_ylabel(letters[up].upper())
+        panel.set_xlabel(_named(letters[across]))
+        panel.set_ylabel(_named(letters[up]))
         panel.grid(alpha=0.3)
     panels[0].set_aspect("equal", adjustable="datalim")
     panels[0].legend(loc="best", fontsize="small")
@@ -57,3 +57,8 @@ def _views(asked: Places, letters: str) -> list[tuple[int, int]]:
     if (z := at.get("z")) is not None and len({round(place[z], 6) for place in asked}) > 1:
         views += [(at[each], z) for each in "xy" if each in at]
     return list(dict.fromkeys(views))
+
+
+def _named(letter: str) -> str:
+    """Name of an axis with its unit."""
+    return f"{letter.upper()} ({'deg' if letter in 'abc' else 'mm'})"
