@@ -248,8 +248,8 @@ class PhraseFeed:
         self._is_ended = True
 
     def pulses_at(self, axis: str, now_ns: int) -> int:
-        """Where an axis is by the plan, in pulses from the machine's zero."""
-        at_us, done = self.at_us(now_ns), 0.0
+        """Where an axis is by the plan if its release came at once, in pulses from the machine's zero."""
+        at_us, done = self.at_us(now_ns + self._mother.timing.latency_ns), 0.0
         for start_us, end_us, pulses in self._pulses[axis]:
             if at_us > start_us:
                 done += pulses * min((at_us - start_us) / max(end_us - start_us, 1e-6), 1)

@@ -184,9 +184,11 @@ def test_a_stop_with_grace_lets_a_phrase_end_that_is_short(rig):
     assert {each.axis: each.pulses for each in run.report.axes} == pulses(bench) == first.end
 
 
+@pytest.mark.parametrize("latency_ms", [0, 250])
 @pytest.mark.parametrize("how", ["grace", "prejudice"])
-def test_a_stop_leaves_all_axes_at_rest_and_says_that_their_places_are_not_known(rig, how):
+def test_a_stop_leaves_all_axes_at_rest_and_says_that_their_places_are_not_known(rig, how, latency_ms):
     bench, _ = rig
+    rig = bench, Mother(NODES, latency_ns=latency_ms * NS_PER_MS)
     run = made(rig, [line(at_zero(), x=12000, y=-6000)], brakes={"x": b"d60", "y": b"d30"})
     carry_out(bench, run, lambda: run.progress(bench.now_ns).done_s > 1)
     speed_rpm = bench.axis("s4").snapshot().speed_rpm
