@@ -40,10 +40,14 @@ web/node_modules: web/package-lock.json
 	@touch $@
 
 # The page in Chromium, at doors of benches that run: three minutes. Needs Chromium: sudo apt install chromium.
-# What an older Node than 20 installs is not tried: accessibility is skipped.
+# What an older Node than 20 installs is not tried: accessibility is skipped. What fails is tried once more, alone.
 test-web: $(VENV)/.dev
 	@! $(HAS_NODE) || $(MAKE) -s --no-print-directory web/node_modules
-	@$(SIDE_BY_SIDE) -p no:cacheprovider -rs -n 2 tests/browser/browser_*.py
+	@$(SIDE_BY_SIDE) $(WEB_CACHE) -rs -n 2 tests/browser/browser_*.py \
+	  || { echo "Once more, alone: Chromium and benches share this computer's time."; \
+	       $(BIN)/python -m pytest -q $(WEB_CACHE) -rs --last-failed --last-failed-no-failures none tests/browser/browser_*.py; }
+
+WEB_CACHE = -o cache_dir=.pytest_cache/web
 
 HAS_NODE = { command -v npm && node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 20 ? 1 : 0)'; } >/dev/null 2>&1
 
