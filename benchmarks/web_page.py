@@ -57,7 +57,7 @@ SIZES = """() => [...performance.getEntriesByType("navigation"), ...performance.
 
 
 class Side(NamedTuple):
-    """Of one daemon over a time: share of a core, wakes missed in a second, part of the wakes that came later
+    """Figures of one daemon: share of a core, wakes missed in a second, part of the wakes that came later
     than 0.13 ms."""
 
     share: float

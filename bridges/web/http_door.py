@@ -75,7 +75,7 @@ class HttpDoor:
             response = await self._routed(request)
         except web.HTTPException as error:
             response = _text(error.status, error.text or "")
-        except Exception:
+        except Exception:  # hil's own error: this request is lost, the door stays open
             log.exception("bridges.web: %r could not be answered", request.path)
             response = _text(500, "It met a fault of hil's own; the bench's log says more.")
         if response.status >= 400:

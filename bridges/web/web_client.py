@@ -171,7 +171,7 @@ class WebClient:
             self._answer(number, await doing)
         except VerbRefused as refusal:
             self._refuse(number, refusal)
-        except Exception:
+        except Exception:  # hil's own error, as in ``_carry_out``
             self._fault_of_ours(number)
 
     def _answer(self, number: int, answer: Any) -> None:

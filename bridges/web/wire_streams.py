@@ -64,7 +64,7 @@ class PacketWords:
         return self._packets(self._splitter.silence(SimTimeNs(now_ns)))
 
     def unfinished(self, now_ns: int) -> Sequence[dict[str, Any]]:
-        """What was on the line until now and is no packet yet, told once. It may go on: only in some framings
+        """Bytes on the line that are no packet yet, told once. They may go on: only in some framings
         does silence end a packet."""
         data = self._splitter.pending
         if not self._is_open or not data or now_ns < self._begun_ns:
@@ -143,7 +143,7 @@ Records = dict[tuple[Watched, str], WireRecord]
 
 
 class RecordedItems(PassingItems, ABC):
-    """What passes on a segment or a bus, which can be captured."""
+    """Packets or frames of a segment or a bus, which can be captured."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""What a planner of paths asks of a SAC: lines, streams of short pieces, and where commands leave an axis."""
+"""Planner of paths for SACs: lines, streams of short pieces, and where commands leave an axis."""
 
 from collections.abc import Mapping, Sequence
 

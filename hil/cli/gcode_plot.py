@@ -87,7 +87,7 @@ class FollowedAxes:
 
 
 def begin_of(machine: "Machine", bench: str | None, runtime_dir: Path | None) -> "Point":
-    """Where a machine stands by the axes of a bench: by their set-points, where they have one."""
+    """Find where a machine stands, by the set-points of a bench's axes where they have one."""
     from hil.gcode.canonical import Point
 
     places = {}

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Executor(Enum):
-    """What carries a program out."""
+    """Executor of a program."""
 
     LINE = "line"
     RUNS = "runs"

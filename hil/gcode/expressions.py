@@ -78,7 +78,7 @@ class Fault(NamedTuple):
 
 
 class KnownParameters(Protocol):
-    """What expressions ask of a machine."""
+    """Machine as expressions see it."""
 
     def numbered(self, number: int) -> float:
         """Value of a parameter from 1 to ``LAST_PARAMETER``."""

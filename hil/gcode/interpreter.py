@@ -1,4 +1,4 @@
-"""What lines mean: one after the other, to canonical motions and problems."""
+"""Interpreter of lines: one after the other, to canonical motions and problems."""
 
 from hil.gcode.arc_words import arc_of
 from hil.gcode.arcs import ArcMistake

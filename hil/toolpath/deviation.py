@@ -1,4 +1,4 @@
-"""How far a path that was followed is from the path that was asked for."""
+"""Distance of a path that was followed from the one that was asked for."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -29,7 +29,7 @@ COMMAND_S = 0.01
 
 
 class AxisText(StrictModel):
-    """What all axes have. Speeds and ways are in the axis's own unit."""
+    """Keys of all axes. Speeds and ways are in the axis's own unit."""
 
     node: int | None = Field(
         default=None, ge=4, le=255, description="Address of the SAC on the line that moves it."
@@ -102,7 +102,7 @@ class AxesText(StrictModel):
 
 
 class SwitchText(StrictModel):
-    """What turns a thing on and off: a pin of an axis of the bench, or commands of a node of the line."""
+    """Switch of a thing: a pin of an axis of the bench, or commands of a node of the line."""
 
     pin: str | None = Field(default=None, description="Input of an axis of the bench, as `m1.D3`.")
     level: int = Field(default=1, ge=0, le=1, description="Level of the pin that means on.")

@@ -1,4 +1,4 @@
-"""What a path consists of: stretches of straight pieces, and what happens between them."""
+"""Parts of a path: stretches of straight pieces, and what happens between them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -83,7 +83,7 @@ class ChordSpeed(NamedTuple):
 
 @dataclass(frozen=True)
 class ChordLimits:
-    """What the axes allow along a chord, and the axis that allows no more speed."""
+    """Limits of the axes along a chord, and the axis that sets the speed's."""
 
     speed_per_s: float
     acceleration_per_s2: float

@@ -47,7 +47,7 @@ class NodeCommand:
 
     axis: str
     data: bytes
-    """What the board reads, without the frame of a packet."""
+    """Command as the board reads it, without the frame of a packet."""
     pulses: int
     """Signed pulses that it makes."""
     start_us: float
@@ -89,7 +89,7 @@ class PhrasePlan(Protocol):
 
 
 class PathPlanner(Protocol):
-    """What plans the commands of a kind of board."""
+    """Planner of a kind of board's commands."""
 
     @property
     def release(self) -> bytes:

@@ -78,11 +78,11 @@ RARE = 0.005
 """Share of rare lines in the programs that are stored by their seed."""
 
 Item = tuple[object, ...]
-"""What is done, with the states of spindle, mist and flood while it is done."""
+"""Actions in order, each with the states of spindle, mist and flood during it."""
 
 
 class Outcome(NamedTuple):
-    """What a reader makes of a program: items, or the first line that it refuses."""
+    """Result of a reader for a program: items, or the first line that it refuses."""
 
     items: list[Item]
     refused: str | None
@@ -171,7 +171,7 @@ class Reference:
 
 
 def outcome_of(read: Program, text: bytes) -> Outcome:
-    """What ours makes of a program, in the form of the reference."""
+    """Read a program with our reader, in the form of the reference."""
     if read.problems:
         problem = read.problems[0]
         lines = text.decode(errors="surrogateescape").split("\n")
@@ -180,7 +180,7 @@ def outcome_of(read: Program, text: bytes) -> Outcome:
 
 
 def differences(ours: Outcome, theirs: Outcome) -> list[str]:
-    """What both do not have in common: the first of it."""
+    """Find the first difference of two outcomes."""
     if ours.refused is not None or theirs.refused is not None:
         if ours.refused == theirs.refused:
             return []

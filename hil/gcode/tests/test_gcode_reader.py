@@ -1,4 +1,4 @@
-"""What a program's text becomes: motions in machine coordinates, or all its problems with their places."""
+"""Reader of a program's text: to motions in machine coordinates, or to all its problems with their places."""
 
 import pytest
 

@@ -120,7 +120,7 @@ class LineRun:
         return self.state.is_over
 
     def progress(self, now_ns: int) -> RunProgress:
-        """How far it has come by now."""
+        """Progress by now."""
         feed = self._feed
         done_s = self._done_s + (feed.done_s(now_ns) if feed else 0.0)
         return RunProgress(self.state, done_s, feed.line_at(now_ns) if feed else self._line)

@@ -202,7 +202,7 @@ class Mother:
         return self._turns.to_send()
 
     def take_events(self) -> list[MotherEvent]:
-        """What nodes said by themselves since the last call, in order; the last ``EVENTS_KEPT``."""
+        """Take what nodes said by themselves since the last call, in order; the last ``EVENTS_KEPT``."""
         events = list(self._events)
         self._events.clear()
         return events

@@ -1,4 +1,4 @@
-"""What a master knows of the nodes on its line: a row for each, and what they say by themselves."""
+"""Rows of the nodes on a master's line, and what the nodes say by themselves."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

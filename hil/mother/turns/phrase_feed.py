@@ -77,7 +77,7 @@ class PhraseFeed:
         return (now_ns - self._sent_ns - self._mother.timing.latency_ns) / _US
 
     def done_s(self, now_ns: int) -> float:
-        """How much of its planned time is over."""
+        """Part of its planned time that is over, in seconds."""
         return min(max(self.at_us(now_ns), 0.0) / 1e6, self._phrase.duration_s)
 
     def line_at(self, now_ns: int) -> int:

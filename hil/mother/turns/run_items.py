@@ -108,7 +108,7 @@ class AxisEnd(NamedTuple):
 
 
 class RunProgress(NamedTuple):
-    """How far a run has come. ``done_s``: of the planned time; ``line``: of the program, 0: none yet."""
+    """Progress of a run. ``done_s``: of the planned time; ``line``: of the program, 0: none yet."""
 
     state: RunState
     done_s: float

@@ -91,7 +91,7 @@ class Braking(Phrase):
 
 
 def pulses(bench: Bench) -> dict[str, int]:
-    """Where the axes are."""
+    """Places of the axes."""
     return {
         axis: round(bench.axis(f"s{node}").snapshot().commanded_deg * PULSES_PER_DEG)
         for axis, node in AXES.items()
