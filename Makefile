@@ -166,7 +166,8 @@ fuzz: $(VENV)/.dev
 
 # Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.
 bench: $(VENV)/.dev
-	@for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || exit 1; done
+	@failed=; for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || failed="$$failed $$file"; done; \
+	  [ -z "$$failed" ] || { echo "did not do their work:$$failed"; exit 1; }
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/wire/modbus_rtu/_crc16.c hil/wire/can/_wire_bits.c virtual_ports/can/_bit_wire.c hil/core/*.so hil/host/*.so hil/wire/*.so hil/wire/*/*.so virtual_ports/can/*.so device_profiles/*/*.so

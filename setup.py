@@ -18,6 +18,16 @@ NATIVE = "hil/core/native"
 LINES = "hil.host.libhil_lines"
 """Library that is loaded into other programs, and no module of Python: its file has no tag of a Python."""
 ROOT = Path(__file__).parent
+CORE_FLAGS = (
+    "-std=gnu11",
+    "-O3",
+    "-ffp-contract=off",  # the laws keep the firmware's float32 arithmetic exactly
+    "-fvisibility=hidden",
+    "-fno-strict-aliasing",  # gcc 12 dropped stores of a law that had moved in a lane
+    "-Wno-psabi",  # no vector is handed to a function that is not inlined
+    "-pthread",
+)
+"""Compiler flags of the native core, beside those of Python's own build; benchmarks use them, too."""
 
 
 def tracked() -> set[str] | None:
@@ -142,16 +152,7 @@ setup(
             depends=["hil/core/hil_core.pxd", *headers(NATIVE)],
             include_dirs=["hil/core"],
             libraries=["m"],
-            # No contraction: the laws keep the firmware's float32 arithmetic exactly.
-            extra_compile_args=[
-                "-std=gnu11",
-                "-O3",
-                "-ffp-contract=off",
-                "-fvisibility=hidden",
-                "-fno-strict-aliasing",  # gcc 12 dropped stores of a law that had moved in a lane
-                "-Wno-psabi",  # no vector is handed to a function that is not inlined
-                "-pthread",
-            ],
+            extra_compile_args=list(CORE_FLAGS),
             extra_link_args=["-pthread"],
         ),
         Extension(
@@ -187,7 +188,14 @@ setup(
             LINES,
             ["hil/host/native/pty_lines.c"],
             libraries=["dl"],  # dlsym, where the libc has it elsewhere: before glibc 2.34
-            extra_compile_args=["-std=gnu11", "-O2", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror"],
+            extra_compile_args=[
+                "-std=gnu11",
+                "-O2",
+                "-fvisibility=hidden",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+            ],
         ),
         Extension(
             "virtual_ports.can._bit_wire",

@@ -42,6 +42,15 @@ def report(
     (RESULTS / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
 
 
+def check_work(what: str, done: float, expected: float, tolerance: float = 0.0) -> None:
+    """End the benchmark if the work done is not what its figure is for.
+
+    ``tolerance``: part of ``expected`` by which ``done`` may differ, either way.
+    """
+    if abs(done - expected) > tolerance * expected:
+        sys.exit(f"{what}: {done:,.6g} instead of {expected:,.6g}: a figure would be that of other work")
+
+
 def is_quick() -> bool:
     """True if a short run is wanted: fewer repetitions, the same figure."""
     return "--quick" in sys.argv[1:]

@@ -1,8 +1,8 @@
 /* What an axis-tick costs in the core: AXES groups of one axis, each with its own table, in closed loop with
    set-points that move as in reference_axis.c. Taken a millisecond further at a time, as the real-time thread does.
 
-   axis_cost AXES TICKS simple|full       prints ns per axis-tick, wall's time
-   axis_cost AXES SECONDS simple|full rt  prints the real-time thread's share of a core */
+   axis_cost AXES TICKS simple|full       prints ns per axis-tick, wall's time; control steps of an axis; degrees of axis 0
+   axis_cost AXES SECONDS simple|full rt  prints the real-time thread's share of a core; control steps of axis 0 a second */
 #define _GNU_SOURCE
 #include <pthread.h>
 #include <stdio.h>
@@ -62,7 +62,7 @@ static hil_core *build(int axes, hil_axis_params params)
     return c;
 }
 
-static double tick_ns(hil_core *c, int axes, int64_t ticks)
+static void print_tick_ns(hil_core *c, int axes, int64_t ticks)
 {
     int *groups = malloc((size_t)axes * sizeof *groups);
     for (int i = 0; i < axes; i++) groups[i] = i;
@@ -77,10 +77,17 @@ static double tick_ns(hil_core *c, int axes, int64_t ticks)
     }
     double took_s = seconds(CLOCK_MONOTONIC) - began_s;
     free(groups);
-    return took_s * 1e9 / (double)done / axes;
+    int64_t least = done, most = done;
+    for (int i = 0; i < axes; i++) {
+        int64_t steps = (int64_t)hil_axis_get(c, i, HIL_FIELD_control_steps);
+        least = steps < least ? steps : least;
+        most = steps > most ? steps : most;
+    }
+    if (least < most - 1) exit(3);
+    printf("%.4f %lld %.3f\n", took_s * 1e9 / (double)done / axes, (long long)least, hil_axis_get(c, 0, HIL_FIELD_position_deg));
 }
 
-static double real_time_share(hil_core *c, int axes, int64_t run_s)
+static void print_real_time_share(hil_core *c, int axes, int64_t run_s)
 {
     for (int i = 0; i < axes; i++) hil_group_release(c, i);
     hil_rt_options options = {.period_ns = WAKE_NS, .speed = 1, .priority = 10, .cpu = -1};
@@ -88,13 +95,19 @@ static double real_time_share(hil_core *c, int axes, int64_t run_s)
     clockid_t clock;
     if (pthread_getcpuclockid(c->rt.thread, &clock)) exit(2);
     double began_s = seconds(CLOCK_MONOTONIC), cpu_s = seconds(clock);
+    hil_group_acquire(c, 0);
+    double steps = hil_axis_get(c, 0, HIL_FIELD_control_steps);
+    hil_group_release(c, 0);
     struct timespec rest = {.tv_nsec = 100000000};
     int64_t tick = 0;
     for (; seconds(CLOCK_MONOTONIC) - began_s < (double)run_s; tick += MOVE_TICKS) {
         move(c, axes, tick, 0);
         nanosleep(&rest, NULL);
     }
-    double share = (seconds(clock) - cpu_s) / (seconds(CLOCK_MONOTONIC) - began_s);
+    double took_s = seconds(CLOCK_MONOTONIC) - began_s, share = (seconds(clock) - cpu_s) / took_s;
+    hil_group_acquire(c, 0);
+    steps = hil_axis_get(c, 0, HIL_FIELD_control_steps) - steps;
+    hil_group_release(c, 0);
     hil_rt_stats stats;
     hil_rt_stats_read(c, &stats);
     hil_rt_stop(c);
@@ -105,7 +118,7 @@ static double real_time_share(hil_core *c, int axes, int64_t run_s)
     }
     fprintf(stderr, "missed %lld of %lld wakes, %lld overruns, at most %.3f ms behind\n", (long long)stats.missed,
             (long long)(stats.ticks + stats.missed), (long long)stats.overruns, lag_ns * 1e-6);
-    return share;
+    printf("%.4f %.1f\n", share, steps / took_s);
 }
 
 int main(int argc, char **argv)
@@ -113,7 +126,10 @@ int main(int argc, char **argv)
     if (argc < 4) return 2;
     int axes = atoi(argv[1]);
     hil_core *c = build(axes, strcmp(argv[3], "full") ? SIMPLE : FULL);
-    printf("%.4f\n", argc > 4 ? real_time_share(c, axes, atoll(argv[2])) : tick_ns(c, axes, atoll(argv[2])));
+    if (argc > 4)
+        print_real_time_share(c, axes, atoll(argv[2]));
+    else
+        print_tick_ns(c, axes, atoll(argv[2]));
     hil_core_free(c);
     return 0;
 }

@@ -11,12 +11,17 @@ reference.
 Needs a C compiler, as the installation from source does.
 """
 
+import ast
+import re
+import shlex
 import statistics
 import subprocess
+import sys
+import sysconfig
 import tempfile
 from pathlib import Path
 
-from _report import is_quick, report
+from _report import check_work, is_quick, report
 
 HERE = Path(__file__).parent
 NATIVE = HERE.parent / "hil/core/native"
@@ -25,8 +30,21 @@ PLANTS = ("simple", "full")
 SUBSTEPS = 4
 LIMIT_RATIO = 0.5
 REAL_TIME_AXES, REAL_TIME_SHARE = 1000, 0.65
-CORE_FLAGS = ["-std=gnu11", "-O3", "-ffp-contract=off", "-Wno-psabi", "-pthread", f"-I{NATIVE}"]
-"""Compiler flags of the core, as in ``setup.py``."""
+CONTROL_HZ = 48e6 / 7385
+"""Rate of the Mechaduino's law."""
+MOVE_TICKS = 650
+"""Control steps between two set-points 45 degrees apart, in both programs."""
+FOLLOWS_DEG = 15.0
+"""Distance at which a set-point counts as reached; none of them is so near another."""
+
+
+def core_flags() -> list[str]:
+    """Flags with which the extension is compiled: Python's own, and those of ``setup.py``."""
+    of_python = sysconfig.get_config_vars("CFLAGS", "CCSHARED")
+    found = re.search(r"^CORE_FLAGS = (\(.*?^\))", (HERE.parent / "setup.py").read_text(), re.M | re.S)
+    assert found, "setup.py has no CORE_FLAGS"
+    ours = ast.literal_eval(found[1])
+    return [*shlex.split(" ".join(of_python)), *ours, f"-I{NATIVE}"]
 
 
 def build(folder: Path) -> tuple[str, str]:
@@ -34,7 +52,7 @@ def build(folder: Path) -> tuple[str, str]:
     core, reference = str(folder / "axis_cost"), str(folder / "reference_axis")
     sources = [*NATIVE.glob("*.c"), *(path for path in NATIVE.glob("*/*.c") if path.parent.name != "tests")]
     subprocess.run(
-        ["cc", *CORE_FLAGS, str(HERE / "axis_cost.c"), *map(str, sources), "-lm", "-o", core], check=True
+        ["cc", *core_flags(), str(HERE / "axis_cost.c"), *map(str, sources), "-lm", "-o", core], check=True
     )
     flags = ["-O3", "-march=native"]
     subprocess.run(["cc", *flags, str(HERE / "reference_axis.c"), "-lm", "-o", reference], check=True)
@@ -49,19 +67,37 @@ def run(*command: object) -> str:
 
 
 def reference_ns(program: str, axes: int, ticks: int) -> float:
-    return float(run(program, axes, ticks, SUBSTEPS).split(":")[1].split()[0])
+    """Time for a control step of the reference, whose first axis has to follow, too."""
+    told = run(program, axes, ticks, SUBSTEPS)
+    follows(float(told.split("axis 0 at")[1].split()[0]), ticks)
+    return float(told.split(":")[1].split()[0])
+
+
+def core_ns(program: str, axes: int, ticks: int, plant: str) -> float:
+    """Time for a control step of the core: `axis_cost.c` prints it, the steps made, and where axis 0 is."""
+    took_ns, made, position_deg = (float(word) for word in run(program, axes, ticks, plant).split())
+    check_work("control steps", made, ticks, 0.02)
+    follows(position_deg, ticks)
+    return took_ns
+
+
+def follows(position_deg: float, ticks: int) -> None:
+    """Check that axis 0 has followed: ``ticks`` are whole moves, and it has ended the last of them."""
+    wanted_deg = (ticks // MOVE_TICKS - 1) % 8 * 45
+    if abs(position_deg - wanted_deg) > FOLLOWS_DEG:
+        sys.exit(f"axis 0 is at {position_deg:.1f} deg instead of {wanted_deg}: the loop did not run")
 
 
 def compare(programs: tuple[str, str], axes: int, axis_ticks: int, rounds: int) -> None:
     core, reference = programs
-    ticks = max(axis_ticks // axes, 650)
+    ticks = MOVE_TICKS * max(axis_ticks // axes // MOVE_TICKS, 2)
     found: dict[str, list[float]] = {"reference": [], **{plant: [] for plant in PLANTS}}
     for turn in range(rounds):
         for kind in list(found) if turn % 2 else reversed(list(found)):
             if kind == "reference":
                 found[kind].append(reference_ns(reference, axes, ticks))
             else:
-                found[kind].append(float(run(core, axes, ticks, kind)))
+                found[kind].append(core_ns(core, axes, ticks, kind))
     beside = statistics.median(found["reference"])
     for plant in PLANTS:
         report(
@@ -73,7 +109,11 @@ def compare(programs: tuple[str, str], axes: int, axis_ticks: int, rounds: int) 
 
 
 def real_time(core: str, plant: str, run_s: int, rounds: int) -> None:
-    shares = [float(run(core, REAL_TIME_AXES, run_s, plant, "rt")) for _ in range(rounds)]
+    shares = []
+    for _ in range(rounds):
+        share, steps_per_s = (float(word) for word in run(core, REAL_TIME_AXES, run_s, plant, "rt").split())
+        check_work("control steps a second", steps_per_s, CONTROL_HZ, 0.02)
+        shares.append(share)
     report(
         f"axis_real_time_{REAL_TIME_AXES}_{plant}", statistics.median(shares), "core", 1.0, REAL_TIME_SHARE,
         {"reference": "one core", "plant": plant, "seconds": run_s, "runs": shares},

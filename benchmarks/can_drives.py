@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from _processes import Daemon, daemon, precise_cpu_s
-from _report import is_quick, report
+from _report import check_work, is_quick, report
 
 from hil.net.control_client import ask
 from hil.sim.inputs import Play
@@ -225,6 +225,7 @@ def real_time(drives: int, rate_hz: int) -> None:
     print(f"{drives} drives at {rate_hz} Hz: {behind} of {count} TPDOs late in virtual time", flush=True)
     print(f"  real time: {wanted - sent} of {wanted} TPDOs missing, {cpu:.3f} s of CPU a second", flush=True)
     print(f"  lag of firmware: p99 < {lags[0]:.3g} ms, longest < {lags[1]:.3g} ms", flush=True)
+    check_work("TPDOs", sent, wanted, 0.01)
     extra = {"late": behind, "missing": wanted - sent, "lag_p99_ms": lags[0], "lag_ms": lags[1]}
     report(f"can_drives_{drives}", cpu, "s/s", CORE, 1.0, {"reference": "one core", **extra})
     if drives == SCENARIOS[-1][0]:
@@ -283,6 +284,7 @@ def slcan_rate() -> None:
             line.close()
     missing = 2 * total - sum(heard)
     print(f"slcan: {2 * total} frames in {took_s:.2f} s, {missing} missing, {refused} refused", flush=True)
+    check_work("frames by slcan", sum(heard), 2 * total, 0.01)
     extra = {"reference": "one core", "missing": missing, "refused": refused, "took_s": took_s}
     report("can_slcan_rate", spent_s / took_s, "s/s", CORE, 1.0, extra)
 

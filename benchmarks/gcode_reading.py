@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from _report import is_quick, report
+from _report import check_work, is_quick, report
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "examples" / "gcode"))
 from make_programs import engraving
@@ -41,6 +41,7 @@ def main() -> None:
             program = read_program(text.encode())
             took_ms.append(1000 * (time.process_time() - began))
             assert not program.problems, program.problems[0]
+            check_work("motions", len(program.motions), LINES, 0.001)
         extra = {"lines": text.count("\n"), "runs": RUNS, "reference": "what is wanted"}
         report(name, statistics.median(took_ms), "ms", WANTED_MS[name], 1.0, extra)
 

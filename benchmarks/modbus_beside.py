@@ -18,7 +18,7 @@ from pathlib import Path
 
 import serial
 from _processes import Daemon, daemon
-from _report import is_quick, report
+from _report import check_work, is_quick, report
 from modbus_door import CLIENTS, Client, free_port
 from pty_round_trip import opened, trip_us
 
@@ -121,6 +121,8 @@ def measure(kind: str, with_clients: Daemon, without: Daemon, port: int) -> None
     extra |= {"p99_us": p99s[0], "reference_p99_us": p99s[1], "requests_per_s": rates}
     report(f"modbus_beside_{kind}_pty", medians[0], "us", medians[1], LIMIT, extra)
     rate = statistics.median(rates) if rates else 0
+    if KINDS[kind]:
+        check_work("requests a second", rate, CLIENTS / KINDS[kind], 0.2)
     print(f"  {rate:,.0f} requests a second; p99 {p99s[0]:.0f} and {p99s[1]:.0f} us")
     extra = {"reference": extra["reference"], "runs_s": runs[0], "reference_runs_s": runs[1]}
     medians = [statistics.median(each) for each in runs]

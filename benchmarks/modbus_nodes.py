@@ -16,7 +16,7 @@ import tty
 from pathlib import Path
 
 from _processes import Daemon, daemon, precise_cpu_s
-from _report import is_quick, report
+from _report import check_work, is_quick, report
 
 from hil.net.control_client import ask
 from hil.vocab.line_format import FORMATS
@@ -118,6 +118,8 @@ def measure(units: int, baud: int, form: str) -> float:
         f"  {count} polls, {missing} packets missing; {alone:.3f} s of CPU a second idle, {busy:.3f} polled"
     )
     print(f"  a master at the pty: {TRIPS} requests, {lost} without answer, {rate:.0f} a second", flush=True)
+    check_work("packets on the line", 2 * count - missing, 2 * count, 0.01)
+    check_work("answers at the pty", TRIPS - lost, TRIPS, 0.01)
     return busy
 
 

@@ -9,7 +9,7 @@ import statistics
 import time
 from collections.abc import Callable
 
-from _report import is_quick, report
+from _report import check_work, is_quick, report
 
 from hil.core.trajectory import AxisLimits, PointState, plan_joint, plan_line
 
@@ -83,6 +83,21 @@ def theirs(made: list[Move]) -> Callable[[], None] | None:
     return run
 
 
+def check_ends(rest: list[Move], moving: list[Move]) -> None:
+    """Check that what is planned ends at its targets, at rest."""
+    plans = [plan_joint(*move) for move in (*rest, *moving)]
+    plans += [plan_line([each.position_deg for each in starts], *move) for starts, *move in rest]
+    targets_deg = [targets for _, targets, _ in (*rest, *moving, *rest)]
+    reached = sum(
+        all(
+            abs(state.position_deg - target_deg) < 1e-6 and abs(state.velocity_deg_per_s) < 1e-6
+            for state, target_deg in zip(plan.at(plan.duration_ns), targets, strict=True)
+        )
+        for plan, targets in zip(plans, targets_deg, strict=True)
+    )
+    check_work("moves that end at their targets", reached, len(plans))
+
+
 def median_ms(run: Callable[[], None]) -> float:
     times = []
     for _ in range(RUNS):
@@ -94,6 +109,7 @@ def median_ms(run: Callable[[], None]) -> float:
 
 def main() -> None:
     rest, moving = moves(False), moves(True)
+    check_ends(rest, moving)
     for name, mine, reference in (
         ("rest", ours(rest), theirs(rest)),
         ("moving", ours(moving), theirs(moving)),

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 
 from _processes import Daemon, daemon, have
-from _report import is_quick, report
+from _report import check_work, is_quick, report
 from wake_latency import MISSED_LIMIT, cyclictest, of_cyclictest
 
 from hil.net.control_client import ask
@@ -192,6 +192,7 @@ def main() -> None:
                 before = counts(bench)
                 theirs = of_cyclictest(cyclictest(cpu, 1_000_000 // RATE_HZ, seconds), 1_000_000 // RATE_HZ)
                 ticks, missed = (now - then for now, then in zip(counts(bench), before, strict=True))
+        check_work(f"wakes of the core, {name}", ticks + missed, RATE_HZ * seconds, 0.2)
         rows[name] = (ticks, missed, theirs.missed)
         print(f"  {name}: {missed} of {ticks} missed, cyclictest {theirs.missed}", flush=True)
     ticks, missed, beside = (sum(row[i] for row in rows.values()) for i in range(3))

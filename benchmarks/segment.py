@@ -12,6 +12,8 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from _report import check_work
+
 from device_profiles.sac.packet import PacketDecoder, encode
 from hil.testing import Bench
 
@@ -60,12 +62,14 @@ def one_by_one_us(bench: Bench, addresses: list[int]) -> float:
 
 def to_all_us(bench: Bench, addresses: list[int], data: bytes) -> float:
     """CPU time of a command to all, for each node."""
-    tap = bench.tap("bus0.m")
+    tap, packets = bench.tap("bus0.m"), bench.segment("bus0").stats.packets
     start_s = time.process_time()
     for _ in range(TO_ALL):
         tap.write(encode(ALL, MASTER, data))
         bench.run(20 * CHARACTER_MS)
-    return (time.process_time() - start_s) / TO_ALL / len(addresses) * 1e6
+    spent_s = time.process_time() - start_s
+    check_work("commands to all", bench.segment("bus0").stats.packets - packets, TO_ALL)
+    return spent_s / TO_ALL / len(addresses) * 1e6
 
 
 def python_can_us(count: int) -> float | None:

@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 from _processes import Daemon, cpu_s, daemon
+from _report import check_work
 
 from device_profiles.sac.packet import encode
 from hil.net.control_client import ask
@@ -81,6 +82,7 @@ def measure(about: str, running: Daemon, control: Path, baud: int, broadcasts_of
     spent_s, share = cpu_s(running.pid) - cpu, (packets() - before) / asked
     print(f"{about}: {spent_s / SECONDS:.2f} s of CPU and {took_s / SECONDS:.2f} s of time a second")
     print(f"  {share:.1%} of {asked} packets")
+    check_work("packets on the wire", share * asked, asked, 0.01)
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ from contextlib import AsyncExitStack
 
 import aiohttp
 from _processes import Daemon, daemon, precise_cpu_s
-from _report import is_quick, report
+from _report import check_work, is_quick, report
 
 from hil.net.control_client import ask
 
@@ -109,6 +109,9 @@ def main() -> None:
     middle = {
         name: [statistics.median(each) for each in zip(*rows, strict=True)] for name, rows in found.items()
     }
+    for name, (pages, axes, _) in CASES.items():
+        if pages:
+            check_work(f"samples a second of a page, {name}", middle[name][1], axes * RATE_HZ, 0.05)
     points = {name: 100 * (share - middle["nobody"][0]) for name, (share, _, _) in middle.items()}
     print(f"nobody watches: {100 * middle['nobody'][0]:.1f} % of a core")
     for name, about in (

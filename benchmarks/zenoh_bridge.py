@@ -21,10 +21,12 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
+from _report import check_work
 
 QUERIES = 200 if "--quick" in sys.argv else 2000
 SECONDS = 3 if "--quick" in sys.argv else 10
 AXES = 200
+STATES_HZ = 100
 HIL = Path(sys.executable).parent / "hil"
 BARE = """
 import asyncio, json, sys, zenoh
@@ -122,7 +124,7 @@ def queries(folder: Path) -> None:
 
 
 def states(folder: Path) -> None:
-    daemon = bench(folder, 7463, AXES, ", state_hz: 100, packed_hz: 100")
+    daemon = bench(folder, 7463, AXES, f", state_hz: {STATES_HZ}, packed_hz: {STATES_HZ}")
     threads = len(os.listdir(f"/proc/{daemon.pid}/task"))
     print(f"threads of the daemon with {AXES} devices: {threads}")
 
@@ -143,6 +145,7 @@ def states(folder: Path) -> None:
         print(f"{about:34} {share * 100:5.1f} % of a core, {counts[0] / passed_s:8.0f} samples/s")
         session.close()
         time.sleep(1.5)
+        check_work(about, counts[0] / passed_s, AXES * STATES_HZ if key else 0, 0.1)
         return share
 
     nobody = load(f"{AXES} axes, nobody listens", None)
