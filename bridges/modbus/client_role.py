@@ -19,7 +19,7 @@ _LENGTH_BYTES = 4
 
 
 class CertifiedClient(NamedTuple):
-    """CertifiedClient as its certificate names it. ``role``: what the extension says, empty without one."""
+    """Client as its certificate names it. ``role``: what the extension says, empty without one."""
 
     name: str
     role: str

@@ -1,4 +1,4 @@
-"""CortexCommands of the board: what each takes, does and replies."""
+"""Commands of the board: what each takes, does and replies."""
 
 from collections.abc import Callable, Mapping
 
@@ -54,7 +54,7 @@ _LEAST_MS, _MOST_MS = 20, 9999
 
 
 class CortexCommands:
-    """CortexCommands at the command port."""
+    """Commands at the command port."""
 
     def __init__(
         self,

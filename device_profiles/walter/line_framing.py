@@ -11,7 +11,7 @@ CR = 0x0D
 
 @dataclass(frozen=True)
 class EndedLine:
-    """EndedLine with its CR."""
+    """A line that has ended, with its CR."""
 
     at_ns: int
     raw: bytes

@@ -18,7 +18,7 @@ Halves = MutableMapping[int, int]
 
 
 class VerbStage(Enum):
-    """VerbStage of a verb that was started."""
+    """Stage of a verb that was started."""
 
     BUSY = auto()
     DONE = auto()

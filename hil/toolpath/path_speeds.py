@@ -91,7 +91,7 @@ class ChordLimits:
 
 
 def limits_of(chord: Chord, axes: Sequence[MachineAxis]) -> ChordLimits:
-    """ChordLimits of the axes along a chord, in its own lengths."""
+    """Limits of the axes along a chord, in its own lengths."""
     speed = acceleration = inf
     slowest = axes[0]
     for axis, way in zip(axes, chord.way, strict=True):

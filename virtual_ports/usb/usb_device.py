@@ -66,7 +66,7 @@ class Setup(NamedTuple):
 
 
 class UsbFunction(Protocol):
-    """UsbFunction of the device, beside what all devices do."""
+    """Function of the device, beside what all devices do."""
 
     def request(self, setup: Setup, data: bytes) -> bytes | None:
         """Carry out a request of its class to its interface; answers what the host gets. None: it does not
