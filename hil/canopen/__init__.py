@@ -4,7 +4,7 @@
 object dictionary, and what the profile is told. Behind the node, ``network_management.py`` has its states,
 ``communication.py`` joins its services, each in a file of its name; ``object_dictionary.py`` has the values,
 ``communication_entries.py`` the objects that every node has, ``parameter_store.py`` what is kept without
-power. ``abort_codes.py`` says why an SDO transfer ends, ``can_ids.py`` which frames are whose.
+power. ``can_ids.py`` says which frames are whose.
 
 Pure: frames and times come in as arguments, frames go out by a call. The node knows no axis.
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from typing import Protocol
 
-from hil.canopen.abort_codes import ABOUT, AbortCode
+from hil.wire.canopen.abort_codes import ABORTS
 
 Value = int | float | bytes
 """Value of an entry: ``int`` of integers and BOOLEAN, ``float`` of reals, ``bytes`` of all else."""
@@ -83,7 +83,7 @@ class SdoAbort(Exception):
 
     def __init__(self, code: int, why: str = "") -> None:
         self.code = code
-        super().__init__(why or (ABOUT[AbortCode(code)] if code in ABOUT else f"abort {code:#010x}"))
+        super().__init__(why or ABORTS.get(code, f"abort {code:#010x}"))
 
 
 class Application(Protocol):

@@ -3,8 +3,8 @@
 Source: CiA 301 version 4.2.0, 7.3.4 (pre-defined connection set), 7.3.5 (restricted CAN-IDs) and 7.5.2.
 """
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import SdoAbort
+from hil.wire.canopen.abort_codes import AbortCode
 
 NMT, SYNC, EMCY = 0x000, 0x080, 0x080
 TPDO, RPDO = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)

@@ -6,8 +6,8 @@ Source: CiA 301 version 4.2.0, 7.1.
 import struct
 from struct import Struct
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import DataType, Entry, SdoAbort, Value
+from hil.wire.canopen.abort_codes import AbortCode
 
 STRUCTS = {
     DataType.BOOLEAN: Struct("<B"),

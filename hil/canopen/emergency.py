@@ -8,11 +8,11 @@ from collections.abc import Callable
 from enum import IntEnum
 from struct import Struct
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import SdoAbort, Value
 from hil.canopen.can_ids import check_cob_id
 from hil.canopen.object_dictionary import ObjectDictionary
 from hil.canopen.timers import Timers
+from hil.wire.canopen.abort_codes import AbortCode
 
 HISTORY = 8
 """Errors that 1003h keeps."""

@@ -4,9 +4,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Protocol
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Access, Entry, SdoAbort, Value
 from hil.canopen.data_types import check_length, check_limits, pack, unpack
+from hil.wire.canopen.abort_codes import AbortCode
 
 _WRITABLE = (Access.RW, Access.WO)
 

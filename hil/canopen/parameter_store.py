@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from struct import Struct
 from zlib import crc32
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import SdoAbort, Value
 from hil.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
 from hil.canopen.data_types import longest, pack, size_of
 from hil.canopen.object_dictionary import ObjectDictionary, key_of
+from hil.wire.canopen.abort_codes import AbortCode
 
 _MAGIC = b"COP1"
 _CRC, _LSS, _VALUE = Struct("<I"), Struct("<BI"), Struct("<HBH")

@@ -5,12 +5,12 @@ Source: CiA 301 version 4.2.0, 7.5.2.35 and 7.5.2.37.
 
 from collections.abc import Callable
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import SdoAbort, Value
 from hil.canopen.can_ids import ID_MASK, INVALID, check_cob_id
 from hil.canopen.object_dictionary import ObjectDictionary, SettingsOwner
 from hil.canopen.pdo_mapping import PdoMapping
 from hil.vocab.time import NS_PER_MS
+from hil.wire.canopen.abort_codes import AbortCode
 
 COB_ID, TYPE, INHIBIT, EVENT_TIMER, SYNC_START = 1, 2, 3, 5, 6
 SYNC_TYPE_MAX = 240

@@ -6,12 +6,12 @@ Source: CiA 301 version 4.2.0, 7.5.2.36 and 7.5.2.38.
 from collections.abc import Callable, Sequence
 from struct import Struct
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Access, DataType, Entry, SdoAbort, Value
 from hil.canopen.communication_entries import MAPPED, mapping_value
 from hil.canopen.data_types import STRUCTS, size_of
 from hil.canopen.object_dictionary import ObjectDictionary, SettingsOwner
 from hil.wire.can.can_frame import DATA_MAX
+from hil.wire.canopen.abort_codes import AbortCode
 
 _RPDO, _TPDO = "rpdo", "tpdo"
 DUMMIES = (

@@ -8,11 +8,11 @@ from binascii import crc_hqx
 from collections.abc import Callable
 from struct import Struct
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Entry, SdoAbort
 from hil.canopen.data_types import longest
 from hil.canopen.object_dictionary import ObjectDictionary
 from hil.canopen.sdo_segments import SEGMENT
+from hil.wire.canopen.abort_codes import AbortCode
 
 BLOCK_SIZE = 127
 """Segments of a block that the server asks for."""

@@ -5,10 +5,10 @@ Source: CiA 301 version 4.2.0, 7.2.4.3.4 and 7.2.4.3.7.
 
 from collections.abc import Callable
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Entry, SdoAbort
 from hil.canopen.data_types import longest
 from hil.canopen.object_dictionary import ObjectDictionary
+from hil.wire.canopen.abort_codes import AbortCode
 
 _TOGGLE = 0x10
 SEGMENT = 7

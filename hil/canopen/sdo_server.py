@@ -7,7 +7,6 @@ from collections.abc import Callable
 from struct import Struct
 from typing import Protocol
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Entry, SdoAbort
 from hil.canopen.data_types import check_length, size_of
 from hil.canopen.object_dictionary import ObjectDictionary
@@ -15,6 +14,7 @@ from hil.canopen.sdo_blocks import BlockDownload, BlockUpload
 from hil.canopen.sdo_segments import SegmentDownload, SegmentUpload
 from hil.canopen.timers import Timers
 from hil.vocab.time import NS_PER_S
+from hil.wire.canopen.abort_codes import AbortCode
 
 TIME_OUT_NS = NS_PER_S
 """Silence of the client after which a transfer is aborted. The standard leaves it to the device; decision:

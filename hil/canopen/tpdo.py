@@ -6,7 +6,6 @@ Source: CiA 301 version 4.2.0, 7.2.2 and 7.5.2.37.
 from collections.abc import Callable
 from typing import Any
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import SdoAbort, Value
 from hil.canopen.can_ids import NO_RTR
 from hil.canopen.object_dictionary import ObjectDictionary, key_of
@@ -19,6 +18,7 @@ from hil.canopen.pdo import (
     Pdo,
 )
 from hil.canopen.timers import Timers
+from hil.wire.canopen.abort_codes import AbortCode
 
 _TYPES = frozenset((*range(SYNC_TYPE_MAX + 1), *range(SYNC_ON_REQUEST, PROFILE_EVENT + 1)))
 _INHIBIT_UNIT_NS = 100_000

@@ -3,5 +3,5 @@
 ``objects.py`` is the one table of objects; ``motor_axis.py`` says what a board's axis has to give.
 Everything here is pure: simulated time is an argument, and the axis is moved through ``MotorAxis`` alone.
 
-May import: hil.canopen, hil.core, hil.firmware, hil.vocab, the pure standard library.
+May import: hil.canopen, hil.core, hil.firmware, hil.vocab, hil.wire.canopen, the pure standard library.
 """

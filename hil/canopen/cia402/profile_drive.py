@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Access, Entry, NmtState, NodeServices, SdoAbort, Value
 from hil.canopen.cia402 import objects
 from hil.canopen.cia402.automaton_clock import AutomatonClock
@@ -22,6 +21,7 @@ from hil.canopen.cia402.profile_velocity import ProfileVelocity
 from hil.canopen.cia402.user_units import FACTORS, to_int32
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
+from hil.wire.canopen.abort_codes import AbortCode
 
 _CONTROL, _STATUS, _MODE, _DISPLAY, _ERROR, _INPUTS = 0x6040, 0x6041, 0x6060, 0x6061, 0x603F, 0x60FD
 _FIRST_OWN_BIT = 16

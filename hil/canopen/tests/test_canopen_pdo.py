@@ -3,7 +3,7 @@
 import pytest
 from canopen_rig import POSITION, TICKS, TORQUE, Rig, entry
 
-from hil.canopen.abort_codes import AbortCode
+from hil.wire.canopen.abort_codes import AbortCode
 
 START = "000#0105"
 SYNC = "080#"

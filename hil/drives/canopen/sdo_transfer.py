@@ -5,7 +5,7 @@ Expedited and segmented transfers, no block transfers: all that is asked of a dr
 
 from dataclasses import dataclass, field
 
-from hil.wire.canopen.canopen_codes import ABORTS
+from hil.wire.canopen.abort_codes import ABORTS
 
 TOGGLE, TIMED_OUT, NO_COMMAND, GENERAL = 0x0503_0000, 0x0504_0000, 0x0504_0001, 0x0800_0000
 """Abort codes that this client sends. CiA 301, table 22."""

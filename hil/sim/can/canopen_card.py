@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hil.canopen.abort_codes import AbortCode
 from hil.canopen.application import Application, NmtState, NodeServices, SdoAbort
 from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.communication_entries import Identity
@@ -16,6 +15,7 @@ from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.can.can_bus_protocol import CanFilter, MailboxesFull, NodeState
 from hil.wire.can.can_frame import STANDARD_ID_MAX, CanFrame
 from hil.wire.can.slcan import encode
+from hil.wire.canopen.abort_codes import AbortCode
 
 MAILBOXES = 256
 """Frames that may wait: a block of SDO has 127, and what is more urgent goes before."""

@@ -1,6 +1,6 @@
-"""Words of CANopen's codes: NMT, SDO aborts, emergencies.
+"""Words of CANopen's codes: NMT, emergencies.
 
-Source: CiA 301, 7.2.4.3.17 (aborts), 7.2.7.1 (emergencies), 7.2.8 (NMT); CiA 402-2 for those of drives.
+Source: CiA 301, 7.2.7.1 (emergencies), 7.2.8 (NMT); CiA 402-2 for those of drives.
 """
 
 NMT_COMMANDS = {
@@ -11,39 +11,6 @@ NMT_COMMANDS = {
     0x82: "reset communication",
 }
 NMT_STATES = {0: "boot-up", 4: "stopped", 5: "operational", 127: "pre-operational"}
-ABORTS = {
-    0x0503_0000: "the toggle bit did not alternate",
-    0x0504_0000: "it took too long",
-    0x0504_0001: "this command is unknown",
-    0x0504_0002: "this block size cannot be",
-    0x0504_0003: "this sequence number cannot be",
-    0x0504_0004: "the CRC is wrong",
-    0x0504_0005: "out of memory",
-    0x0601_0000: "this access is not supported",
-    0x0601_0001: "it can only be written",
-    0x0601_0002: "it can only be read",
-    0x0602_0000: "there is no such object",
-    0x0604_0041: "it cannot be mapped to a PDO",
-    0x0604_0042: "more is mapped than a PDO can have",
-    0x0604_0043: "it does not fit other parameters",
-    0x0604_0047: "it does not fit inside the device",
-    0x0606_0000: "the hardware has failed",
-    0x0607_0010: "the length is wrong",
-    0x0607_0012: "it is too long",
-    0x0607_0013: "it is too short",
-    0x0609_0011: "there is no such sub-index",
-    0x0609_0030: "this value cannot be",
-    0x0609_0031: "the value is too high",
-    0x0609_0032: "the value is too low",
-    0x0609_0036: "the maximum is below the minimum",
-    0x060A_0023: "what it needs is not there",
-    0x0800_0000: "an error that has no code",
-    0x0800_0020: "it cannot be transferred or kept",
-    0x0800_0021: "it cannot be transferred or kept: the device is controlled locally",
-    0x0800_0022: "it cannot be transferred or kept in this state",
-    0x0800_0023: "there is no object dictionary",
-    0x0800_0024: "there is no data",
-}
 EMERGENCIES = {
     0x0000: "no error any more",
     0x1000: "error",

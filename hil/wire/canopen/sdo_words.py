@@ -6,7 +6,7 @@ Source: CiA 301, 7.2.4.3.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from hil.wire.canopen.canopen_codes import ABORTS
+from hil.wire.canopen.abort_codes import ABORTS
 from hil.wire.canopen.object_words import ObjectWords
 
 _KEPT_BYTES = 1 << 16
