@@ -18,7 +18,7 @@ DEVICE = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identit
 
 
 def log_of(*lines: object, **header: object) -> str:
-    first = {"format": "hil-inputs", "version": 1, "program": "hil test", "nvm": {}}
+    first = {"format": "hil-inputs", "version": 2, "program": "hil test", "nvm": {}}
     config = {"bench": "b", "devices": {"m1": DEVICE}}
     return "".join(json.dumps(line) + "\n" for line in [first | {"config": config} | header, *lines])
 
@@ -57,7 +57,7 @@ def test_what_is_no_log_is_refused_with_its_place(tmp_path: Path) -> None:
         ("", "1: this is not an input log: it has no whole line; take a log as `hil serve --log` wrote it"),
         ("hello\n", "1: this is no line of an input log: Expecting value, at character 1; take a log as"),
         (log_of(format="x"), "1: this is not an input log; take a log as"),
-        (log_of(version=2), "1: the log has version 2, of hil test; this program reads 1; take a log as"),
+        (log_of(version=3), "1: the log has version 3, of hil test; this program reads 1 and 2; "),
         (
             log_of(reset, reset | {"at_ns": 2**63 - 1}),
             "3: at_ns: write a whole number from 0 to 46116860184273879",

@@ -108,7 +108,8 @@ def replay(
 ) -> CommandAnswer:
     """Run a log again and compare every byte.
 
-    On the virtual clock; exits with 1 if a byte, a time or a state of an axis differs.
+    On the virtual clock; exits with 1 if a byte, a time or a state of an axis differs. A log that was
+    cut is compared up to where it ends.
 
     Example: hil replay bench.log
     """
@@ -126,9 +127,8 @@ def replay(
         raise fail(f"hil: {log}: {error.strerror or error}", 2) from None
     if difference := replayed.difference():
         raise fail(f"different: {difference}")
-    return CommandAnswer(
-        {"identical": True, "summary": replayed.summary()}, f"identical: {replayed.summary()}"
-    )
+    values = {"identical": True, "is_cut": bool(replayed.logged.cut), "summary": replayed.summary()}
+    return CommandAnswer(values, f"identical: {replayed.summary()}")
 
 
 def doctor(

@@ -47,7 +47,7 @@ class Replayed:
 
     def difference(self) -> str | None:
         """First difference from the log, or None: identical bytes, times and states. What a device sent after
-        the log's last input counts too, unless the log was cut."""
+        the log's last input counts too, unless the log was cut, or does not say so."""
         for name in self.sent:
             then = [sent for sent in self.logged.sent if sent.device == name]
             for index, (was, now) in enumerate(zip_longest(then, self.sent[name])):
@@ -62,8 +62,9 @@ class Replayed:
         pieces = [sent for device in self.sent.values() for sent in device]
         size = sum(len(sent.data) for sent in pieces)
         states = sum(sent.state is not None for sent in pieces)
-        inputs = len(self.logged.inputs)
-        return f"{inputs} inputs, {size} bytes in {len(pieces)} pieces, {states} states of axes"
+        inputs, cut = len(self.logged.inputs), self.logged.cut
+        end = f"; up to where the log ends: {cut}" if cut else ""
+        return f"{inputs} inputs, {size} bytes in {len(pieces)} pieces, {states} states of axes{end}"
 
 
 def _shown(sent: Sent | None, other: Sent | None) -> str:

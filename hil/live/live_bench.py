@@ -144,4 +144,6 @@ def _input_log(stack: AsyncExitStack, plan: BenchPlan, path: Path) -> InputLogWr
     file = LogFile(path, asyncio.get_running_loop())
     stack.callback(file.close)
     memories = {name: plan.sections(name, memory.content.sections) for name, memory in plan.memories.items()}
-    return InputLogWriter(file, f"hil {__version__}", as_simulated(plan.config), memories)
+    log = InputLogWriter(file, f"hil {__version__}", as_simulated(plan.config), memories)
+    stack.callback(log.end)
+    return log

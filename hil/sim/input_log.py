@@ -5,7 +5,7 @@ and each device's memory at the start. The others are inputs (``inputs.encode_li
 what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state`` (CRC-32 of the axes'
 snapshots at that time; null for what an interrupt sent). ``port`` is in lines of another UART than the first.
 ``device`` of an input is the address of what it is for: a device, an axis of one with several, a tap, a
-segment.
+segment. The last line is ``{"end":true}``: a log without it was cut.
 """
 
 import base64
@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 from hil.sim.device import Device
 from hil.sim.input_reading import decode, hexadecimal, read_line, taken, text, time_ns, whole
-from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, InputLogError, Logged, encode_line
+from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, OLD_VERSIONS, InputLogError, Logged, encode_line
 from hil.vocab.time import SimTimeNs
 
 Memories = Mapping[str, Mapping[str, bytes]]
@@ -54,14 +54,15 @@ class InputLog:
     memories: dict[str, dict[str, bytes]]
     inputs: list[Logged]
     sent: list[Sent]
-    cut: bool = False
-    """True if the log's writer was killed, or had no room left: answers to the last inputs are missing."""
+    cut: str = ""
+    """Reason why answers to the last inputs may be missing, for people; empty: the log is whole."""
     name: str = ""
     """Name of the log's file."""
     lines: list[int] = field(default_factory=list)
     """Line numbers of the inputs, counted from 1."""
     program: str = "another program"
     """Program that wrote it."""
+    version: int = LOG_VERSION
 
     def where(self, index: int) -> str:
         return place(self.name, self.lines[index])
@@ -105,6 +106,15 @@ class InputLogWriter:
             line["port"] = sent.port
         self.file.write(json.dumps(line, separators=(",", ":")) + "\n")
 
+    def end(self) -> None:
+        """Write down that the run ended here, and that nothing is missing."""
+        self.file.write(END_LINE)
+
+
+END_LINE = '{"end":true}\n'
+KILLED = "its last lines are missing, because the program that wrote it was killed, or had no room left"
+NOT_TOLD = "logs of version 1 do not say whether their last lines are missing"
+
 
 def place(name: str, line: int) -> str:
     """Format a line of a log, for people."""
@@ -117,27 +127,36 @@ def read_input_log(lines: Iterable[str | bytes], name: str = "") -> InputLog:
     Raises:
         InputLogError: this is not an input log, or not of a version that is known here; says where.
     """
-    log = None
-    cut, number = False, 0
+    log, is_ended = None, False
     for number, line in enumerate(lines, start=1):
-        cut = line[-1:] not in ("\n", b"\n")
-        if cut:
+        if line[-1:] not in ("\n", b"\n"):
             break
         try:
+            if is_ended:
+                raise InputLogError("this is a line behind the log's end")
             if log is None:
                 log = _header(read_line(line), name)
-                continue
-            values = read_line(line)
-            if "sent" in values:
-                log.sent.append(_decode_sent(values))
             else:
-                log.inputs.append(decode(values))
-                log.lines.append(number)
+                is_ended = _take(log, read_line(line), number)
         except InputLogError as error:
             raise InputLogError(f"{place(name, number)}: {error}; {REMEDY}") from None
     if log is None:
         raise InputLogError(f"{place(name, 1)}: this is not an input log: it has no whole line; {REMEDY}")
-    return replace(log, cut=cut)
+    if is_ended:
+        return log
+    return replace(log, cut=NOT_TOLD if log.version in OLD_VERSIONS else KILLED)
+
+
+def _take(log: InputLog, values: dict[str, Any], number: int) -> bool:
+    """Take the values of a line into the log; answers whether it was the end."""
+    if values == {"end": True}:
+        return True
+    if "sent" in values:
+        log.sent.append(_decode_sent(values))
+    else:
+        log.inputs.append(decode(values))
+        log.lines.append(number)
+    return False
 
 
 REMEDY = "take a log as `hil serve --log` wrote it"
@@ -147,9 +166,10 @@ def _header(values: dict[str, Any], name: str) -> InputLog:
     if values.get("format") != LOG_FORMAT:
         raise InputLogError("this is not an input log")
     program = ascii(values.get("program", "another program"))[:80].strip("'")
-    if values.get("version") != LOG_VERSION or isinstance(values["version"], bool):
-        version = ascii(values.get("version"))[:80]
-        raise InputLogError(f"the log has version {version}, of {program}; this program reads {LOG_VERSION}")
+    version, known = values.get("version"), (*OLD_VERSIONS, LOG_VERSION)
+    if version not in known or not isinstance(version, int) or isinstance(version, bool):
+        said, reads = ascii(version)[:80], " and ".join(map(str, known))
+        raise InputLogError(f"the log has version {said}, of {program}; this program reads {reads}")
     config, nvm = values.get("config"), values.get("nvm")
     if not isinstance(config, dict) or not isinstance(nvm, dict):
         raise InputLogError("the header has to have config and nvm, both objects")
@@ -158,7 +178,7 @@ def _header(values: dict[str, Any], name: str) -> InputLog:
         if not isinstance(sections, dict):
             raise InputLogError(f"nvm of {device[:40]!r} is no object")
         memories[device] = {section: _memory(content) for section, content in sections.items()}
-    return InputLog(config, memories, [], [], name=name, program=program)
+    return InputLog(config, memories, [], [], name=name, program=program, version=version)
 
 
 def _memory(content: object) -> bytes:

@@ -15,7 +15,9 @@ from hil.vocab.time import SimTimeNs
 from hil.wire.step_dir import MAX_NS, Train
 
 LOG_FORMAT = "hil-inputs"
-LOG_VERSION = 1
+LOG_VERSION = 2
+OLD_VERSIONS = (1,)
+"""Versions that are read too. Version 1 has no end line, so nothing says whether a log of it is whole."""
 
 
 @dataclass(frozen=True)

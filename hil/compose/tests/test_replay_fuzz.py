@@ -112,6 +112,8 @@ def written() -> str:
     later(10)
     runtime.give(m1, Bytes(b"e"))
     later(30)
+    assert around.log
+    around.log.end()
     return text.getvalue()
 
 
@@ -206,6 +208,36 @@ def test_the_log_itself_is_identical_again() -> None:
     assert replayed(lines).difference() is None
 
 
+def test_a_log_that_is_cut_anywhere_is_never_different() -> None:
+    text = written().encode()
+    ends = [at + 1 for at, byte in enumerate(text) if byte == ord("\n")]
+    chance = random.Random(SEED)
+    for end in (*ends, *(chance.randrange(ends[0], len(text)) for _ in range(len(ends)))):
+        again = replayed(text[:end].splitlines(keepends=True))
+        assert again.difference() is None, end
+        assert bool(again.logged.cut) == (end < len(text))
+        assert ("up to where the log ends" in again.summary()) == (end < len(text))
+
+
+def test_only_a_log_with_its_end_says_that_nothing_else_was_sent() -> None:
+    lines = written().encode().splitlines(keepends=True)
+    lines = [line for line in lines if b'"device":"m1","sent":' not in line]
+    assert "logged nothing, now" in str(replayed(lines).difference())
+    assert replayed(lines[:-1]).difference() is None
+    lines[0] = lines[0].replace(b'"version":2', b'"version":1')
+    old = replayed(lines[:-1])
+    assert old.difference() is None
+    assert "logs of version 1 do not say" in old.summary()
+
+
+def test_nothing_stands_behind_the_end() -> None:
+    lines = written().encode().splitlines(keepends=True)
+    with pytest.raises(
+        InputLogError, match=f"some.log:{len(lines) + 1}: this is a line behind the log's end"
+    ):
+        replayed([*lines, lines[-2]])
+
+
 def test_a_fault_on_a_line_with_nobody_on_it() -> None:
     config = from_dict(CONFIG | {"segments": {"bus0": {}}}, catalogue())
     runtime = bench_runtime(config, catalogue(), {}, MemoryStore())
@@ -258,7 +290,7 @@ def test_any_log_is_replayed_or_refused_with_its_place() -> None:
             ('"client_baud":9600', '"client_baud":9600,"client_format":"9E1"'),
             "m1: client_format: write one as in 7E1",
         ),
-        (('"version":1', '"version":99'), "the log has version 99, of hil test; this program reads 1"),
+        (('"version":2', '"version":99'), "the log has version 99, of hil test; this program reads 1 and 2"),
         (('"format":"hil-inputs"', '"format":"x"'), "this is not an input log"),
     ],
 )

@@ -118,7 +118,7 @@ def test_a_last_line_that_was_cut_is_left_out() -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [("hil-inputs", "hil-nothing"), ('"version":1', '"version":99'), ('"nvm"', '"mvn"'), ("{", "[")],
+    [("hil-inputs", "hil-nothing"), ('"version":2', '"version":99'), ('"nvm"', '"mvn"'), ("{", "[")],
 )
 def test_another_file_is_refused(change: tuple[str, str]) -> None:
     with pytest.raises(InputLogError):
@@ -131,7 +131,7 @@ def test_the_header_names_format_version_and_program() -> None:
     header = json.loads(written({"bench": "b"}, {"m1": {"lookup": b"\0\1"}}, []))
     assert header == {
         "format": "hil-inputs",
-        "version": 1,
+        "version": 2,
         "program": "test",
         "config": {"bench": "b"},
         "nvm": {"m1": {"lookup": "AAE="}},
