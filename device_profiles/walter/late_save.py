@@ -1,10 +1,11 @@
 """The EEPROM's late save: ten seconds after the latest change, with a line that nobody has asked for."""
 
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from typing import Any
 
 from device_profiles.walter.board_loop import Steps, due_ms, is_due
 from device_profiles.walter.settings import SECTION, ArmMemory
-from hil.vocab.firmware import Commit, Uart
+from hil.vocab.firmware import Commit, Request, Uart
 
 LATE_MS = 10_000
 
@@ -22,10 +23,10 @@ class LateSave:
         in."""
         return self.memory.read(self._nvm.get(SECTION, b""))
 
-    def save(self) -> Steps:
-        """Write now; a save that was to come is dropped."""
+    def save(self) -> Generator[Request, Any, bool]:
+        """Write now; a save that was to come is dropped. Returns whether it is durable."""
         self._since_ms = None
-        yield Commit(SECTION, self.memory.kept())
+        return bool((yield Commit(SECTION, self.memory.kept())))
 
     def begin(self, now_ms: int) -> None:
         """Note a change."""
@@ -36,7 +37,7 @@ class LateSave:
         return None if self._since_ms is None else due_ms(now_ms, self._since_ms, LATE_MS)
 
     def step(self, pass_ms: int) -> Steps:
-        """Save, and say so, if it is due in the pass that began at this time."""
-        if self._since_ms is not None and is_due(pass_ms, self._since_ms, LATE_MS):
-            yield from self.save()
+        """Save, and say so if that has gone, if it is due in the pass that began at this time."""
+        is_over = self._since_ms is not None and is_due(pass_ms, self._since_ms, LATE_MS)
+        if is_over and (yield from self.save()):
             self._uart.write(b"EEPROM saved.\r\n")

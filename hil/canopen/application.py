@@ -4,7 +4,7 @@ The node has the communication objects (1000h to 1FFFh) and all services; an app
 its profile, and is told what was written, and when SYNC came.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from typing import Protocol
@@ -84,6 +84,27 @@ class SdoAbort(Exception):
     def __init__(self, code: int, why: str = "") -> None:
         self.code = code
         super().__init__(why or ABORTS.get(code, f"abort {code:#010x}"))
+
+
+class PendingWrite:
+    """Write that takes time: it has neither gone nor failed before ``end`` says so."""
+
+    def __init__(self) -> None:
+        self._ended: tuple[int, int] | None = None
+        self._calls: list[Callable[[int, int], None]] = []
+
+    def then(self, call: Callable[[int, int], None]) -> None:
+        """Call with 0 or the code of an abort, and the time, when it has ended: now, if it has."""
+        if self._ended is None:
+            self._calls.append(call)
+        else:
+            call(*self._ended)
+
+    def end(self, code: int, now_ns: int) -> None:
+        """End it, once: with 0 if it has gone, or with the code of an abort."""
+        self._ended = (code, now_ns)
+        for call in self._calls:
+            call(code, now_ns)
 
 
 class Application(Protocol):

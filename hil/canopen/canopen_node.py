@@ -13,13 +13,17 @@ from hil.canopen.communication_entries import COMMUNICATION_NAMES, Identity, com
 from hil.canopen.eds import StoredEds
 from hil.canopen.network_management import BusState, NetworkManagement
 from hil.canopen.object_dictionary import ObjectDictionary, key_of
-from hil.canopen.parameter_store import ParameterStore
+from hil.canopen.parameter_store import Keep, ParameterStore
 from hil.vocab.time import FOREVER
 from hil.wire.can.can_frame import CanFrame
 
 
 def _ignore(*_: object) -> None:
     pass
+
+
+def _keep_nothing(section: bytes, stored: Callable[[bool, int], None]) -> None:
+    stored(True, 0)
 
 
 class CanOpenNode:
@@ -30,9 +34,9 @@ class CanOpenNode:
     to 127 frames at once.
 
     ``make_application`` gets what the node does for it, which it can use from ``entered`` on; who calls the
-    application from outside of the node calls ``step`` behind that. ``kept`` is the section that ``keep`` got
-    last, or nothing; ``keep`` raises SdoAbort where the memory fails. ``use_bit_rate`` is called with bits
-    per second when LSS has set others.
+    application from outside of the node calls ``step`` behind that. ``kept`` is the section that ``keep`` has
+    stored last, or nothing; who asked for a store gets no answer before ``keep`` says how it ended.
+    ``use_bit_rate`` is called with bits per second when LSS has set others.
 
     Raises:
         ValueError: the node id is out of range, or an entry's default is not of its type.
@@ -47,7 +51,7 @@ class CanOpenNode:
         send: Callable[[CanFrame], None],
         *,
         kept: bytes = b"",
-        keep: Callable[[bytes], None] = _ignore,
+        keep: Keep = _keep_nothing,
         use_bit_rate: Callable[[int], None] = _ignore,
     ) -> None:
         if not 1 <= node_id <= NODE_ID_MAX and node_id != UNCONFIGURED:
@@ -67,7 +71,7 @@ class CanOpenNode:
             self.dictionary,
             self._application,
             identity[:4],
-            ParameterStore(self.dictionary, kept, keep),
+            ParameterStore(self.dictionary, kept, self._keep_by(keep)),
             (node_id, bit_rate),
             self._emit,
             use_bit_rate,
@@ -163,6 +167,22 @@ class CanOpenNode:
     def changed(self, index: int, subindex: int) -> None:
         """Send the event-driven TPDOs that have an entry."""
         self._pdos.note_change(key_of(index, subindex))
+
+    # ---- its memory ----
+
+    def _keep_by(self, keep: Keep) -> Keep:
+        """Make a ``keep`` that sends what its answer causes."""
+
+        def keep_and_flush(section: bytes, stored: Callable[[bool, int], None]) -> None:
+            def ended(durable: bool, now_ns: int) -> None:
+                self._now_ns = max(self._now_ns, now_ns)
+                stored(durable, self._now_ns)
+                if self._is_on:
+                    self._flush(self._now_ns)
+
+            keep(section, ended)
+
+        return keep_and_flush
 
     # ---- frames ----
 

@@ -4,8 +4,10 @@ Source: CiA 305 version 2.2.0, 4.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from struct import Struct
 
+from hil.canopen.application import PendingWrite, SdoAbort
 from hil.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
 from hil.canopen.lss_matching import FastScan, Scanned, identification, selection
 from hil.canopen.timers import Timers
@@ -27,8 +29,8 @@ _FIELDS, _ANSWER = Struct("<BIBBB"), Struct("<BI3x")
 class LssSlave:
     """LSS slave of a node with an ``address``: vendor, product, revision and serial number.
 
-    ``send`` takes eight bytes. ``keep`` stores ``node_id`` and ``bit_rate``, and answers whether that was
-    done. ``on_node_id`` is called when a node without an id has one; ``on_bit_rate`` with a rate when it is
+    ``send`` takes eight bytes. ``keep`` stores ``node_id`` and ``bit_rate``, and raises SdoAbort if it cannot
+    now. ``on_node_id`` is called when a node without an id has one; ``on_bit_rate`` with a rate when it is
     to be used from now on. ``is_quiet`` is true for the delays before and behind that: the node neither sends
     nor hears.
     """
@@ -38,7 +40,7 @@ class LssSlave:
         address: Sequence[int],
         timers: Timers,
         send: Callable[[bytes], None],
-        keep: Callable[[int, int], bool],
+        keep: Callable[[int, int], PendingWrite],
         on_node_id: Callable[[int], None],
         on_bit_rate: Callable[[int], None],
     ) -> None:
@@ -53,6 +55,8 @@ class LssSlave:
         self._keep = keep
         self._on_node_id = on_node_id
         self._on_bit_rate = on_bit_rate
+        self._stored: PendingWrite | None = None
+        """Store whose end the master is to be told."""
         self._is_configuring = False
         self._selection = selection(address)
         self._identification = identification(address)
@@ -67,6 +71,7 @@ class LssSlave:
 
     def reset(self) -> None:
         """Wait, as after a reset."""
+        self._stored = None
         self._is_configuring = False
         self._selection.reset()
         self._identification.reset()
@@ -124,11 +129,26 @@ class LssSlave:
             self._delay_ns = int.from_bytes(data[1:3], "little") * NS_PER_MS
             self._switch.start(now_ns + self._delay_ns)
         elif command == _STORE:
-            self._answer(command, _OK if self._keep(self.node_id, self.bit_rate) else _STORE_FAILED)
+            self._store()
         elif _INQUIRE_FROM <= command < _INQUIRE_NODE_ID:
             self._answer(command, self._address[command - _INQUIRE_FROM])
         elif command == _INQUIRE_NODE_ID:
             self._answer(command, self.active_node_id)
+
+    def _store(self) -> None:
+        """Store the settings. The answer follows when they are stored."""
+        try:
+            pending = self._keep(self.node_id, self.bit_rate)
+        except SdoAbort:
+            self._answer(_STORE, _STORE_FAILED)
+        else:
+            self._stored = pending
+            pending.then(partial(self._tell, pending))
+
+    def _tell(self, pending: PendingWrite, code: int, now_ns: int) -> None:
+        if self._stored is pending:
+            self._stored = None
+            self._answer(_STORE, _STORE_FAILED if code else _OK)
 
     def _answer(self, command: int, number: int = 0) -> None:
         self._send(_ANSWER.pack(command, number))

@@ -51,22 +51,30 @@ class NetworkManagement:
         self._on_routes = on_routes
         self._bus_state = BusState.ACTIVE
         self.services = Communication(dictionary, address, store, emit, use_bit_rate, self)
+        store.on_stored = self._memory_known
+        self._begins: Callable[[int], None] | None = None
+        """Way in which the node begins when it is known what its memory has."""
 
     def power_up(self, now_ns: int) -> None:
         """Begin as after power-on, whatever was before."""
+        self.services.timers.stop()
+        self._begin(self._power_up, now_ns)
+
+    def _power_up(self, now_ns: int) -> None:
         self._bus_state = BusState.ACTIVE
         services, kept = self.services, self.services.store.kept
-        services.timers.stop()
         node_id, bit_rate = self._configured
         services.lss.power_up(kept.node_id or node_id, kept.bit_rate or bit_rate)
         if services.lss.bit_rate != bit_rate:
             self._use_bit_rate(services.lss.bit_rate)
-        self.reset_node(now_ns)
+        self._reset_node(now_ns)
         if services.store.is_damaged:
             services.emergencies.report(ErrorCode.LOST_PARAMETERS, 0)
 
     def power_off(self) -> None:
+        self._begins = None
         self._leave(NmtState.INITIALISING)
+        self.services.lss.reset()
         self.services.timers.stop()
         self._on_routes({}, {})
 
@@ -83,16 +91,41 @@ class NetworkManagement:
 
     def reset_node(self, now_ns: int) -> None:
         """Begin again with all settings."""
-        self._leave(NmtState.INITIALISING)
-        self.services.emergencies.reset_profile()
-        self._load(profile_too=True)
-        self._application.entered(NmtState.INITIALISING, now_ns)
-        self.reset_communication(now_ns)
+        self._begin(self._reset_node, now_ns)
 
     def reset_communication(self, now_ns: int) -> None:
         """Begin again with all settings of communication; without a node id LSS alone goes on."""
-        services = self.services
+        self._begin(self._reset_communication, now_ns)
+
+    def _begin(self, how: Callable[[int], None], now_ns: int) -> None:
+        """Begin as soon as it is known what the memory has: at once, or when a store has ended. The
+        application does not go on until then."""
         self._leave(NmtState.INITIALISING)
+        if self.services.store.is_storing:
+            self._begins = how
+            self.services.lss.reset()
+            self._on_routes({}, {})
+            if how != self._reset_communication:
+                self._reset_application(now_ns)
+        else:
+            self._begins = None
+            how(now_ns)
+
+    def _memory_known(self, now_ns: int) -> None:
+        if self._begins:
+            self._begin(self._begins, now_ns)
+
+    def _reset_node(self, now_ns: int) -> None:
+        self._reset_application(now_ns)
+        self._reset_communication(now_ns)
+
+    def _reset_application(self, now_ns: int) -> None:
+        self.services.emergencies.reset_profile()
+        self._load(profile_too=True)
+        self._application.entered(NmtState.INITIALISING, now_ns)
+
+    def _reset_communication(self, now_ns: int) -> None:
+        services = self.services
         services.node_id = services.lss.active_node_id = services.lss.node_id
         self._load(profile_too=False)
         services.lss.reset()

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Protocol
 
-from hil.canopen.application import Access, Entry, SdoAbort, Value
+from hil.canopen.application import Access, Entry, PendingWrite, SdoAbort, Value
 from hil.canopen.data_types import check_length, check_limits, pack, unpack
 from hil.wire.canopen.abort_codes import AbortCode
 
@@ -17,8 +17,9 @@ class ObjectOwner(Protocol):
     def read(self, index: int, subindex: int, now_ns: int) -> Value:
         """Read an entry that is live. Raises SdoAbort."""
 
-    def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
-        """Take a value, which the dictionary has already. Raises SdoAbort: it gets the former one back."""
+    def write(self, index: int, subindex: int, value: Value, now_ns: int) -> PendingWrite | None:
+        """Take a value, which the dictionary has already. Raises SdoAbort: it gets the former one back.
+        Returns what tells how it ends if that takes time; only of an entry that is live."""
 
 
 class SettingsOwner:
@@ -94,25 +95,27 @@ class ObjectDictionary:
             raise SdoAbort(AbortCode.WRITE_ONLY)
         return pack(entry.data_type, self.read(entry, now_ns))
 
-    def download(self, entry: Entry, data: bytes, now_ns: int) -> None:
-        """Write what a client sends. Raises SdoAbort: nothing was written."""
+    def download(self, entry: Entry, data: bytes, now_ns: int) -> PendingWrite | None:
+        """Write what a client sends, as ``write``. Raises SdoAbort: nothing was written."""
         check_length(entry, len(data))
         value = unpack(entry.data_type, data)
         check_limits(entry, value)
-        self.write(entry, value, now_ns)
+        return self.write(entry, value, now_ns)
 
-    def write(self, entry: Entry, value: Value, now_ns: int) -> None:
-        """Write a checked value and tell its owner. Raises SdoAbort: nothing was written."""
+    def write(self, entry: Entry, value: Value, now_ns: int) -> PendingWrite | None:
+        """Write a checked value and tell its owner, whose answer it returns. Raises SdoAbort: nothing was
+        written."""
         key = key_of(entry.index, entry.subindex)
         former = self.values[key]
         self.values[key] = value
         owner = self.owner_of(entry.index)
-        if owner is not None:
-            try:
-                owner.write(entry.index, entry.subindex, value, now_ns)
-            except SdoAbort:
-                self.values[key] = former
-                raise
+        if owner is None:
+            return None
+        try:
+            return owner.write(entry.index, entry.subindex, value, now_ns)
+        except SdoAbort:
+            self.values[key] = former
+            raise
 
     def number(self, index: int, subindex: int = 0) -> int:
         """Tell the value of an entry of an integer type that is not live."""

@@ -9,10 +9,11 @@ Source: CiA 301 version 4.2.0, 7.5.2.13 and 7.5.2.14; the section is ours.
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from struct import Struct
 from zlib import crc32
 
-from hil.canopen.application import SdoAbort, Value
+from hil.canopen.application import PendingWrite, SdoAbort, Value
 from hil.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
 from hil.canopen.data_types import longest, pack, size_of
 from hil.canopen.object_dictionary import ObjectDictionary, key_of
@@ -20,6 +21,9 @@ from hil.wire.canopen.abort_codes import AbortCode
 
 _MAGIC = b"COP1"
 _CRC, _LSS, _VALUE = Struct("<I"), Struct("<BI"), Struct("<HBH")
+Keep = Callable[[bytes, Callable[[bool, int], None]], None]
+"""Stores a section. Its second argument is called once, at once or later, with whether the section is
+durable, and the time."""
 _SAVE, _LOAD = (int.from_bytes(word, "little") for word in (b"save", b"load"))
 _ON_COMMAND = 1
 """Value of 1010h and 1011h: it is done when the word is written, and not otherwise."""
@@ -72,9 +76,9 @@ def decode(section: bytes) -> KeptSection:
 
 class ParameterStore:
     """Objects 1010h and 1011h. ``section`` is what is kept now, nothing at first; ``keep`` is called to store
-    another, and raises SdoAbort where that fails."""
+    another, one at a time."""
 
-    def __init__(self, dictionary: ObjectDictionary, section: bytes, keep: Callable[[bytes], None]) -> None:
+    def __init__(self, dictionary: ObjectDictionary, section: bytes, keep: Keep) -> None:
         self.kept = KeptSection()
         self.is_damaged = False
         """True if the section cannot be read: then nothing is kept."""
@@ -84,6 +88,10 @@ class ParameterStore:
             self.is_damaged = True
         self.node_id = 0
         """Node id in use: some defaults follow from it."""
+        self.is_storing = False
+        """True while it is not known whether a section is durable: ``kept`` is the one before."""
+        self.on_stored: Callable[[int], None] = lambda now_ns: None
+        """Called when ``is_storing`` has ended, with the time."""
         self._dictionary = dictionary
         self._keep = keep
         dictionary.own((0x1010, 0x1011), self)
@@ -98,18 +106,14 @@ class ParameterStore:
             and size_of(entry.data_type) <= len(data) <= longest(entry)
         }
 
-    def keep_lss(self, node_id: int, bit_rate: int) -> bool:
-        """Keep the settings of LSS; False if that fails."""
-        try:
-            self._store(KeptSection(node_id, bit_rate, self.kept.values))
-        except SdoAbort:
-            return False
-        return True
+    def keep_lss(self, node_id: int, bit_rate: int) -> PendingWrite:
+        """Keep the settings of LSS. Raises SdoAbort: another section is being stored."""
+        return self._store(KeptSection(node_id, bit_rate, self.kept.values))
 
     def read(self, index: int, subindex: int, now_ns: int) -> Value:
         return _ON_COMMAND
 
-    def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
+    def write(self, index: int, subindex: int, value: Value, now_ns: int) -> PendingWrite:
         word = _SAVE if index == 0x1010 else _LOAD
         if value != word:
             raise SdoAbort(AbortCode.NOT_STORED, "this is not the word that is asked for")
@@ -121,8 +125,19 @@ class ParameterStore:
                     value = self._dictionary.read(entry, now_ns)
                     if value != self._dictionary.default_of(entry, self.node_id):
                         values[key_of(entry.index, entry.subindex)] = pack(entry.data_type, value)
-        self._store(KeptSection(self.kept.node_id, self.kept.bit_rate, values))
+        return self._store(KeptSection(self.kept.node_id, self.kept.bit_rate, values))
 
-    def _store(self, kept: KeptSection) -> None:
-        self._keep(kept.encode())
-        self.kept = kept
+    def _store(self, kept: KeptSection) -> PendingWrite:
+        if self.is_storing:
+            raise SdoAbort(AbortCode.NOT_NOW, "the memory is being written")
+        self.is_storing = True
+        pending = PendingWrite()
+        self._keep(kept.encode(), partial(self._stored, kept, pending))
+        return pending
+
+    def _stored(self, kept: KeptSection, pending: PendingWrite, durable: bool, now_ns: int) -> None:
+        self.is_storing = False
+        if durable:
+            self.kept = kept
+        pending.end(0 if durable else AbortCode.HARDWARE, now_ns)
+        self.on_stored(now_ns)

@@ -15,7 +15,7 @@ _TYPES = frozenset((*range(SYNC_TYPE_MAX + 1), MANUFACTURER_EVENT, PROFILE_EVENT
 _INFINITE = float("inf")
 
 
-_Target = tuple[int, int, int, Callable[[int, int, Value, int], None]]
+_Target = tuple[int, int, int, Callable[[int, int, Value, int], object]]
 """Entry that is written: its key, index and sub-index, and by what."""
 
 

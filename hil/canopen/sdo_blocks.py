@@ -10,8 +10,7 @@ from struct import Struct
 
 from hil.canopen.application import Entry, SdoAbort
 from hil.canopen.data_types import longest
-from hil.canopen.object_dictionary import ObjectDictionary
-from hil.canopen.sdo_segments import SEGMENT
+from hil.canopen.sdo_segments import SEGMENT, WriteValue
 from hil.wire.canopen.abort_codes import AbortCode
 
 BLOCK_SIZE = 127
@@ -25,16 +24,16 @@ class BlockDownload:
 
     def __init__(
         self,
-        dictionary: ObjectDictionary,
         entry: Entry,
         size: int | None,
+        write: WriteValue,
         send: Callable[[bytes], None],
         *,
         has_crc: bool,
     ) -> None:
         self.index, self.subindex = entry.index, entry.subindex
         self.is_in_block = True
-        self._dictionary = dictionary
+        self._write = write
         self._entry = entry
         self._size = size
         self._most = longest(entry) if size is None else size
@@ -74,8 +73,7 @@ class BlockDownload:
             raise SdoAbort(AbortCode.LENGTH)
         if self._has_crc and crc_hqx(value, 0) != int.from_bytes(data[1:3], "little"):
             raise SdoAbort(AbortCode.CRC)
-        self._dictionary.download(self._entry, value, now_ns)
-        self._send(bytes((0xA1, *bytes(7))))
+        self._write(self._entry, value, bytes((0xA1, *bytes(7))), now_ns)
         return True
 
 

@@ -7,12 +7,14 @@ from collections.abc import Callable
 
 from hil.canopen.application import Entry, SdoAbort
 from hil.canopen.data_types import longest
-from hil.canopen.object_dictionary import ObjectDictionary
 from hil.wire.canopen.abort_codes import AbortCode
 
 _TOGGLE = 0x10
 SEGMENT = 7
 """Bytes of a segment."""
+WriteValue = Callable[[Entry, bytes, bytes, int], None]
+"""Writes a value that has come whole, at a time, and sends the answer (its third argument) when it is
+written. Raises SdoAbort."""
 
 
 class SegmentDownload:
@@ -21,10 +23,10 @@ class SegmentDownload:
     is_in_block = False
 
     def __init__(
-        self, dictionary: ObjectDictionary, entry: Entry, size: int | None, send: Callable[[bytes], None]
+        self, entry: Entry, size: int | None, write: WriteValue, send: Callable[[bytes], None]
     ) -> None:
         self.index, self.subindex = entry.index, entry.subindex
-        self._dictionary = dictionary
+        self._write = write
         self._entry = entry
         self._size = size
         self._most = longest(entry) if size is None else size
@@ -41,14 +43,15 @@ class SegmentDownload:
         self._data += data[1 : 1 + SEGMENT - (command >> 1 & 7)]
         if len(self._data) > self._most:
             raise SdoAbort(AbortCode.TOO_LONG if self._size is None else AbortCode.LENGTH)
-        is_last = bool(command & 1)
-        if is_last:
-            if self._size not in (None, len(self._data)):
-                raise SdoAbort(AbortCode.LENGTH)
-            self._dictionary.download(self._entry, bytes(self._data), now_ns)
-        self._send(bytes((1 << 5 | self._toggle, *bytes(7))))
+        answer = bytes((1 << 5 | self._toggle, *bytes(7)))
         self._toggle ^= _TOGGLE
-        return is_last
+        if not command & 1:
+            self._send(answer)
+            return False
+        if self._size not in (None, len(self._data)):
+            raise SdoAbort(AbortCode.LENGTH)
+        self._write(self._entry, bytes(self._data), answer, now_ns)
+        return True
 
 
 class SegmentUpload:

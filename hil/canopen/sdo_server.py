@@ -4,10 +4,11 @@ Source: CiA 301 version 4.2.0, 7.2.4.
 """
 
 from collections.abc import Callable
+from functools import partial
 from struct import Struct
 from typing import Protocol
 
-from hil.canopen.application import Entry, SdoAbort
+from hil.canopen.application import Entry, PendingWrite, SdoAbort
 from hil.canopen.data_types import check_length, size_of
 from hil.canopen.object_dictionary import ObjectDictionary
 from hil.canopen.sdo_blocks import BlockDownload, BlockUpload
@@ -39,13 +40,19 @@ class Transfer(Protocol):
 
 
 class SdoServer:
-    """Server of one channel. ``send`` takes the eight bytes of an answer."""
+    """Server of one channel. ``send`` takes the eight bytes of an answer.
+
+    While a write takes time, as that of a memory, the server begins nothing else: it refuses what comes, as
+    of now, and the answer to the write still follows.
+    """
 
     def __init__(self, dictionary: ObjectDictionary, timers: Timers, send: Callable[[bytes], None]) -> None:
         self._dictionary = dictionary
         self._send = send
         self._timer = timers.make(self._give_up)
         self._transfer: Transfer | None = None
+        self._written: PendingWrite | None = None
+        """Write whose end the client is to be told."""
         self._starts = {
             _DOWNLOAD: self._start_download,
             _UPLOAD: self._start_upload,
@@ -54,12 +61,19 @@ class SdoServer:
         }
 
     def reset(self) -> None:
-        """Forget the transfer that is under way."""
+        """Forget the transfer that is under way. A write that takes time goes on; nobody is told its end."""
+        self._written = None
+        self._end_transfer()
+
+    def _end_transfer(self) -> None:
         self._transfer = None
         self._timer.stop()
 
     def hear(self, data: bytes, now_ns: int) -> None:
         """Take a frame of the client."""
+        if self._written:
+            self._turn_away(data)
+            return
         transfer = self._transfer
         index, subindex = (transfer.index, transfer.subindex) if transfer else (0, 0)
         try:
@@ -70,7 +84,7 @@ class SdoServer:
                 return
             if transfer and (transfer.is_in_block or not self._is_start(data[0])):
                 if transfer.take(data, now_ns):
-                    self.reset()
+                    self._end_transfer()
                 else:
                     self._timer.start(now_ns + TIME_OUT_NS)
                 return
@@ -97,7 +111,36 @@ class SdoServer:
 
     def _abort(self, index: int, subindex: int, code: int) -> None:
         self.reset()
+        self._send_abort(index, subindex, code)
+
+    def _send_abort(self, index: int, subindex: int, code: int) -> None:
         self._send(_HEAD.pack(_ABORT << 5, index, subindex) + _NUMBER.pack(code))
+
+    def _turn_away(self, data: bytes) -> None:
+        """Refuse what comes before the end of a write; the client's abort alone is taken."""
+        command, index, subindex = _HEAD.unpack_from(data.ljust(_FRAME_SIZE, b"\0"))
+        if command == _ABORT << 5:
+            self.reset()
+        else:
+            self._send_abort(index, subindex, AbortCode.NOT_NOW)
+
+    def _write(self, entry: Entry, data: bytes, answer: bytes, now_ns: int) -> None:
+        """Write a value. The answer follows when it is written. Raises SdoAbort: it was not."""
+        pending = self._dictionary.download(entry, data, now_ns)
+        if pending is None:
+            self._send(answer)
+        else:
+            self._written = pending
+            pending.then(partial(self._tell, pending, entry, answer))
+
+    def _tell(self, pending: PendingWrite, entry: Entry, answer: bytes, code: int, now_ns: int) -> None:
+        if self._written is not pending:
+            return  # the client has given it up, or the node was reset
+        self._written = None
+        if code:
+            self._send_abort(entry.index, entry.subindex, code)
+        else:
+            self._send(answer)
 
     def _give_up(self, now_ns: int) -> None:
         if self._transfer:
@@ -107,14 +150,14 @@ class SdoServer:
         command = data[0]
         entry = self._dictionary.find_writable(index, subindex)
         if command & 2:  # expedited
-            self._dictionary.download(entry, _expedited(entry, command, data), now_ns)
-            self._send(_HEAD.pack(3 << 5, index, subindex) + bytes(4))
+            answer = _HEAD.pack(3 << 5, index, subindex) + bytes(4)
+            self._write(entry, _expedited(entry, command, data), answer, now_ns)
             return None
         size = _NUMBER.unpack_from(data, 4)[0] if command & 1 else None
         if size is not None:
             check_length(entry, size)
         self._send(_HEAD.pack(3 << 5, index, subindex) + bytes(4))
-        return SegmentDownload(self._dictionary, entry, size, self._send)
+        return SegmentDownload(entry, size, self._write, self._send)
 
     def _start_upload(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
         return self._upload(self._dictionary.upload(index, subindex, now_ns), index, subindex)
@@ -132,7 +175,7 @@ class SdoServer:
         size = _NUMBER.unpack_from(data, 4)[0] if data[0] & 2 else None
         if size is not None:
             check_length(entry, size)
-        return BlockDownload(self._dictionary, entry, size, self._send, has_crc=bool(data[0] & 4))
+        return BlockDownload(entry, size, self._write, self._send, has_crc=bool(data[0] & 4))
 
     def _start_block_upload(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
         block_size, threshold = data[4], data[5]

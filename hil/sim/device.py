@@ -230,18 +230,12 @@ class Device:
 
     def _commit(self, request: Commit) -> None:
         with self._home.guard.aside():
-            durable = self._memory.commit(request, self._committed)
-            if durable is not None:
-                self._memory.answered(durable)
+            self._memory.commit(request, self._committed)
 
     def _committed(self, durable: bool) -> None:
         if self._sketch.is_on:
             self._sketch.runtime.commit_done(durable)
 
-    def keep(self, name: str, data: bytes) -> bool | None:
-        """Keep a section of the memory that is not the firmware's. Answers whether it is durable; None: that
-        is not known yet."""
-        durable = self._memory.commit(Commit(name, data), lambda durable: None)
-        if durable is not None:
-            self._memory.answered(durable)
-        return durable
+    def keep(self, name: str, data: bytes, done: Callable[[bool], None]) -> None:
+        """Keep a section of the memory that is not the firmware's. ``done``: as ``Memory.commit``."""
+        self._memory.commit(Commit(name, data), done)

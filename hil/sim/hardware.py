@@ -62,12 +62,14 @@ class Memory:
         """True while the store has still to answer a commit."""
         return bool(self._pending)
 
-    def commit(self, request: Commit, done: Callable[[bool], None]) -> bool | None:
-        """Begin to write; answers as ``store``. ``done``: called with the store's answer."""
+    def commit(self, request: Commit, done: Callable[[bool], None]) -> None:
+        """Begin to write. ``done``: called with the store's answer, now or when it comes."""
         before = self._pending[-1][0] if self._pending else self.content  # each writes all that there is
         whole = before | {request.name: request.data}
         self._pending.append((whole, done))
-        return self._store(whole)
+        durable = self._store(whole)
+        if durable is not None:
+            self.answered(durable)
 
     def answered(self, durable: bool) -> None:
         """Take the store's answer to the oldest commit, if there is one; one that failed changes nothing."""

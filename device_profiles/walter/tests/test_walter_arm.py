@@ -218,6 +218,22 @@ def test_two_joints_are_kept_without_power_and_the_others_are_not(bench: Bench) 
     assert kept == [True, True, True]
 
 
+class FullDisk:
+    """Memory that nothing can be written to."""
+
+    def commit(self, *_: object) -> bool:
+        return False
+
+
+def test_a_save_that_failed_is_not_said_to_have_gone() -> None:
+    with Bench({"bench": "t", "devices": {"w1": {"profile": "walter"}}}, store=FullDisk()) as bench:
+        bench.run(ms=READY_MS)
+        bench.port("w1").read()
+        say(bench, "SET 0 min=-12.5")
+        bench.run(ms=10_100)
+        assert bench.port("w1").read() == b""
+
+
 @pytest.mark.parametrize(
     ("eeprom", "why"),
     [

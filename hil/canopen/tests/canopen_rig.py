@@ -96,6 +96,9 @@ class Rig:
         """Called with each frame that the node sends."""
         self.kept = kept
         self.memory_fails = False
+        self.memory_waits = False
+        """True if stores end by ``end_store``, and not at once."""
+        self._stores: list[tuple[bytes, Callable[[bool, int], None]]] = []
         self.bit_rates: list[int] = []
         self.node = CanOpenNode(
             node_id,
@@ -118,10 +121,18 @@ class Rig:
         for listener in self.listeners:
             listener(frame)
 
-    def _keep(self, section: bytes) -> None:
-        if self.memory_fails:
-            raise SdoAbort(AbortCode.HARDWARE)
-        self.kept = section
+    def _keep(self, section: bytes, stored: Callable[[bool, int], None]) -> None:
+        self._stores.append((section, stored))
+        if not self.memory_waits:
+            self.end_store()
+
+    def end_store(self) -> list[str]:
+        """End the oldest store; answers what was sent since the last look."""
+        section, stored = self._stores.pop(0)
+        if not self.memory_fails:
+            self.kept = section
+        stored(not self.memory_fails, self.now_ns)
+        return self.take() if self.memory_waits else []
 
     def run(self, to_ms: float) -> list[str]:
         """Let time pass up to and with a time; answers what was sent since the last look."""

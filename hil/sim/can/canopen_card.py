@@ -2,9 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from hil.canopen.application import Application, NmtState, NodeServices, SdoAbort
+from hil.canopen.application import Application, NmtState, NodeServices
 from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.communication_entries import Identity
 from hil.canopen.eds import eds_text
@@ -15,7 +16,6 @@ from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.can.can_bus_protocol import CanFilter, MailboxesFull, NodeState
 from hil.wire.can.can_frame import STANDARD_ID_MAX, CanFrame
 from hil.wire.can.slcan import encode
-from hil.wire.canopen.abort_codes import AbortCode
 
 MAILBOXES = 256
 """Frames that may wait: a block of SDO has 127, and what is more urgent goes before."""
@@ -122,8 +122,10 @@ class CanOpenCard:
     # ---- the node ----
 
     def _do(self, call: Callable[[int], None], now_ns: SimTimeNs) -> None:
-        if self._has_raised:
-            return
+        if not self._has_raised:
+            self._call(call, now_ns)
+
+    def _call(self, call: Callable[[int], None], now_ns: SimTimeNs) -> None:
         try:
             call(now_ns)
             self._plan()
@@ -132,6 +134,7 @@ class CanOpenCard:
 
     def _fail(self, error: Exception) -> None:
         self._has_raised = True
+        self.node.power_off()
         self.device.power.fail(f"its CANopen node: {type(error).__name__}: {error}{place_of(error)}")
 
     def _plan(self) -> None:
@@ -166,6 +169,8 @@ class CanOpenCard:
     def _use_bit_rate(self, bit_rate: int) -> None:
         self._bus.switch_on(self.name, bit_rate)
 
-    def _keep(self, section: bytes) -> None:
-        if self.device.keep(self._section, section) is False:
-            raise SdoAbort(AbortCode.HARDWARE)
+    def _keep(self, section: bytes, stored: Callable[[bool, int], None]) -> None:
+        def ended(durable: bool) -> None:
+            self._call(partial(stored, durable), self._clock.now_ns)  # also if it has raised: it has a memory
+
+        self.device.keep(self._section, section, ended)
