@@ -80,6 +80,18 @@ def test_two_nodes_with_one_address_collide_and_status_says_so(place: Place) -> 
         assert "two stations have one address 85" in place.cli("status")
 
 
+def test_a_right_bench_is_healthy_from_its_first_moment(place: Place) -> None:
+    text = bench({"master": {}}, count=3, speed=1)
+    start(place, text).stop()
+    server = place.serve(text)
+
+    def is_over() -> bool:
+        assert server.ask("health")["problems"] == []
+        return all(server.status(name)["snapshot"]["at_ns"] > SAC_READY_NS for name in ("s1", "s2", "s3"))
+
+    until(is_over, "the end of the cold start")
+
+
 def test_a_real_node_keeps_its_address(place: Place) -> None:
     """The real line is a pseudo-terminal, behind which the test is the node 86."""
     link = place.folder / "ttyRS485"
@@ -102,7 +114,8 @@ def test_a_real_node_keeps_its_address(place: Place) -> None:
         node.read_until(encode(86, 85, b" and now?"))
         node.write(encode(85, 86, ACK))
         (row,) = server.ask("segments")
-        assert row["notes"] == ["address 86 is a real node: s2.network was taken off the wire"]
+        note = "address 86 is a real node: s2.network was taken off the wire, until it has another address"
+        assert row["notes"] == [note]
         assert terminal.ask(b"vd\r", b"SAC>") == b"vd\r\n0\t0\r\nSAC>"
         assert node.quiet(0.2) == b""
 

@@ -50,7 +50,7 @@ class Sac:
     def main(self) -> Main:
         yield from self._memory.load()
         is_rst_low = self._is_rst_low()
-        self._set_ports(Parameters() if is_rst_low else self._memory.eeprom.parameters)
+        self._set_ports(Parameters() if is_rst_low else self._memory.eeprom.parameters, None)
         if (yield from self._wants_factory()) or is_rst_low:
             self._memory.eeprom = Eeprom()
             yield from self._memory.save()
@@ -124,11 +124,12 @@ class Sac:
         if parameters.bauds() != self._bauds:
             slowest = min(uart.baud or FACTORY_BAUD for uart in self._uarts.values())
             yield Delay(NS_PER_S * 10 * 66 // slowest)  # a full transmit buffer and two characters on the way
-        self._set_ports(parameters)
+        self._set_ports(parameters, parameters.device_id)
 
-    def _set_ports(self, parameters: Parameters) -> None:
-        """Set speeds, and the port of the terminal. E at 1 swaps the ports; if nothing is at the other one, a
-        hard reset helps: RST low at a cold start (manual, network)."""
+    def _set_ports(self, parameters: Parameters, address: int | None) -> None:
+        """Set speeds, and the ports of the terminal and of packets, there with an address or none yet. E at 1
+        swaps the ports; if nothing is at the other one, a hard reset helps: RST low at a cold start (manual,
+        network)."""
         self._bauds = parameters.bauds()
         for uart, baud in zip(self._uarts.values(), self._bauds, strict=True):
             # The factory's speed is the line's own, which the configuration may have set to another.
@@ -136,6 +137,6 @@ class Sac:
         is_swapped = bool(parameters.is_network_swapped)
         self._terminal.uart = self._uarts[NETWORK if is_swapped else MAIN]
         self._terminal.uart.wake_on(None)
-        self._network.use(self._uarts[MAIN if is_swapped else NETWORK])
+        self._network.use(self._uarts[MAIN if is_swapped else NETWORK], address)
         swapped = "E is 1: packets here, the terminal is at the network port; else pull RST low and reset"
         self._note("terminal", swapped if is_swapped else None)

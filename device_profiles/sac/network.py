@@ -30,13 +30,13 @@ class Network:
         self.last_sender: int | None = None
         """Node that a reply goes to; None: nobody, as after a packet to everybody."""
 
-    def use(self, uart: Uart) -> None:
-        """Use this port for packets from now on."""
+    def use(self, uart: Uart, address: int | None) -> None:
+        """Use this port for packets from now on. ``address``: of this unit; None before it is known."""
         if uart is not self._uart:
             self.decoder = PacketDecoder()
         self._uart = uart
         uart.wake_on(FRAMING)
-        uart.listen_for(self._session.parameters.device_id)
+        uart.listen_for(address)
 
     # ---- out ----
 

@@ -66,6 +66,8 @@ class DriveLink:
     state: State = "away"
     why: str = "it was not asked yet"
     """Reason why it is not there."""
+    is_tried: bool = False
+    """True once it is known whether the drive is there: ``why`` is more than that it was not asked yet."""
     session: int = 0
     """Number of the session; those before have ended for good."""
     answered_ns: int | None = None
@@ -80,7 +82,7 @@ class DriveLink:
 
     def place_lost(self, why: str) -> None:
         """Note that its place is not there."""
-        self.state, self.why = "away", why
+        self.state, self.why, self.is_tried = "away", why, True
 
     def place_found(self) -> None:
         """Note that its place is there: the drive is asked next."""
@@ -90,7 +92,7 @@ class DriveLink:
 
     def greeted(self) -> None:
         """Note that all was read that has to be known of it: it is there."""
-        self.state, self.why = "there", ""
+        self.state, self.why, self.is_tried = "there", "", True
         self.session += 1
         self.counters.connects += 1
         self.waits.reset()
@@ -103,11 +105,12 @@ class DriveLink:
 
     def refused(self, why: str) -> None:
         """Note that it does not let itself be read: it is not used."""
-        self.state, self.why = "silent", why
+        self.state, self.why, self.is_tried = "silent", why, True
 
     def unanswered(self, what: str) -> None:
         """Note a request without an answer, or with one that does not fit; ``what`` says which."""
         self._unanswered += 1
+        self.is_tried = True
         if self.state == "silent":
             self.why = what
         elif self._unanswered >= LOST_AFTER and self.state == "there":

@@ -130,7 +130,7 @@ class Health:
             if board.failure:
                 yield HealthProblem("port", name, board.failure, "restart the bench")
         for name, control in self.places.drives.items():
-            if not (link := control.drive.link).is_there:
+            if (link := control.drive.link).is_tried and not link.is_there:
                 back = next(
                     (remedy for said, remedy in _DRIVE_BACK.items() if said in link.why),
                     "see that it has power, its address and its unit or node",

@@ -1,6 +1,6 @@
 """Face of a tap towards the port in front of it, whatever wire is behind it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from hil.sim.inputs import Input
@@ -11,14 +11,16 @@ class ClientTap(Protocol):
     """Tap of a segment, or of a CAN bus. What it says to a client waits, with its times, until ``take``."""
 
     name: str
-    notes: dict[int, str]
-    """Notes for the operator, by what they are about."""
     listeners: list[Callable[[], None]]
     """Called when there is something to take, or room again."""
 
     @property
     def speed(self) -> str:
         """Speed of the wire, for people."""
+
+    @property
+    def notes(self) -> Mapping[int, str]:
+        """Notes for the operator, by what they are about."""
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         """Let an input take effect."""

@@ -1,7 +1,7 @@
 """A tap: station of a segment for a program outside, as master, as node, or listening only."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 
@@ -29,8 +29,6 @@ class Tap:
     only_listens: bool = False
     is_real: bool = False
     """True if a real line hangs here: addresses that send there are left to the real nodes."""
-    notes: dict[int, str] = field(default_factory=dict)
-    """Notes about real nodes that took a twin's place, by their addresses."""
     refused_bytes: int = 0
     """Number of bytes that a client sent to a tap that only listens."""
     heard: deque[tuple[int, int]] = field(default_factory=deque)
@@ -38,6 +36,9 @@ class Tap:
     listeners: list[Callable[[], None]] = field(default_factory=list)
     """Called when something was heard."""
     _free_ns: int = 0
+
+    _gave_way: dict[str, int] = field(default_factory=dict)
+    """Addresses that twins have left to real nodes here, by their stations."""
 
     def __post_init__(self) -> None:
         self._sent = self.segment.framing.splitter()
@@ -47,6 +48,16 @@ class Tap:
     def speed(self) -> str:
         """Speed of the wire, for people."""
         return f"{self.baud_now} baud"
+
+    @property
+    def notes(self) -> Mapping[int, str]:
+        """Notes about real nodes that took a twin's place."""
+        left_to = [each for each in self._gave_way.items() if self.segment.left_address(each[0]) == each[1]]
+        return {
+            number: f"address {address} is a real node: {station} was taken off the wire,"
+            " until it has another address"
+            for number, (station, address) in enumerate(left_to)
+        }
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         if isinstance(given, Play):
@@ -71,9 +82,8 @@ class Tap:
         for item in self._sent.burst(data, now_ns, self.baud_now).items:
             if item.origin is not None and not item.fault:
                 for station in self.segment.clashes_with(item.origin, self.name):
-                    self.segment.set_cut(station, True)
-                    note = f"address {item.origin} is a real node: {station} was taken off the wire"
-                    self.notes[item.origin] = note
+                    self.segment.give_way(station)
+                    self._gave_way[station] = item.origin
 
     def room(self, now_ns: SimTimeNs) -> int:
         """Number of bytes that may be taken from a client."""

@@ -81,10 +81,13 @@ class SegmentView(Protocol):
         """Speed of a station, in baud."""
 
     def clashes(self) -> Mapping[int, list[str]]:
-        """Stations by address, for each address that several have."""
+        """Stations on the line by address, for each address that several have."""
 
     def clashes_with(self, address: int, but: str) -> list[str]:
         """Stations on the line that have an address, all but one."""
+
+    def left_address(self, station: str) -> int | None:
+        """Address that a station has left to another node; None: it has not, or is back."""
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""
@@ -109,8 +112,8 @@ class Segment(SegmentView, Protocol):
     def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
         """Send a burst from a station; its first start bit is at ``start_ns``: until then nothing happens."""
 
-    def set_cut(self, station: str, is_cut: bool) -> None:
-        """Take a station off the line, or put it back."""
+    def give_way(self, station: str) -> None:
+        """Take a station off the line until it has another address: another node has the one that it has."""
 
     def inject(
         self, number: int, fault: Fault, station: str, answer: Callable[[int, str, bytes], None]

@@ -85,20 +85,24 @@ class Segment:
     def baud_of(self, station: str) -> int:
         return self.stations[station].receiver.baud_now
 
-    def set_cut(self, station: str, is_cut: bool) -> None:
-        self.stations[station].is_taken_off = is_cut
+    def give_way(self, station: str) -> None:
+        self.stations[station].left_address = self.stations[station].address
         self.stations.rewire(station)
+
+    def left_address(self, station: str) -> int | None:
+        return self.stations[station].left_address
 
     def clashes_with(self, address: int, but: str) -> list[str]:
         members = self.stations.by_address.get(address, {})
         return [name for name, member in members.items() if name != but and not member.is_cut]
 
     def clashes(self) -> Mapping[int, list[str]]:
-        return {
-            address: list(members)
+        on_line = {
+            address: [name for name, member in members.items() if not member.is_cut]
             for address, members in self.stations.by_address.items()
             if address is not None and len(members) > 1
         }
+        return {address: names for address, names in on_line.items() if len(names) > 1}
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         return self.stats.counters(elapsed_ns)

@@ -25,10 +25,11 @@ class Station:
     is_swapped: bool = False
     """True if its two wires are swapped."""
     is_cut: bool = False
-    """True if the wire to it is cut, or it was taken off."""
-    is_taken_off: bool = False
+    """True if the wire to it is cut, or it has left the line."""
+    left_address: int | None = None
+    """Address that it has left to another node: it is off the line until it has another one."""
     wire_faults: dict[int, Fault] = field(default_factory=dict)
-    """Faults by number, the oldest first; the fields above follow from them and ``is_taken_off``."""
+    """Faults by number, the oldest first; the fields above follow from them and ``left_address``."""
     transforms: dict[int, Transform] = field(default_factory=dict)
     """Changes of its packets, by the numbers of faults."""
 
@@ -40,7 +41,7 @@ class Station:
         """Derive its wire from all its faults; of two late drivers the later fault's counts."""
         faults = self.wire_faults.values()
         kinds = {fault.kind for fault in faults}
-        self.is_cut = self.is_taken_off or "wire_cut" in kinds
+        self.is_cut = self.left_address is not None or "wire_cut" in kinds
         self.is_swapped = "wire_swapped" in kinds
         self.is_stuck = "driver_stuck" in kinds
         late_us = [fault.number("late_us") for fault in faults if fault.kind == "driver_late"]
@@ -70,6 +71,9 @@ class Stations(dict[str, Station]):
         self.by_address[station.address].pop(name)
         station.address = address
         self.by_address.setdefault(address, {})[name] = station
+        if station.left_address is not None and address not in (None, station.left_address):
+            station.left_address = None
+            self.rewire(name)
 
     def rewire(self, name: str) -> None:
         """Derive a station's wire from its faults again."""

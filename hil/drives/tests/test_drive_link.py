@@ -20,9 +20,9 @@ def test_a_drive_is_there_when_it_was_read_and_lost_after_some_requests() -> Non
     link = DriveLink()
     assert (link.state, link.session) == ("away", 0)
     link.place_found()
-    assert link.state == "silent"
+    assert (link.state, link.is_tried) == ("silent", False)
     link.unanswered("no answer")
-    assert (link.state, link.why) == ("silent", "no answer")
+    assert (link.state, link.why, link.is_tried) == ("silent", "no answer", True)
     link.answered(10 * MS, MS)
     link.greeted()
     assert (link.is_there, link.session, link.counters.reconnects) == (True, 1, 0)

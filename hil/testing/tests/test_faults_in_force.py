@@ -89,14 +89,16 @@ def test_a_station_that_was_taken_off_stays_off(bench: Bench) -> None:
     """A real node with its address took the station off; the wire's fault is another matter."""
     wire = bench._runtime.segments["bus0"]
     fault = bench.fault("wire_cut", "s1.network")
-    wire.set_cut("s1.network", True)
+    wire.give_way("s1.network")
     fault.clear()
     assert wire.stations["s1.network"].is_cut
-    wire.set_cut("s1.network", False)
+    wire.set_address("s1.network", 99)
     assert not wire.stations["s1.network"].is_cut
+    wire.give_way("s1.network")
     with bench.fault("wire_cut", "s1.network"):
-        wire.set_cut("s1.network", False)
+        wire.set_address("s1.network", 100)
         assert wire.stations["s1.network"].is_cut
+    assert not wire.stations["s1.network"].is_cut
 
 
 @pytest.mark.parametrize(("kind", "target"), [("node_reset", "s1"), ("steps_lost", "m1")])
