@@ -5,6 +5,7 @@ import logging
 import os
 import time
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -12,12 +13,12 @@ import zenoh
 from bridges.zenoh.command_handler import CommandHandler
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
-from bridges.zenoh.keys import prefix
+from bridges.zenoh.keys import COMMAND, KEYS, QUERY, Key, expression, prefix
 from bridges.zenoh.options import Options
 from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
-from bridges.zenoh.sender import Sender
+from bridges.zenoh.sender import Senders
 from bridges.zenoh.users import SecurityError, read_users, refuse_endless
 from bridges.zenoh.work import Work
 from bridges.zenoh.zenoh_config import made, session_config
@@ -28,6 +29,7 @@ from hil.vocab.desk_protocol import Desk, Source
 log = logging.getLogger("hil")
 
 _NOBODY_THERE = "Unable to connect"
+_ANSWERED = {QUERY, COMMAND}
 
 
 class _Joined:
@@ -39,26 +41,38 @@ class _Joined:
         gate: Gate | None,
         desk: Desk,
         options: Options,
-        sender: Sender,
+        senders: Senders,
         work: Work,
     ) -> None:
         here = desk.describe()
         self.session = session
         self.others = Others(session, here, gate)
         self.publications = Publications(session, desk, options)
-        self.readings = Readings(desk, self.publications, sender, work.begin)
-        self.commands = CommandHandler(desk, gate, self.publications, self.readings, sender, work)
-        self.inbox = Inbox(sender, self.commands.handle)
-        everything, remote = f"{prefix(here.bench)}/**", zenoh.Locality.REMOTE
+        self.readings = Readings(desk, self.publications, senders.answers, work.begin)
+        self.commands = CommandHandler(desk, gate, self.publications, self.readings, senders.acks, work)
+        self.inbox = Inbox(senders.acks, senders.answers, self.commands.handle, gate.names if gate else ())
         self._devices = here.devices
         self._live_prefix = f"{prefix(here.bench)}/@live"
         self._entities: list[Any] = [
-            session.declare_subscriber(everything, self.inbox.on_put, allowed_origin=remote),
-            session.declare_queryable(everything, self.inbox.on_query, complete=True),
+            *(self._taking(key, expression(here.bench, key.pattern)) for key in KEYS if COMMAND in key.way),
+            *(
+                self._answering(key, expression(here.bench, key.pattern))
+                for key in KEYS
+                if _ANSWERED & {*key.way}
+            ),
             *(self._live(name) for name in ("daemon", *(f"segment/{name}" for name in here.segments))),
         ]
         self._tokens = {name: self._live(f"axis/{name}") for name in here.devices}
         self.publications.start()
+
+    def _taking(self, key: Key, on: str) -> Any:
+        """Take the puts that are commands, and no others: what another tells is not answered."""
+        took = zenoh.handlers.Callback(partial(self.inbox.on_put, key.pattern), indirect=False)
+        return self.session.declare_subscriber(on, took, allowed_origin=zenoh.Locality.REMOTE)
+
+    def _answering(self, key: Key, on: str) -> Any:
+        asked = zenoh.handlers.Callback(partial(self.inbox.on_query, key.pattern), indirect=False)
+        return self.session.declare_queryable(on, asked, complete=True)
 
     def _live(self, name: str) -> Any:
         return self.session.liveliness().declare_token(f"{self._live_prefix}/{name}")
@@ -84,12 +98,12 @@ class ZenohBridge:
         self._desk = desk
         self._bench = desk.describe().bench
         self._work = Work()
-        self._sender: Sender | None = None
+        self._senders: Senders | None = None
         self._joined: _Joined | None = None
         self._is_closed = False
 
     async def open(self) -> None:
-        self._sender = Sender()
+        self._senders = Senders()
         try:
             opened = await self._open_session()
         except SecurityError as error:
@@ -100,15 +114,15 @@ class ZenohBridge:
                     f"{first_line(error)}; listen: choose another address, or [] for none"
                 ) from None
             log.warning("zenoh: nobody at %s yet, tried again each second", ", ".join(self._options.connect))
-            self._work.begin(self._join(self._sender))
+            self._work.begin(self._join(self._senders))
         else:
-            self._joined = _Joined(*opened, self._desk, self._options, self._sender, self._work)
+            self._joined = _Joined(*opened, self._desk, self._options, self._senders, self._work)
 
     async def _open_session(self) -> tuple[zenoh.Session, Gate | None]:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(None, open_session, self._options, self._bench)
 
-    async def _join(self, sender: Sender) -> None:
+    async def _join(self, senders: Senders) -> None:
         """Join the router that was away at the start."""
         while self._joined is None:
             try:
@@ -118,7 +132,7 @@ class ZenohBridge:
             if self._is_closed:
                 await asyncio.get_running_loop().run_in_executor(None, opened[0].close)
                 return
-            self._joined = _Joined(*opened, self._desk, self._options, sender, self._work)
+            self._joined = _Joined(*opened, self._desk, self._options, senders, self._work)
             log.info("zenoh: joined %s", ", ".join(self._options.connect))
 
     async def devices_changed(self, names: Collection[str]) -> None:
@@ -136,8 +150,8 @@ class ZenohBridge:
             joined.inbox.close()
             await joined.publications.stop()
         await self._work.close()
-        if self._sender:
-            await loop.run_in_executor(None, self._sender.close)
+        if self._senders:
+            await loop.run_in_executor(None, self._senders.close)
         if joined:
             joined.undeclare()
             self._joined = None
@@ -154,13 +168,14 @@ class ZenohBridge:
         return await self._joined.others.benches() if self._joined else []
 
     def status(self) -> Mapping[str, Any]:
-        counters = {"links": 0, "commands": 0, "rejected": 0, "dropped": 0}
-        if self._sender:
-            counters["dropped"] = self._sender.dropped
+        counters = {"links": 0, "commands": 0, "rejected": 0, "busy": 0, "dropped": 0}
+        if self._senders:
+            counters["dropped"] = self._senders.dropped
         if joined := self._joined:
             counters["links"] = len(list(joined.session.info.links()))
             counters["commands"] = joined.commands.carried_out
             counters["rejected"] = joined.publications.rejections
+            counters["busy"] = joined.inbox.refused
             counters["dropped"] += joined.inbox.dropped + joined.publications.dropped
         return {
             "root": prefix(self._bench),

@@ -20,6 +20,7 @@ from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Desk, Done, Source
 from hil.vocab.verbs import VerbRefused
 
+_STOP = "stop"
 ACKNOWLEDGED, REFUSED = encoding("hil.ack.v1"), encoding("hil.error.v1")
 
 
@@ -52,6 +53,8 @@ class CommandHandler:
         self._prefix = prefix(self._here.bench)
         self._publications, self._readings = publications, readings
         self._sender, self._work = sender, work
+        self._stopped: dict[str, int] = {}
+        """Number of the last stop of each device, or axis of one."""
         self.carried_out = 0
 
     def handle(self, request: Request) -> None:
@@ -60,10 +63,12 @@ class CommandHandler:
         try:
             reader = command_at(key.removeprefix(self._prefix + "/"), bool(request.payload))
             if reader is not None:
-                source = self._source(request)
-                self._carry_out(source, key, reader(request.payload), query)
+                source, command = self._source(request), reader(request.payload)
+                self._in_order(command, request.number)
+                self._carry_out(source, key, command, query)
+                self._note_stop(command, request.number)
             elif query is not None:
-                self._readings.read(key, query)
+                self._readings.read(request.pattern, key, query)
             else:
                 raise VerbRefused("bad_request", "this key takes no put; the reference lists the keys")
         except VerbRefused as refusal:
@@ -74,6 +79,21 @@ class CommandHandler:
         if self._gate is None:
             return OURS
         return self._gate.check(request.attachment, request.key, request.payload or b"", time.time_ns())
+
+    def _in_order(self, command: Command, number: int) -> None:
+        """Check that no stop has overtaken a verb: a stop comes before all that waits, and what was asked for
+        earlier must not move the axis afterwards. Raises VerbRefused."""
+        names = {command.target, owner_of(command.target)}
+        if command.operation != "do" or command.given["name"] == _STOP:
+            return
+        if number < max(self._stopped.get(name, 0) for name in names):
+            raise VerbRefused(
+                "not_now", f"a stop of {command.target} came while this waited; ask for it again"
+            )
+
+    def _note_stop(self, command: Command, number: int) -> None:
+        if command.operation == "do" and command.given["name"] == _STOP:
+            self._stopped[command.target] = number
 
     def _carry_out(self, source: Source, key: str, command: Command, query: zenoh.Query | None) -> None:
         answer = self._desk.ask(source, command.operation, command.target, command.given)

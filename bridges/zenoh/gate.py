@@ -53,6 +53,11 @@ class Gate:
         self._users = {user.name: user for user in users}
         self._seen = {user.name: _Seen() for user in users}
 
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the users."""
+        return frozenset(self._users)
+
     def secret_of(self, name: str) -> str | None:
         """Secret of a user, to sign with; None: there is no such user."""
         return self._users[name].secret if name in self._users else None

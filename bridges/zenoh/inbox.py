@@ -1,94 +1,192 @@
-"""Inbox for requests from zenoh's threads, which only fill a queue; the event loop handles them."""
+"""Inbox for requests from zenoh's threads, which only fill queues; the event loop handles them, the most
+urgent first, and readings in a part of its time."""
 
 import asyncio
+import json
 import logging
 import threading
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
+from enum import IntEnum
+from time import thread_time
 from typing import NamedTuple
 
 import zenoh
 
+from bridges.zenoh.keys import COMMAND, KEYS, VERSION
+from bridges.zenoh.publications import encoding
 from bridges.zenoh.sender import Sender
+from bridges.zenoh.source_lane import SourceLane
+from hil.wire.json_text import JsonError, read_json
 
 log = logging.getLogger("hil")
 
-WAITING = 10_000
-"""Maximum number of requests in the queue; later puts are dropped and counted, queries from twice as many."""
+COMMANDS_WAITING, READINGS_WAITING = 10_000, 2_000
+"""Maximum numbers of requests that wait. What finds no room is refused; a put is dropped and counted."""
 SLICE = 32
 """Number of requests that are handled before others have their turn: some milliseconds."""
+READING_SHARE = 0.3
+"""Largest part of the loop's time for readings while more of them wait."""
+READING_S = 0.002
+"""Time of readings in one turn."""
+_COMMANDS = {key.pattern for key in KEYS if COMMAND in key.way}
+_VERBS, _PARAMETERS = "axis/<device>/cmd/<verb>", "axis/<device>/param/<name>"
+_STOP = "/cmd/stop"
+_NAME_BYTES = 1024
+_REFUSED = encoding("hil.error.v1")
+
+
+class Urgency(IntEnum):
+    """Classes of requests, the most urgent first."""
+
+    STOP = 0
+    COMMAND = 1
+    READING = 2
 
 
 class Request(NamedTuple):
-    """Put, or query that can be answered."""
+    """Put, or query that can be answered. ``pattern``: the row of ``KEYS`` under which it came; ``number``:
+    counts requests in the order in which they came."""
 
     key: str
     payload: bytes | None
     attachment: bytes | None
     query: zenoh.Query | None
+    pattern: str = ""
+    number: int = 0
+
+    @property
+    def urgency(self) -> Urgency:
+        if self.pattern not in _COMMANDS or (self.pattern == _PARAMETERS and self.query and not self.payload):
+            return Urgency.READING
+        is_stop = self.pattern == _VERBS and self.key.endswith(_STOP)
+        return Urgency.STOP if is_stop else Urgency.COMMAND
 
 
 class Inbox:
-    """Hands requests to ``handle`` in the loop, in the order in which they came."""
+    """Hands requests to ``handle`` in the loop, those of one urgency and one asker in the order in which they
+    came. ``acks``, ``answers``: senders for commands and for readings; ``names``: known users, who take turns
+    with each other and with all who do not sign."""
 
-    def __init__(self, sender: Sender, handle: Callable[[Request], None]) -> None:
+    def __init__(
+        self, acks: Sender, answers: Sender, handle: Callable[[Request], None], names: Collection[str]
+    ) -> None:
         self._loop = asyncio.get_running_loop()
-        self._sender = sender
+        self._senders = {Urgency.STOP: acks, Urgency.COMMAND: acks, Urgency.READING: answers}
         self._handle = handle
-        self._queue: deque[Request] = deque()
+        self._names = names
+        rooms = {Urgency.STOP: COMMANDS_WAITING, Urgency.COMMAND: COMMANDS_WAITING}
+        self._lanes = {u: SourceLane[Request](rooms.get(u, READINGS_WAITING)) for u in Urgency}
         self._lock = threading.Lock()
         self._is_awake = False
-        """True while ``_drain`` is scheduled."""
+        """True while ``_drain`` is scheduled for the loop's next pass."""
+        self._timer: asyncio.TimerHandle | None = None
+        """Set while readings wait until others have had their part of the time."""
         self._is_closed = False
+        self._count = 0
         self.dropped = 0
+        self.refused = 0
+        """Number of queries that found no room."""
 
     # ---- in zenoh's threads ----
 
-    def on_put(self, sample: zenoh.Sample) -> None:
+    def on_put(self, pattern: str, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.PUT:
             attachment = sample.attachment.to_bytes() if sample.attachment else None
-            self._enqueue(Request(str(sample.key_expr), sample.payload.to_bytes(), attachment, None))
+            self._enqueue(Request(str(sample.key_expr), sample.payload.to_bytes(), attachment, None, pattern))
 
-    def on_query(self, query: zenoh.Query) -> None:
+    def on_query(self, pattern: str, query: zenoh.Query) -> None:
         payload = query.payload.to_bytes() if query.payload is not None else None
         attachment = query.attachment.to_bytes() if query.attachment else None
-        self._enqueue(Request(str(query.key_expr), payload, attachment, query))
+        self._enqueue(Request(str(query.key_expr), payload, attachment, query, pattern))
 
     def _enqueue(self, request: Request) -> None:
+        urgency, source = request.urgency, self._source(request.attachment)
         with self._lock:
-            is_full = len(self._queue) >= (WAITING if request.query is None else 2 * WAITING)
-            if is_full:
-                self.dropped += 1
-            else:
-                self._queue.append(request)
-            wakes = not self._is_awake
-            self._is_awake = True
-        if is_full and request.query is not None:
-            self._sender.end(request.query)
+            self._count += 1
+            is_in = not self._is_closed and self._lanes[urgency].put(
+                source, request._replace(number=self._count)
+            )
+            wakes = is_in and not self._is_awake and (urgency < Urgency.READING or self._timer is None)
+            self._is_awake |= wakes
+        if not is_in:
+            self._turn_away(request, urgency)
         if wakes:
             with suppress(RuntimeError):  # the loop is closed: the daemon has stopped
                 self._loop.call_soon_threadsafe(self._drain)
+
+    def _source(self, attachment: bytes | None) -> str:
+        """Name of the user who says that he has signed; empty for all others. It is checked later."""
+        if attachment and self._names and len(attachment) <= _NAME_BYTES:
+            with suppress(JsonError):
+                said = read_json(attachment)
+                if isinstance(said, dict) and said.get("user") in self._names:
+                    return str(said["user"])
+        return ""
+
+    def _turn_away(self, request: Request, urgency: Urgency) -> None:
+        if request.query is None:
+            self.dropped += 1
+            return
+        self.refused += 1
+        content = {"v": VERSION, "key": request.key, "code": "busy"}
+        text = json.dumps(content | {"error": "too many requests wait here already; ask again later"})
+        sender = self._senders[urgency]
+        sender.reply(request.query, None, text.encode(), _REFUSED)
+        sender.end(request.query)
 
     # ---- in the loop ----
 
     def _drain(self) -> None:
         """Handle a few requests; the ports have their turn in between."""
-        for _ in range(SLICE):
-            with self._lock:
-                if not self._queue or self._is_closed:  # the part that would answer is closing
-                    self._is_awake = False
-                    return
-                request = self._queue.popleft()
-            try:
-                self._handle(request)
-            except Exception:  # hil's own error: that request is lost, all else goes on
-                log.exception("zenoh: %s could not be handled", request.key)
-                if request.query is not None:
-                    self._sender.end(request.query)
-        self._loop.call_soon(self._drain)
+        for urgency in (Urgency.STOP, Urgency.COMMAND):
+            for _ in range(SLICE):
+                if not self._handle_one(urgency):
+                    break
+        if self._timer is None:
+            self._read_some()
+        with self._lock:
+            commands = self._lanes[Urgency.STOP] or self._lanes[Urgency.COMMAND]
+            self._is_awake = bool(commands or (self._lanes[Urgency.READING] and self._timer is None))
+        if self._is_awake:
+            self._loop.call_soon(self._drain)
+
+    def _read_some(self) -> None:
+        """Answer readings for a while; if more wait, others have the loop for the rest of the time."""
+        began_s = thread_time()
+        took_s = 0.0
+        while took_s < READING_S and self._handle_one(Urgency.READING):
+            took_s = thread_time() - began_s
+        with self._lock:
+            if self._lanes[Urgency.READING]:
+                self._timer = self._loop.call_later(took_s / READING_SHARE - took_s, self._read_on)
+
+    def _read_on(self) -> None:
+        with self._lock:
+            self._timer = None
+            wakes, self._is_awake = not self._is_awake, True
+        if wakes:
+            self._drain()
+
+    def _handle_one(self, urgency: Urgency) -> bool:
+        """Handle a request. False: there is none."""
+        with self._lock:
+            if not self._lanes[urgency] or self._is_closed:  # the part that would answer is closing
+                return False
+            request = self._lanes[urgency].take()
+        try:
+            self._handle(request)
+        except Exception:  # hil's own error: that request is lost, all else goes on
+            log.exception("zenoh: %s could not be handled", request.key)
+            if request.query is not None:
+                self._senders[urgency].end(request.query)
+        return True
 
     def close(self) -> None:
         """Handle nothing any more."""
-        self._is_closed = True
-        self._queue.clear()
+        with self._lock:
+            self._is_closed = True
+            for lane in self._lanes.values():
+                lane.clear()
+        if self._timer:
+            self._timer.cancel()

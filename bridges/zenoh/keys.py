@@ -1,5 +1,6 @@
 """Keys in one table: the content of each, who may use it, an example. The reference is made from it."""
 
+import re
 from dataclasses import dataclass
 
 from hil.vocab.verbs import Role
@@ -92,6 +93,11 @@ SCHEMAS = {key.pattern: key.schema for key in KEYS}
 def prefix(bench: str) -> str:
     """Prefix of all the keys of a bench."""
     return f"hil/{bench}"
+
+
+def expression(bench: str, pattern: str) -> str:
+    """Key expression of a row of the table on a bench."""
+    return f"{prefix(bench)}/{re.sub('<[a-z]+>', '*', pattern)}"
 
 
 def reference() -> str:

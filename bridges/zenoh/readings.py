@@ -3,12 +3,13 @@
 import asyncio
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from functools import partial
+from time import thread_time
 from typing import Any
 
 import zenoh
 
 from bridges.zenoh.documents import OURS, dumped
-from bridges.zenoh.inbox import SLICE
+from bridges.zenoh.inbox import READING_SHARE, SLICE
 from bridges.zenoh.keys import SCHEMAS, prefix
 from bridges.zenoh.publications import Publications, encoding
 from bridges.zenoh.sender import Sender
@@ -17,9 +18,15 @@ from hil.vocab.verbs import VerbRefused
 
 WIDE = 100
 """Maximum number of queries of more keys than a slice that wait for each other."""
+AT_A_TIME = 8
+"""Number of answers to such a query before others have their turn."""
 WIDE_ANSWERS = 200
 """Maximum number of answers not gone out before the next one waits: others come in between."""
+_RUNS = "run/<id>/state"
 _LAYOUT = ("name", "type", "offset", "unit", "meaning")
+
+
+Reader = Callable[[], bytes]
 
 
 class Readings:
@@ -45,76 +52,88 @@ class Readings:
     def refresh(self) -> None:
         """Renew the readers, as the bench's devices are others."""
         desk, here, told = self._desk, self._here, self._publications
-        readers: dict[str, tuple[str, Callable[[], bytes]]] = {
-            "sim/clock": (SCHEMAS["sim/clock"], told.clock),
-            "sim/health": (SCHEMAS["sim/health"], told.health),
-            "layout": (SCHEMAS["layout"], self._layout),
+        plain: dict[str, Reader] = {
+            "sim/clock": told.clock,
+            "sim/health": told.health,
+            "layout": self._layout,
         }
-        for name in here.segments:
-            readers[f"segment/{name}/stats"] = (SCHEMAS["segment/<name>/stats"], partial(told.stats, name))
+        readers = {pattern: {pattern: reader} for pattern, reader in plain.items()}
+        of_segments: dict[str, Reader] = {
+            f"segment/{name}/stats": partial(told.stats, name) for name in here.segments
+        }
+        of_devices: dict[str, Reader] = {f"verbs/{name}": partial(self._verbs, name) for name in here.devices}
+        packed: dict[str, Reader] = {}
+        states: dict[str, Reader] = {}
+        parameters: dict[str, Reader] = {}
         for name, device in here.devices.items():
-            readers[f"verbs/{name}"] = (SCHEMAS["verbs/<device>"], partial(self._verbs, name))
             if not device.is_seen:
                 continue
-            packed = partial(desk.ask, OURS, "packed", name, {})
-            readers[f"axis/{name}/state/packed"] = (SCHEMAS["axis/<device>/state/packed"], packed)
-            readers[f"axis/{name}/state"] = (SCHEMAS["axis/<device>/state"], partial(told.state_now, name))
+            packed[f"axis/{name}/state/packed"] = partial(desk.ask, OURS, "packed", name, {})
+            states[f"axis/{name}/state"] = partial(told.state_now, name)
             for field in device.fields.values():
                 if field.is_settable:
-                    key = f"axis/{name}/param/{field.name}"
-                    readers[key] = ("hil.param.v1", partial(self._parameter, name, field.name))
-        self._readers = {f"{self._prefix}/{key}": reader for key, reader in readers.items()}
-        """Readers of schema and content, by key."""
+                    read = partial(self._parameter, name, field.name)
+                    parameters[f"axis/{name}/param/{field.name}"] = read
+        readers |= {
+            "segment/<name>/stats": of_segments,
+            "verbs/<device>": of_devices,
+            "axis/<device>/state": states,
+            "axis/<device>/state/packed": packed,
+            "axis/<device>/param/<name>": parameters,
+        }
+        self._readers = {
+            pattern: {f"{self._prefix}/{key}": reader for key, reader in group.items()}
+            for pattern, group in readers.items()
+        }
+        """Readers by row of the table of keys, and by key."""
 
-    def read(self, key: str, query: zenoh.Query) -> None:
-        """Answer a query; one of too many keys waits for its turn. Raises VerbRefused: too many such queries
-        wait."""
-        found = list(self._matching(key))
+    def read(self, pattern: str, key: str, query: zenoh.Query) -> None:
+        """Answer a query that came under a row of the table; one of too many keys waits for its turn. Raises
+        VerbRefused: too many such queries wait."""
+        found = list(self._matching(pattern, key))
         if len(found) > SLICE:
             if self._wide_waiting >= WIDE:
-                raise VerbRefused(
-                    "not_now", f"{WIDE} queries of many keys wait already; ask for less at a time"
-                )
+                raise VerbRefused("busy", f"{WIDE} queries of many keys wait already; ask for less at a time")
             self._wide_waiting += 1
-            self._work(self._read_many(found, query))
+            self._work(self._read_many(pattern, found, query))
             return
         for name in found:
-            self._read_one(name, query)
+            self._read_one(pattern, name, query)
         self._sender.end(query)
 
-    async def _read_many(self, found: Sequence[str], query: zenoh.Query) -> None:
-        """Answer such queries one after the other, no faster than they are read."""
+    async def _read_many(self, pattern: str, found: Sequence[str], query: zenoh.Query) -> None:
+        """Answer such queries one after the other, no faster than they are read, in a part of the time."""
         try:
             async with self._wide:
-                for number, name in enumerate(found):
-                    self._read_one(name, query)
-                    while number % SLICE == 0 and self._sender.waiting > WIDE_ANSWERS:
+                for first in range(0, len(found), AT_A_TIME):
+                    began_s = thread_time()
+                    for name in found[first : first + AT_A_TIME]:
+                        self._read_one(pattern, name, query)
+                    took_s = thread_time() - began_s
+                    await asyncio.sleep(took_s / READING_SHARE - took_s)
+                    while self._sender.waiting > WIDE_ANSWERS:
                         await asyncio.sleep(0.005)
-                    if number % SLICE == 0:
-                        await asyncio.sleep(0)
         finally:
             self._wide_waiting -= 1
             self._sender.end(query)
 
-    def _read_one(self, name: str, query: zenoh.Query) -> None:
-        if name in self._readers:
-            schema, content = self._readers[name]
-            self._sender.reply(query, name, content(), encoding(schema))
-        elif progress := self._runs(name.split("/")[3]):
+    def _read_one(self, pattern: str, name: str, query: zenoh.Query) -> None:
+        if reader := self._readers.get(pattern, {}).get(name):
+            self._sender.reply(query, name, reader(), encoding(SCHEMAS[pattern]))
+        elif pattern == _RUNS and (progress := self._runs(name.split("/")[3])):
             text = dumped(progress[0], self._here.clock)
-            self._sender.reply(query, name, text, encoding("hil.run.v1"))
+            self._sender.reply(query, name, text, encoding(SCHEMAS[_RUNS]))
 
-    def _matching(self, key: str) -> Iterable[str]:
+    def _matching(self, pattern: str, key: str) -> Iterable[str]:
+        if pattern == _RUNS:
+            name = key.split("/")[3] if "*" not in key else ""
+            names = [f"{self._prefix}/run/{progress['run']}/state" for progress in self._runs(name)]
+        else:
+            names = list(self._readers.get(pattern, ()))
         if "*" not in key:
-            match key.removeprefix(self._prefix + "/").split("/"):
-                case ["run", name, "state"] if self._runs(name):
-                    return [key]
-            return [key] if key in self._readers else []
+            return [key] if key in names else []
         wanted = zenoh.KeyExpr(key)
-        runs: list[str] = []
-        if wanted.intersects(zenoh.KeyExpr(f"{self._prefix}/run/*/state")):
-            runs = [f"{self._prefix}/run/{progress['run']}/state" for progress in self._runs("")]
-        return [each for each in (*runs, *self._readers) if wanted.intersects(zenoh.KeyExpr(each))]
+        return [each for each in names if wanted.intersects(zenoh.KeyExpr(each))]
 
     def _runs(self, name: str) -> Sequence[Mapping[str, Any]]:
         """Progress of one run, none if there is none; of all with an empty name."""

@@ -63,3 +63,19 @@ class Sender:
                 break
         self._queue.put(None)
         self._thread.join(END_S)
+
+
+class Senders:
+    """Senders of what is told to commands and of answers to readings. Each has its thread: an acknowledgement
+    waits for no reading."""
+
+    def __init__(self) -> None:
+        self.acks, self.answers = Sender(), Sender()
+
+    @property
+    def dropped(self) -> int:
+        return self.acks.dropped + self.answers.dropped
+
+    def close(self) -> None:
+        self.acks.close()
+        self.answers.close()

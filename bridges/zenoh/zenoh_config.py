@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import zenoh
 
-from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, QUERY, prefix
+from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, QUERY, expression, prefix
 from bridges.zenoh.options import Options, TlsOptions
 from bridges.zenoh.users import SecurityError, User
 from hil.vocab.verbs import Role
@@ -40,7 +40,7 @@ def access_control(
     def keys(way: str, *roles: Role) -> list[str]:
         wanted = roles or tuple(Role)
         found = [key.pattern for key in KEYS if way in key.way and key.role in wanted]
-        return [f"{ours}/{re.sub('<[a-z]+>', '*', pattern)}" for pattern in found]
+        return [expression(bench, pattern) for pattern in found]
 
     everything, live = [f"{ours}/**"], [f"{ours}/@live/**"]
     rules: list[tuple[Role, str, list[str], list[str]]] = [

@@ -21,6 +21,7 @@ MESSAGE_BYTES = 1_000_000
 _LOOK_AGAIN_S = 0.05
 _BENCH = re.compile("[a-z][a-z0-9_-]*")
 """Names of benches: Zenoh would take others for patterns, and commands would go to all that fit."""
+_STOP, _COMMAND = "/cmd/stop", re.compile("axis/[^/]+/(cmd|param|fault)/?|run/|segment/[^/]+/fault")
 _LATEST = 10_000
 """Maximum number of states that wait for a subscriber; the oldest of more are dropped."""
 
@@ -31,6 +32,14 @@ class Credentials:
 
     user: str
     password: str
+
+
+def priority_of(rest: str) -> zenoh.Priority:
+    """Priority of a message on its way: a stop passes what waits, and a command the questions."""
+    if rest.partition("?")[0].endswith(_STOP):
+        return zenoh.Priority.REAL_TIME
+    is_command = _COMMAND.match(rest) and not rest.endswith("/state")
+    return zenoh.Priority.INTERACTIVE_HIGH if is_command else zenoh.Priority.DATA
 
 
 def session_config(endpoint: str, credentials: Credentials | None, timeout_s: float) -> zenoh.Config:
@@ -152,6 +161,7 @@ class Link:
             attachment=self._signature(key.partition("?")[0], text),
             encoding=zenoh.Encoding.APPLICATION_JSON,
             consolidation=zenoh.ConsolidationMode.NONE,
+            priority=priority_of(rest),
             timeout=waits_s,
         )
         answers = []
@@ -188,6 +198,7 @@ class Link:
             text,
             attachment=self._signature(key, text),
             encoding=zenoh.Encoding.APPLICATION_JSON,
+            priority=priority_of(rest),
             express=True,
         )
 

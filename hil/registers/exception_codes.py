@@ -14,6 +14,7 @@ EXCEPTIONS = {
     "bad_run": Code.ILLEGAL_DATA_VALUE,
     "bad_config": Code.ILLEGAL_DATA_VALUE,
     "not_now": Code.SERVER_DEVICE_BUSY,
+    "busy": Code.SERVER_DEVICE_BUSY,
     "cannot": Code.SERVER_DEVICE_FAILURE,
     "failed": Code.SERVER_DEVICE_FAILURE,
     "forbidden": Code.ILLEGAL_FUNCTION,

@@ -88,6 +88,7 @@ CODES = {
     "no_parameter": "the axis has no such parameter, or it cannot be set",
     "bad_parameter": "a parameter is missing, unknown, of the wrong type or out of its limits",
     "not_now": "the board is not in a state for it",
+    "busy": "too many requests wait already, of this asker or of all; ask again later",
     "cannot": "this board cannot do it at all",
     "forbidden": "the sender may not do it",
     "failed": "the device's firmware has stopped",
@@ -96,7 +97,7 @@ CODES = {
     "bad_config": "the configuration has problems; the text lists them all with line and column",
 }
 """Codes of refusals, which do not change; the texts beside them may."""
-NOT_MISTAKES = ("not_now", "cannot", "forbidden", "failed")
+NOT_MISTAKES = ("not_now", "busy", "cannot", "forbidden", "failed")
 """Codes with which a bench or board refuses a request that is right as it is written; all others are for
 wrong names, values and texts."""
 
