@@ -28,6 +28,10 @@ class ModbusDrive(ClosedLoopDrive):
         """Control bits as they were written last."""
         self.is_streamed = False
         """True while set-points come one after the other."""
+        self.has_new_target = False
+        """True if a master has written another set-point since the last start."""
+        self.repeats_start = False
+        """True if a master has written the start bit again since, as one does that writes in a cycle."""
         self._changed_ns = self._following_ns = 0
 
     def main(self) -> Main:

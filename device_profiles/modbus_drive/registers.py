@@ -23,6 +23,7 @@ def write(board: ModbusDrive, **given: float) -> Answer | None:
     rises = {name for name in BITS if bits[name] > board.bits[name]}
     is_switched_off = board.bits["enable"] > bits["enable"]
     _check(board, bits, rises, is_switched_off=is_switched_off)
+    _check_start_is_no_repeat(board, bits, given)
     if "reset" in rises:
         board.clear_fault()
     for name, attribute in _NAMES.items():
@@ -55,6 +56,25 @@ def _check(board: ModbusDrive, bits: Mapping[str, int], rises: set[str], *, is_s
             raise VerbRefused("not_now", f"start: {bit} is 1; write 0 to it first")
 
 
+def _check_start_is_no_repeat(
+    board: ModbusDrive, bits: Mapping[str, int], given: Mapping[str, float]
+) -> None:
+    """Refuse a start that would do nothing, where the master means one: a start bit that is 1 already, alone,
+    behind a new set-point, while the axis stands. Whoever writes in a cycle has written the bit again before,
+    and is not meant."""
+    if not given.get("start") or not board.bits["start"]:
+        return
+    is_alone = given.keys() <= set(BITS) and bits == board.bits
+    stands = board.is_on and not board.is_moving and not bits["follow"]
+    if is_alone and board.has_new_target and stands and not board.repeats_start:
+        raise VerbRefused(
+            "not_now",
+            "start: it is 1 already, and the drive starts when it becomes 1; write 0 first, or say in the map"
+            " that each write is a start: on_write: true",
+        )
+    board.repeats_start = True
+
+
 def _moved(
     board: ModbusDrive, bits: Mapping[str, int], rises: set[str], set_point_deg: float | None
 ) -> Answer | None:
@@ -62,11 +82,13 @@ def _moved(
     if "stop" in rises and board.is_on:
         board.ramp_down(board.acceleration_rpm_per_s)
     if set_point_deg is not None:
+        board.has_new_target |= set_point_deg != board.set_point_deg
         board.set_point_deg = set_point_deg
     is_new = set_point_deg is not None or "follow" in rises
     if bits["follow"] and not bits["stop"] and board.is_on and is_new:
         board.step_to(board.set_point_deg)
     if "start" in rises:
+        board.has_new_target = board.repeats_start = False
         path = board.move(board.set_point_deg, board.velocity_rpm, board.acceleration_rpm_per_s)
         return duration_of(path)
     return None

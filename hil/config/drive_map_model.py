@@ -68,6 +68,12 @@ class PlaceText(StrictModel):
         default=None, description="Number of a bit of a register, 0 for the lowest."
     )
 
+    on_write: bool | None = Field(
+        default=None,
+        description="Of `start`, `stop` and `reset`: true if each write of 1 is a command and the bit clears"
+        " itself; null: a command is given when the bit becomes 1.",
+    )
+
     @property
     def tables(self) -> list[str]:
         """Words of the tables that are named."""

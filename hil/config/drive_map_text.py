@@ -12,7 +12,7 @@ from hil.config.drive_map_overlaps import overlap_findings
 from hil.config.explain import findings_of, no_such
 from hil.config.yaml_text import document_from_yaml
 from hil.registers.cells import BIT
-from hil.registers.drive_map import CONTROL, IDENTITY, STATUS, TAKEN, TOLD, DriveMap, Place
+from hil.registers.drive_map import COMMANDS, CONTROL, IDENTITY, STATUS, TAKEN, TOLD, DriveMap, Place
 from hil.vocab.near_words import did_you_mean
 from hil.wire.modbus.pdu import ADDRESSES
 
@@ -135,6 +135,9 @@ def _entry_findings(path: KeyPath, entry: PlaceText) -> Iterator[Finding]:
     for key in ("type", "scale"):
         if is_bit and getattr(entry, key) is not None:
             yield Finding((*path, key), f"{path[-1]} is a bit, which has no {key}", "remove it", at_key=True)
+    if entry.on_write is not None and (path[0] != "control" or path[-1] not in COMMANDS):
+        what = f"{path[-1]} is no command, which {', '.join(COMMANDS)} are"
+        yield Finding((*path, "on_write"), what, "remove it", at_key=True)
     address = getattr(entry, table)
     if not is_bit and address + Place(TABLES[table], 0, entry.type or "u16").width > ADDRESSES:
         yield Finding(
@@ -155,7 +158,7 @@ def _place(path: KeyPath, entry: PlaceText) -> Place:
     (table,) = entry.tables
     address = getattr(entry, table)
     if path[0] in ("status", "control"):
-        return Place(TABLES[table], address, BIT, bit=entry.bit)
+        return Place(TABLES[table], address, BIT, bit=entry.bit, on_write=bool(entry.on_write))
     return Place(TABLES[table], address, entry.type or "u16", 1.0 if entry.scale is None else entry.scale)
 
 

@@ -89,7 +89,7 @@ class DriveCells:
         unit = field.unit if field else "" if place.is_bit else _UNITS.get(entry.name.rpartition("_")[2], "")
         if place.scale != 1:
             unit = f"{place.scale:g} {unit}".rstrip()
-        about = field.meaning if field else _ABOUT.get(entry.name, "")
+        about = field.meaning if field else _about(entry)
         return Cell(place.table, place.address, place.type, entry.name, unit, about, entry.is_taken)
 
     @cached_property
@@ -98,9 +98,16 @@ class DriveCells:
         return crc_of(self.cells, VERSION << 1 | self.of.is_low_first)
 
 
+def _about(entry: MapEntry) -> str:
+    about = _ABOUT.get(entry.name, "")
+    return (
+        about.replace("when it becomes 1:", "with each 1 that is written:") if entry.place.on_write else about
+    )
+
+
 def _word(table: Table, address: int, entries: Sequence[MapEntry]) -> Cell:
     by_bit = sorted(entries, key=lambda entry: entry.place.bit or 0)
     names = ", ".join(f"{entry.place.bit} {entry.name}" for entry in by_bit)
-    abouts = "; ".join(f"{entry.name}: {_ABOUT[entry.name]}" for entry in by_bit)
+    abouts = "; ".join(f"{entry.name}: {_about(entry)}" for entry in by_bit)
     is_taken = any(entry.is_taken for entry in entries)
     return Cell(table, address, "u16", f"bits {names}", "", abouts, is_taken)

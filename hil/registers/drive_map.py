@@ -42,18 +42,22 @@ CONTROL = {
     "follow": "while it is 1, the set-point is followed at once",
 }
 """Bits that a drive takes, with their meanings."""
+COMMANDS = ("start", "stop", "reset")
+"""Those of them that start something, and mean nothing while they stay as they are."""
 
 
 @dataclass(frozen=True)
 class Place:
     """Place of a value or a bit. ``type``: one of ``TYPES``, or bit; ``scale``: factor from the number in the
-    registers to the value; ``bit``: of a register, from 0 on; None: a value, or a bit of a table of bits."""
+    registers to the value; ``bit``: of a register, from 0 on; None: a value, or a bit of a table of bits;
+    ``on_write``: each write of 1 is a command, and the bit clears itself."""
 
     table: Table
     address: int
     type: str = "u16"
     scale: float = 1.0
     bit: int | None = None
+    on_write: bool = False
 
     @property
     def width(self) -> int:

@@ -63,10 +63,13 @@ class DriveUnit:
         fields: dict[str, float] = {}
         parts: dict[int, int] = {}
         done: list[int] = []
+        cleared: dict[str, float] = {}
         for entry, words in self._entries(write):
             place = entry.place
             if place.is_bit:
                 given[entry.name] = words[place.address] >> (place.bit or 0) & 1
+                if place.on_write and given[entry.name]:
+                    cleared[entry.name] = 0
                 continue
             addresses = range(place.address, place.address + place.width)
             known = {**halves, **words}
@@ -84,6 +87,7 @@ class DriveUnit:
         halves.update(parts)
         name = "set_point" if SET_POINT in given else "write"
         wanted = [Wanted("do", {"name": name, "parameters": given})] if given else []
+        wanted += [Wanted("do", {"name": "write", "parameters": cleared})] if cleared else []
         return [*wanted, *(Wanted("set", {"field": each, "value": fields[each]}) for each in fields)]
 
     def masked(self, mask: Mask, look: AxisLook | None, halves: Mapping[int, int]) -> Write:

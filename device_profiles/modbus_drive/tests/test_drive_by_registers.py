@@ -230,3 +230,85 @@ def test_the_shaft_turned_by_hand_is_told_while_the_loop_is_off(master: Make) ->
     plc.bench.fault("steps_lost", "m1", turn_deg=30.0)
     plc.run(50)
     assert plc.position_deg == pytest.approx(30.0, abs=0.1)
+
+
+def test_a_start_that_would_do_nothing_is_refused_where_one_is_meant(master: Make) -> None:
+    plc = master()
+    plc.put(CONTROL, ENABLE)
+    plc.target(90.0)
+    assert plc.put(CONTROL, ENABLE | START) == ()
+    plc.run(1500)
+    plc.target(45.0)
+    assert plc.put(CONTROL, ENABLE | START) == BUSY
+    assert plc.put(CONTROL, ENABLE | START) == BUSY, "also when it is tried again"
+    assert plc.put(CONTROL, ENABLE) == ()
+    assert plc.put(CONTROL, ENABLE | START) == ()
+    plc.run(1500)
+    assert plc.position_deg == pytest.approx(45.0, abs=0.1)
+
+
+def test_who_writes_in_a_cycle_is_not_refused(master: Make) -> None:
+    """It has written the bit again before there was another set-point, or writes it with the set-point, or
+    while the axis moves."""
+    plc = master()
+    plc.put(CONTROL, ENABLE)
+    plc.target(90.0)
+    for _ in range(40):
+        assert plc.put(CONTROL, ENABLE | START) == ()
+        plc.run(50)
+    plc.target(45.0)
+    for control in (ENABLE | START, ENABLE | START, ENABLE, ENABLE | START):
+        assert plc.put(CONTROL, control) == ()
+    plc.target(50.0)
+    assert plc.put(CONTROL, ENABLE | START) == (), "it moves"
+    plc.run(1500)
+    assert plc.position_deg == pytest.approx(45.0, abs=0.1)
+    for _ in range(3):
+        assert plc.target(60.0, control=(60, 600, ENABLE | START)) == ()
+        plc.run(500)
+
+
+def test_a_set_point_that_is_written_again_is_no_other_one(master: Make) -> None:
+    plc = master()
+    plc.put(CONTROL, ENABLE)
+    for _ in range(3):
+        assert plc.target(90.0) == ()
+        assert plc.put(CONTROL, ENABLE | START) == ()
+        plc.run(1500)
+
+
+COMMANDS = {
+    "modbus_map": 1,
+    "position_deg": {"input": 0, "type": "i32", "scale": 0.01},
+    "status": {"enabled": {"input": 4, "bit": 0}, "moving": {"input": 4, "bit": 1}},
+    "set_point_deg": {"holding": 0, "type": "i32", "scale": 0.01},
+    "control": {
+        "enable": {"holding": 4, "bit": 0},
+        "start": {"holding": 5, "bit": 4, "on_write": True},
+        "stop": {"holding": 5, "bit": 6, "on_write": True},
+        "reset": {"coil": 0, "on_write": True},
+    },
+}
+
+
+def test_each_write_is_a_command_where_the_map_says_so(master: Make) -> None:
+    plc = master({"map": COMMANDS})
+    plc.put(CONTROL, ENABLE)
+    for target_deg in (90.0, 45.0, 45.0):
+        plc.target(target_deg)
+        assert plc.put(5, 0x10) == ()
+        assert plc.kept(5) == (0,), "the register clears itself"
+        plc.run(1500)
+        assert plc.position_deg == pytest.approx(target_deg, abs=0.1)
+    plc.target(3600.0)
+    plc.put(5, 0x10)
+    plc.run(300)
+    assert plc.put(5, 0x40) == ()
+    plc.run(500)
+    here_deg = plc.position_deg
+    assert (plc.kept(5), plc.status) == ((0,), {"enabled"})
+    assert 45 < here_deg < 3500
+    plc.target(3600.0)
+    assert plc.put(5, 0x10) == (), "stop has cleared itself and keeps nothing away"
+    plc.run(100)
+    assert plc.status == {"enabled", "moving"}

@@ -13,6 +13,7 @@ from hil.drives.control_bits import RegisterWrite, bits_write, value_write
 from hil.drives.drive_fields import map_fields, packed
 from hil.drives.drive_verbs import map_verbs
 from hil.drives.poll_plan import MOST_BITS, MOST_REGISTERS, PollPlan, spans_of
+from hil.registers.cells import BIT
 from hil.registers.drive_map import DriveMap, Place
 from hil.wire.modbus.pdu import Span, Table
 
@@ -104,6 +105,16 @@ def test_bits_of_a_register_are_switched_together_and_others_stay() -> None:
         RegisterWrite(COIL, 3, (1,)),
     )
     assert bits_write(of, {"follow": True}, {}) == ()
+
+
+def test_a_bit_that_clears_itself_is_written_only_to_command() -> None:
+    start = Place(HOLDING, 20, BIT, bit=1, on_write=True)
+    of = DriveMap(control={"enable": Place(HOLDING, 20, BIT, bit=0), "start": start})
+    assert bits_write(of, {"enable": True, "start": False}, {20: 0xFF03}) == (
+        RegisterWrite(HOLDING, 20, (0xFF01,)),
+    )
+    assert bits_write(of, {"start": False}, {20: 3}) == ()
+    assert bits_write(of, {"start": True}, {20: 1}) == (RegisterWrite(HOLDING, 20, (3,)),)
 
 
 def test_a_value_that_does_not_fit_is_refused_and_not_clamped() -> None:
