@@ -264,16 +264,16 @@ EDS = "[1018sub1]\nParameterName=Vendor\nDataType=0x0007\n"
 
 def test_strange_files_are_refused_with_their_places(place: Place) -> None:
     for name, content, why in (
-        ("a.log", "(1.0) can0 123#0\n", "a.log: line 1: '0' is no data, two digits"),
-        ("b.pcapng", "x" * 20, "b.pcapng: this is no pcapng file"),
-        ("e.pcapng", "{}", "e.pcapng: this is no pcapng file"),
+        ("a.log", "(1.0) can0 123#0\n", "a.log: there is nothing in it that can be read; 1 left out"),
+        ("b.pcapng", "x" * 20, "b.pcapng: this is no capture (pcapng, pcap) and no log"),
+        ("e.pcapng", "{}", "e.pcapng: this is no capture (pcapng, pcap) and no log"),
         ("c.blf", "x" * 500, "c.blf: python-can cannot read it"),
     ):
         assert why in place.hil("decode", str(place.write(content, name)), code=2)
     good = str(place.write("(1.0) can0 123#00\n", "d.log"))
     assert "write a node id of 1 to 127" in place.hil("decode", good, "--eds", "128=x", code=2)
     bad = place.write("[2000]\nnonsense\n", "x.eds")
-    assert "x.eds: line 2: 'nonsense'" in place.hil("decode", good, "--eds", f"5={bad}", code=2)
+    assert "x.eds: there is no object in it" in place.hil("decode", good, "--eds", f"5={bad}", code=2)
 
 
 def test_what_a_log_cannot_have_is_refused(place: Place, server: Server) -> None:

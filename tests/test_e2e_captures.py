@@ -129,7 +129,7 @@ def test_a_capture_that_is_cut_off_is_read_up_to_there(place: Place, server: Any
     assert decoded.stdout.count("\n") == 6
     assert "cut off in the middle of a block at byte " in decoded.stderr
     cut.write_bytes(b"no capture at all")
-    assert "this is no pcapng file" in hil(place, "decode", str(cut), where=False).stderr
+    assert "this is no capture (pcapng, pcap)" in hil(place, "decode", str(cut), where=False).stderr
     assert hil(place, "decode", "/not/there", where=False).returncode == 2
 
 

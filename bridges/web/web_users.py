@@ -54,7 +54,7 @@ def read_users(path: Path) -> dict[str, WebUser]:
     try:
         if path.exists() and not path.is_file():  # of a fifo a read would not end
             raise UsersError([UserProblem(f"{at} is no file", "write where the file is")])
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
             lines = file.read(_FILE_CHARACTERS).splitlines()
     except UnicodeDecodeError as error:

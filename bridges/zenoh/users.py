@@ -36,7 +36,7 @@ def read_users(path: Path) -> list[User]:
     """
     try:
         refuse_endless(path)
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             mode = os.fstat(file.fileno()).st_mode & 0o777
             lines = file.read(_FILE_CHARACTERS).splitlines()
     except UnicodeDecodeError as error:

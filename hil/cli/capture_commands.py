@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from hil.cli.decoded_item import DecodedItem
-    from hil.cli.decoding import Decoder
+    from hil.cli.decoding import Decoder, LineChoice
     from hil.wire.pcapng import CaptureBytes
 
 _IDLE_S = 0.2
@@ -117,13 +117,27 @@ def decode(
     file: Annotated[
         Path,
         typer.Argument(
-            help="A capture; .log, .asc and .blf are logs of CAN, - is the standard input with any of these.",
+            help="A capture (pcapng, pcap) or a log of CAN (candump's, .asc, .blf); - is the standard input.",
             metavar="FILE",
         ),
     ],
     eds: Annotated[
         list[str] | None,
         typer.Option("--eds", help="The EDS of a CANopen node, by its id, as in 5=drive.eds; for each node."),
+    ] = None,
+    framing: Annotated[
+        str | None,
+        typer.Option(
+            "--framing",
+            help="Framing of the lines that do not say theirs, perhaps with their format, as in"
+            " 'modbus_rtu 8E1'. [default: bytes]",
+        ),
+    ] = None,
+    baud: Annotated[
+        int | None,
+        typer.Option(
+            "--baud", help="Speed of the lines that do not say theirs. [default: 38400]", min=1, max=10**8
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -133,57 +147,92 @@ def decode(
 
     Live: hil capture can0 -w - | hil decode -
 
-    Exits with 2 if the file ends within a record; prints the complete records.
+    What cannot be read is left out, which the standard error says in one line.
+
+    Exits with 2 if the file ends within a record, or has nothing that can be read. Prints the complete
+    records.
 
     Example: hil decode bus0.pcapng
     """
     from hil.cli.capture_targets import LinesTarget
     from hil.cli.decoding import Decoder
     from hil.cli.interrupts import ended_by
+    from hil.host.journal import say
     from hil.wire.pcapng import CaptureError
 
     names = dict(map(_eds, eds or []))
-    target, first_ns = LinesTarget(as_json=as_json), None
+    name = "the standard input" if file == Path("-") else str(file)
+    decoders: list[Decoder] = []
+    choice = _line_choice(framing, baud)
+
+    def new() -> Decoder:
+        decoders.append(Decoder(names, choice))
+        return decoders[-1]
+
+    target, first_ns, why = LinesTarget(as_json=as_json), None, ""
     try:
         # In a pipeline Ctrl-C ends the capture, too: what it has sent before is still to come.
         with target.open(), suppress(KeyboardInterrupt), ended_by(lambda: None):
-            for item in _items(file, lambda: Decoder(names)):
+            for item in _items(file, new):
                 first_ns = item.at_ns if first_ns is None else first_ns
                 target.show([item], first_ns)
     except CaptureError as error:
-        raise fail(f"hil: {'the standard input' if file == Path('-') else file}: {error}", 2) from None
+        why = str(error)
     except OSError as error:
         raise fail(f"hil: {target.name}: {error.strerror}") from None
+    left_out = decoders[0].left_out.told() if decoders else ""
+    if first_ns is None:
+        why = why or "there is nothing in it that can be read"
+    if why:
+        raise fail(f"hil: {name}: {'; '.join(filter(None, (why, left_out)))}", 2)
+    if left_out:
+        say(f"hil: {name}: {left_out}", sys.stderr)
 
 
 def _items(file: Path, new: "Callable[[], Decoder]") -> "Iterator[DecodedItem]":
     """Items of a file in the order of their times, or of the standard input as they come. ``new``: makes a
     decoder."""
-    from hil.cli.capture_files import is_log, read_log
-    from hil.cli.capture_input import any_form
-    from hil.cli.decoding import decoded, decoded_log
+    from hil.cli.capture_input import any_form, of_file
     from hil.cli.live_input import LiveInput
     from hil.cli.time_order import in_order
 
     if file == Path("-"):
         return any_form(LiveInput(sys.stdin.fileno(), _IDLE_S, sys.stdout.fileno()), new())
-    if is_log(file.name):
-        log = _content(file)
-        return in_order(lambda: decoded_log(read_log(file.suffix.lower(), log), new()))
-    capture = _mapped(file)
-    return in_order(lambda: decoded(capture, new()))
+    content = _mapped(file)
+    return in_order(lambda: of_file(file.name, content, new()))
+
+
+def _line_choice(framing: str | None, baud: int | None) -> "LineChoice":
+    from hil.cli.decoding import LINE_BAUD, LineChoice
+    from hil.compose.find import find_catalogue
+    from hil.vocab.line_format import EIGHT_N_1, FORMATS
+    from hil.vocab.near_words import meant
+
+    name, _, form = (framing or "").partition(" ")
+    if name and name not in (known := find_catalogue().framings):
+        raise fail(f"hil: there is no framing {name!r}; {meant(name, list(known))}", 2)
+    if form and form not in FORMATS:
+        raise fail(f"hil: {form!r} is no format; formats are {', '.join(FORMATS)}", 2)
+    return LineChoice(name, FORMATS[form] if form else EIGHT_N_1, baud or LINE_BAUD)
 
 
 def _eds(text: str) -> tuple[int, Any]:
+    from hil.host.journal import say
     from hil.wire.canopen.eds_names import EdsError, read_eds
+    from hil.wire.left_out import LeftOut
+    from hil.wire.outside_text import text_of
 
     node, equals, name = text.partition("=")
     if not equals or not node.isdecimal() or not 1 <= int(node) <= 127:
         raise fail(f'hil: "{text}": write a node id of 1 to 127 and its file, as in 5=drive.eds', 2)
     try:
-        return int(node), read_eds(_content(Path(name)).decode("utf-8", "replace"), int(node))
+        left_out = LeftOut()
+        objects = read_eds(text_of(_content(Path(name))), int(node), left_out)
     except EdsError as error:
         raise fail(f"hil: {name}: {error}", 2) from None
+    if told := left_out.told():
+        say(f"hil: {name}: {told}", sys.stderr)
+    return int(node), objects
 
 
 def _mapped(file: Path) -> "CaptureBytes":
@@ -221,12 +270,18 @@ def play(
 
     Example: hil play bus0.pcapng bus0.master
     """
+    from hil.cli.capture_input import records_of_file
+    from hil.host.journal import say
+    from hil.wire.left_out import LeftOut
     from hil.wire.pcapng import CaptureError, bursts
 
+    left_out = LeftOut()
     try:
-        rows = bursts(_content(file), source)
+        rows = bursts(records_of_file(_content(file), left_out), source)
     except CaptureError as error:
         raise fail(f"hil: {file}: {error}", 2) from None
+    if told := left_out.told():
+        say(f"hil: {file}: {told}", sys.stderr)
     answer = ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
     text = f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s"
     return CommandAnswer({**answer, "bursts": len(rows), "takes_s": rows[-1][0] / 1e9}, text)

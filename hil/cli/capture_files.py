@@ -6,21 +6,26 @@ are closed.
 
 import io
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
 from hil.host.new_file import begin_file
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.candump_log import LoggedFrame, candump_line, read_candump_lines
-from hil.wire.can.socketcan import ERROR as ERROR_FLAG
-from hil.wire.can.socketcan import CanError, SocketCanError, error_parts, from_word, unpack
-from hil.wire.pcapng import CaptureError, Record, cut_off, header_length, read, split_blocks, whole_blocks
+from hil.wire.can.candump_log import LoggedFrame, candump_line
+from hil.wire.can.socketcan import CanError, SocketCanError, error_parts, unpack
+from hil.wire.left_out import LeftOut
+from hil.wire.pcapng import (
+    SECTION_MARK,
+    CaptureError,
+    Record,
+    cut_off,
+    header_length,
+    read,
+    split_blocks,
+    whole_blocks,
+)
 
 LOG_ENDINGS = (".log", ".asc", ".blf")
-_SHOWN = 200
-MAGIC = b"\x0a\x0d\x0d\x0a"
-"""First bytes of pcapng."""
 Receive = Callable[[int], bytes | None]
 """Receives at most so many bytes, and none at the end; None: nothing has come for a while."""
 
@@ -121,8 +126,9 @@ class _Pcapng:
 class Records:
     """Records of a capture whose blocks come in pieces."""
 
-    def __init__(self) -> None:
+    def __init__(self, left_out: LeftOut | None = None) -> None:
         self._head, self._is_complete = b"", False
+        self._left_out = left_out
 
     def take(self, blocks: bytes) -> Iterator[Record]:
         """Take whole blocks; gives the records among them."""
@@ -130,7 +136,7 @@ class Records:
         self._head += blocks[:size]
         self._is_complete = self._is_complete or size < len(blocks)
         if self._is_complete:
-            yield from read(self._head + blocks[size:])
+            yield from read(self._head + blocks[size:], self._left_out)
 
 
 class _CanLog:
@@ -177,44 +183,6 @@ def logged(record: Record) -> LoggedFrame:
         raise CaptureError(f"{error}, at byte {record.offset}") from None
 
 
-def read_log(ending: str, data: bytes) -> Iterator[LoggedFrame]:
-    """Read a log of CAN by the end of its name, one of ``LOG_ENDINGS``.
-
-    Raises:
-        CaptureError: after all that can be read.
-    """
-    if ending == ".log":
-        yield from read_candump(data.decode("utf-8", "replace").split("\n"))
-        return
-    reader: Any
-    from can import ASCReader, BLFReader
-
-    try:
-        if ending == ".asc":
-            reader = ASCReader(io.StringIO(data.decode("utf-8", "replace")))
-        else:
-            reader = BLFReader(io.BytesIO(data))
-        for message in reader:
-            yield _logged(message)
-    except CaptureError:
-        raise
-    except Exception as error:  # python-can's readers raise whatever the content makes them
-        why = str(error)[:_SHOWN] or type(error).__name__
-        raise CaptureError(f"python-can cannot read it: {why}") from None
-
-
-def read_candump(lines: Iterable[str]) -> Iterator[LoggedFrame]:
-    """Read lines of a candump log, as they come.
-
-    Raises:
-        CaptureError: after all that can be read.
-    """
-    try:
-        yield from read_candump_lines(lines)
-    except ValueError as error:
-        raise CaptureError(str(error)) from None
-
-
 def _writer(ending: str, out: BinaryIO) -> Any:
     """Writer of python-can; None for candump's log."""
     if ending == ".log":
@@ -245,28 +213,14 @@ def _message(each: LoggedFrame, channel: int) -> Any:
     )
 
 
-def _logged(message: Any) -> LoggedFrame:
-    at_ns, bus = round(message.timestamp * 1e9), f"can{message.channel if message.channel is not None else 0}"
-    data = bytes(message.data)
-    if message.is_error_frame:
-        return LoggedFrame(at_ns, bus, from_word(ERROR_FLAG | message.arbitration_id, data, len(data)))
-    if message.is_fd:
-        raise CaptureError("a frame of CAN FD; this reads classic CAN")
-    remote_dlc = message.dlc if message.is_remote_frame else 0
-    frame = CanFrame(
-        message.arbitration_id, data, message.is_extended_id, message.is_remote_frame, remote_dlc
-    )
-    return LoggedFrame(at_ns, bus, frame)
-
-
-def records_of(receive: Receive) -> Iterator[Record | None]:
+def records_of(receive: Receive, left_out: LeftOut | None = None) -> Iterator[Record | None]:
     """Records of a capture that is still being written, each as it comes; None where nothing has come for a
     while.
 
     Raises:
         CaptureError: it is no capture of hil's, or cut off at its end.
     """
-    records = Records()
+    records = Records(left_out)
     for blocks in blocks_of(receive, has_end=True):
         yield from records.take(blocks) if blocks else (None,)
 
@@ -284,9 +238,9 @@ def blocks_of(receive: Receive, *, has_end: bool = False) -> Iterator[bytes]:
             yield b""
             continue
         held += data
-        if is_first and len(held) >= len(MAGIC) and not held.startswith(MAGIC):
+        if is_first and len(held) >= len(SECTION_MARK) and not held.startswith(SECTION_MARK):
             raise CaptureError("this is no pcapng")
-        is_first = is_first and len(held) < len(MAGIC)
+        is_first = is_first and len(held) < len(SECTION_MARK)
         if size := whole_blocks(held):
             yield held[:size]
             held = held[size:]

@@ -11,8 +11,8 @@ KEYS: dict[str, str] = {
     "at_ns": "when it began, in nanoseconds since 1970; in logs as their writer counted",
     "time_s": "seconds since the first of them",
     "source": "the segment, CAN bus, node, tap or port",
-    "kind": "`packet`, `frame` (of CAN), `bytes` (at a terminal), or `event`: what was wrong on a line or a"
-    " bus, or what the capture has lost",
+    "kind": "`packet`, `frame` (of CAN), `bytes` (at a terminal, or that are no packet), or `event`:"
+    " what was wrong on a line or a bus, or what the capture has lost",
     "from": "the sender's address, a CAN node's name, `client` or `board`; null: nobody says",
     "to": 'the receiver\'s address, "all", `client` or `board`; null: nobody says',
     "text": "the line for people, without time and source",

@@ -2,49 +2,86 @@
 by CANopen, bytes of a terminal by lines."""
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping
+from typing import NamedTuple
 
-from hil.cli.capture_files import logged
 from hil.cli.decoded_item import DecodedItem, DecodedKind
-from hil.cli.terminal_lines import TerminalLines
+from hil.cli.terminal_lines import APART_NS, TerminalLines
 from hil.compose.find import find_catalogue
 from hil.compose.framings import LINE_FRAMING, in_format
 from hil.vocab.framing import Framing, Item, Splitter
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.time import FOREVER, SimTimeNs
+from hil.wire.bytes_framing import BYTES, shown_bytes
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.candump_log import LoggedFrame
+from hil.wire.can.socketcan import SocketCanError, unpack
 from hil.wire.canopen.canopen_words import CanOpenWords
 from hil.wire.canopen.eds_names import EdsObjects
-from hil.wire.pcapng import EVENT_NAMES, RAW, CaptureBytes, CaptureError, Interface, Record, RecordKind, read
+from hil.wire.left_out import LeftOut
+from hil.wire.pcapng import EVENT_NAMES, RAW, CaptureError, Interface, Record, RecordKind
+from hil.wire.serial_line import character_ns
 
 LINE_BAUD = 38400
 """Speed of a line whose capture does not say it."""
 
 
+class LineChoice(NamedTuple):
+    """Framing and speed of the lines that do not say theirs."""
+
+    framing: str = ""
+    line_format: LineFormat = EIGHT_N_1
+    baud: int = LINE_BAUD
+
+
 class _Line:
     """Packets of one direction of an interface, or of both."""
 
-    def __init__(self, line: Interface) -> None:
+    def __init__(self, line: Interface, choice: LineChoice, left_out: LeftOut) -> None:
         framings = find_catalogue().framings
-        if (name := line.framing or LINE_FRAMING) not in framings:
-            raise CaptureError(f"{line.name} has the framing {name!r}; this knows {', '.join(framings)}")
+        name, line_format = line.framing, line.line_format
+        if choice.framing and name in ("", BYTES.name):
+            name, line_format = choice.framing, choice.line_format
+        if name and name not in framings:
+            left_out.note(f"{line.name} says {name!r}, which is no framing here: shown as bytes (--framing)")
         self._name = line.name
-        self._baud = line.baud or LINE_BAUD
-        self._framing: Framing = in_format(framings[name], line.line_format)
+        self._baud = line.baud or choice.baud
+        self._framing: Framing = in_format(framings.get(name) or framings[LINE_FRAMING], line_format)
         self._splitter: Splitter = self._framing.splitter()
+        self._kind = DecodedKind.BYTES if self._framing is BYTES else DecodedKind.PACKET
+        self._begun_ns = self._last_ns = 0
+        """Times at which what is held began, and the last bytes ended."""
         self.has_ends = self._framing.has_ends
 
     def packets(self, data: bytes, at_ns: int) -> Iterator[DecodedItem]:
-        yield from map(self._decoded, self._splitter.burst(data, SimTimeNs(at_ns), self._baud).items)
+        was_held = bool(self._splitter.pending)
+        items = self._splitter.burst(data, SimTimeNs(at_ns), self._baud).items
+        if items or not was_held:
+            self._begun_ns = at_ns
+        self._last_ns = at_ns + character_ns(len(data), self._baud)
+        yield from map(self._decoded, items)
 
     def silent(self, now_ns: int) -> Iterator[DecodedItem]:
+        """Give what the silence until now completes; behind a long one nothing goes on, and what is held is
+        no packet."""
         yield from map(self._decoded, self._splitter.silence(SimTimeNs(now_ns)))
+        if now_ns - self._last_ns >= APART_NS and (raw := self._splitter.pending):
+            self._splitter = self._framing.splitter()
+            yield DecodedItem(
+                self._begun_ns,
+                self._name,
+                DecodedKind.BYTES,
+                lambda: f"no packet: {shown_bytes(raw)}",
+                error="no packet",
+                data=raw,
+                stream=self,
+            )
 
     def _decoded(self, item: Item) -> DecodedItem:
         origin, destination = self._framing.parties(item)
         return DecodedItem(
             item.at_ns,
             self._name,
-            DecodedKind.PACKET,
+            self._kind,
             lambda: self._framing.text(item),
             origin,
             destination,
@@ -100,9 +137,11 @@ class _Buses:
 
 
 class Decoder:
-    """Decoder of one capture, whose records come in their order. ``eds``: of CANopen nodes."""
+    """Decoder of one capture, whose records come in their order. ``eds``: of CANopen nodes; ``choice``: what
+    lines are that do not say it."""
 
-    def __init__(self, eds: Eds | None = None) -> None:
+    def __init__(self, eds: Eds | None = None, choice: LineChoice | None = None) -> None:
+        self._choice = choice or LineChoice()
         self._lines: dict[tuple[Interface, int], _Line] = {}
         self._terminals: dict[Interface, TerminalLines] = {}
         self._buses = _Buses(eds or {})
@@ -110,18 +149,16 @@ class Decoder:
         """Time of the first record; None: there was none."""
         self.lost = 0
         """Number of records that were lost while it was captured."""
+        self.left_out = LeftOut()
+        """What was left out of it, by who reads it and here."""
 
     def take(self, record: Record) -> Iterator[DecodedItem]:
-        """Take a record; answers what it completes.
-
-        Raises:
-            CaptureError: it is of a framing that is not here, or no frame.
-        """
+        """Take a record; answers what it completes."""
         self._begin(record.at_ns)
         self.lost += record.lost
         yield from self._silent(record.at_ns)
         if record.line.is_can:
-            yield self._buses.decoded(logged(record), record.comment, record)
+            yield from self._frame(record)
         elif record.event not in (RecordKind.TX, RecordKind.RX):
             yield _event(record)
         elif record.line.framing == RAW:
@@ -130,6 +167,14 @@ class Decoder:
             yield from self._terminals[record.line].take(record)
         else:
             yield from self._line(record).packets(record.data, record.at_ns)
+
+    def _frame(self, record: Record) -> Iterator[DecodedItem]:
+        try:
+            logged = LoggedFrame(record.at_ns, record.interface, unpack(record.data))
+        except SocketCanError as error:
+            self.left_out.add(f"byte {record.offset}", str(error))
+        else:
+            yield self._buses.decoded(logged, record.comment, record)
 
     def stream_of(self, record: Record) -> Hashable:
         """Whose bytes those of a record are, as its items have it in ``stream``; after ``take``."""
@@ -162,8 +207,11 @@ class Decoder:
             other = RecordKind.RX if record.event == RecordKind.TX else RecordKind.TX
             known = self._lines.get((record.line, other))
             # Where silence alone ends a packet, both directions are one wire: an answer follows its question.
-            self._lines[key] = known if known and not known.has_ends else _Line(record.line)
+            self._lines[key] = known if known and not known.has_ends else self._new(record.line)
         return self._lines[key]
+
+    def _new(self, line: Interface) -> _Line:
+        return _Line(line, self._choice, self.left_out)
 
 
 def _event(record: Record) -> DecodedItem:
@@ -191,13 +239,13 @@ def decoded_log(frames: Iterable[LoggedFrame], decoder: Decoder) -> Iterator[Dec
         yield from decoder.take_logged(each)
 
 
-def decoded(capture: CaptureBytes, decoder: Decoder) -> Iterator[DecodedItem]:
-    """Decode a capture.
+def decoded(records: Iterable[Record], decoder: Decoder) -> Iterator[DecodedItem]:
+    """Decode the records of a capture.
 
     Raises:
-        CaptureError: after all that is whole, as ``hil.wire.pcapng.read``; or a framing that is not here.
+        CaptureError: after all that is whole, as who reads them.
     """
-    return (item for item in decoded_live(read(capture), decoder) if item)
+    return (item for item in decoded_live(records, decoder) if item)
 
 
 def decoded_live(records: Iterable[Record | None], decoder: Decoder) -> Iterator[DecodedItem | None]:

@@ -222,7 +222,7 @@ def _train(file: Path | None, steps: int | None, rate_Hz: float, acceleration: f
 
     try:
         if file is not None:
-            return parse_train(file.read_text(), str(file))
+            return parse_train(file.read_text("utf-8-sig"), str(file))
         return generate(steps, rate_Hz, acceleration) if steps is not None else ()
     except TrainError as error:
         raise fail(f"hil: {error}" if file is None else str(error), 2) from None

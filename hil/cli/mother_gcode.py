@@ -161,7 +161,7 @@ def _by_runs(
     if followed:
         followed.begin()
     program = RunsProgram(bench, runtime_dir, is_quiet=wants_json())
-    texts = file.read_bytes().decode("utf-8", "replace"), machine_file.read_text()
+    texts = file.read_bytes().decode("utf-8", "replace"), machine_file.read_text("utf-8-sig")
     end, code = carried_by_runs(planned, texts, (str(file), str(machine_file)), feed, program)
     answer: dict[str, Any] = figures | {"runs": end["runs"]}
     text = runs_text(end)

@@ -47,7 +47,7 @@ def run(
     from hil.runs.run_document import DOCUMENT_BYTES
 
     try:
-        text = file.read_text()
+        text = file.read_text("utf-8-sig")
     except UnicodeDecodeError as error:
         raise fail(str(not_text(str(file), error)), Exit.MISTAKE) from None
     except OSError as error:

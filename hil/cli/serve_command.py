@@ -102,7 +102,7 @@ def read_config(path: Path, *, opens_bridges: bool = True) -> Any:
 
     text = ""
     try:
-        text = path.read_text()  # also from a shell's `<(...)`, which is a pipe
+        text = path.read_text("utf-8-sig")  # also from a shell's `<(...)`, which is a pipe
         return parse(text, str(path), find_catalogue(), opens_bridges=opens_bridges)
     except ConfigError as error:
         raise fail(str(error), 2, {str(path): text}) from None

@@ -68,7 +68,7 @@ def from_file(path: Path, timeout_s: float) -> tuple[zenoh.Config, str, Credenti
         ClientError: it cannot be used.
     """
     try:
-        values = json.loads(path.read_text())
+        values = json.loads(path.read_text("utf-8-sig"))
         config = zenoh.Config.from_json5(json.dumps(values))
         config.insert_json5("connect/timeout_ms", json.dumps(round(timeout_s * 1000)))
         door = ", ".join(values["connect"]["endpoints"])

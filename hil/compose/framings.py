@@ -7,13 +7,13 @@ from hil.config import Catalogue, ConfigError
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import FORMATS, LineFormat
 from hil.vocab.profile import Profile
+from hil.wire.bytes_framing import BYTES
 
 if TYPE_CHECKING:
     from hil.config.segment_model import SegmentConfig
 
-LINE_FRAMING = "sac"
-"""Framing of a line for which neither a board on it nor a tap says one: what all lines had before there was
-another."""
+LINE_FRAMING = BYTES.name
+"""Framing of a line for which neither a board on it nor a tap says one."""
 
 
 class Framings(Mapping[str, Framing]):
@@ -47,7 +47,7 @@ def _common() -> dict[str, Framing]:
     """Framings that belong to no board; most benches have no line."""
     from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
 
-    return {MODBUS_RTU.name: MODBUS_RTU}
+    return {MODBUS_RTU.name: MODBUS_RTU, BYTES.name: BYTES}
 
 
 def in_format(framing: Framing, line_format: LineFormat) -> Framing:

@@ -1,5 +1,6 @@
 """Runs an input log again on the virtual clock, and compares with what the devices sent then."""
 
+from codecs import BOM_UTF8
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -115,7 +116,7 @@ def _lines(path: Path) -> Iterator[bytes]:
                 raise InputLogError(f"{place(str(path), number)}: a line without end; {REMEDY}")
             if not line:
                 return
-            yield line
+            yield line.removeprefix(BOM_UTF8) if number == 1 else line  # an editor's mark
 
 
 def replay_log(read: InputLog) -> Replayed:

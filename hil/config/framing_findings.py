@@ -11,7 +11,9 @@ from hil.vocab.address import Address, owner_of
 from hil.vocab.faults import OF_FRAMINGS
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import EIGHT_N_1
+from hil.wire.bytes_framing import BYTES
 
+_NO_PACKETS = "say at a tap what the packets on this line are, as in `framing: sac`"
 Said = tuple[KeyPath, str, str]
 """Statement of what a line speaks: where it is said, who says so, and the framing's name."""
 
@@ -35,8 +37,8 @@ def framing_findings(
             if framing != known[0][2]:
                 message = f"{name} speaks {known[0][2]} already, by {known[0][1]}; this is {framing}"
                 yield Finding(path, message, "put it on a segment of its own")
-        if known:
-            framing_here = catalogue.framings[known[0][2]]
+        if known or not said:
+            framing_here = catalogue.framings[known[0][2]] if known else BYTES
             lines |= dict.fromkeys((name, *_stations(name, segment, devices)), framing_here)
     yield from _faults(value.get("faults"), lines)
 
@@ -85,5 +87,6 @@ def _faults(entries: object, lines: Mapping[str, Framing]) -> Iterator[Finding]:
         kind, framing = entry.get("fault"), lines.get(str(entry.get("target")))
         if framing and isinstance(kind, str) and kind in OF_FRAMINGS and kind not in framing.faults:
             able = ", ".join(framing.faults)
+            remedy = f"of faults of packets it can have {able}" if able else _NO_PACKETS
             message = f"{kind} means nothing on a line of {framing.name}"
-            yield Finding(("faults", index, "fault"), message, f"of faults of packets it can have {able}")
+            yield Finding(("faults", index, "fault"), message, remedy)

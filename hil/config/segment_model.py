@@ -46,7 +46,8 @@ class TapConfig(StrictModel):
     framing: str | None = Field(
         default=None,
         description="Framing of the packets on this wire, for its statistics, captures and faults: `sac`,"
-        " `modbus_rtu`; null: that of the boards and nodes on it, `sac` if there are none.",
+        " `modbus_rtu`, `bytes`; null: that of the boards and nodes on it, `bytes` if there are none: what is"
+        " between two silences, whatever it means.",
     )
 
 

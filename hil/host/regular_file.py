@@ -52,7 +52,7 @@ def read_text(path: Path) -> str:
     Raises:
         UnicodeDecodeError: it is not UTF-8.
     """
-    return read_regular(path).decode().replace("\r\n", "\n").replace("\r", "\n")
+    return read_regular(path).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _refuse(state: os.stat_result, at_most_bytes: int | None) -> None:

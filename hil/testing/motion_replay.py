@@ -92,7 +92,7 @@ def _index_of(path: Path) -> tuple[Mapping[str, Any], Path]:
     here = path if path.is_dir() else path.parent
     for folder in (here, here.parent):
         if (file := folder / INDEX).is_file():
-            index = json.loads(file.read_text("utf-8"))
+            index = json.loads(file.read_text("utf-8-sig"))
             motions = index.get("motion") if isinstance(index, dict) else None
             if not isinstance(motions, dict) or "cases" not in motions:
                 raise SessionRefused(f"{file}: it says nothing of motions")
@@ -109,7 +109,7 @@ def _read_case(name: str, about: Mapping[str, Any], index: Mapping[str, Any], fo
 
 
 def _table(file: Path) -> list[Row]:
-    with file.open(newline="", encoding="utf-8") as text:
+    with file.open(newline="", encoding="utf-8-sig") as text:
         return list(csv.DictReader(text))
 
 

@@ -56,7 +56,7 @@ def _play_file(
     file: Path, names: Sequence[str], boards: Mapping[str, Any], tolerance_ms: float | None
 ) -> list[Difference]:
     try:
-        session = json.loads(file.read_text("utf-8"))
+        session = json.loads(file.read_text("utf-8-sig"))
     except ValueError as error:
         raise SessionRefused(f"{file}: this is not JSON in UTF-8 ({error})") from None
     if not isinstance(session, dict):

@@ -7,18 +7,21 @@ the link type says of its payloads is about other protocols; here they are a lin
 """
 
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
+from hil.wire.left_out import LeftOut
+from hil.wire.link_types import CAN_LINKS, LINKTYPE_CAN_SOCKETCAN, LINKTYPE_RTAC_SERIAL, unwrapped
 
-LINKTYPE_RTAC_SERIAL, LINKTYPE_CAN_SOCKETCAN = 250, 227
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _MAGIC = 0x1A2B3C4D
+SECTION_MARK = b"\x0a\x0d\x0d\x0a"
+"""First bytes of pcapng."""
 _OPTION_END, _COMMENT, _IF_NAME, _IF_DESCRIPTION, _USER_APPLICATION = 0, 1, 2, 3, 4
-_EPB_FLAGS, _EPB_DROPS, _IF_SPEED, _IF_TSRESOL = 2, 4, 8, 9
+_EPB_FLAGS, _EPB_DROPS, _IF_SPEED, _IF_TSRESOL, _IF_TSOFFSET = 2, 4, 8, 9, 14
 _NANOSECONDS = 9
 _INBOUND, _OUTBOUND = 1, 2
 _BLOCK_MAX = 1 << 24
@@ -137,42 +140,44 @@ class CaptureError(Exception):
     """Error of a file that is no capture of this kind, or ends in the middle: ``str(error)`` says where."""
 
 
-def read(data: CaptureBytes) -> Iterator[Record]:
-    """The records of a capture that ``header`` and ``record`` wrote, or that has the same link type.
+def read(data: CaptureBytes, left_out: LeftOut | None = None) -> Iterator[Record]:
+    """The records of a capture that ``header`` and ``record`` wrote, or that another program wrote of such
+    lines. Others are left out, and counted.
 
     Raises:
         CaptureError: after all whole records, where the file is cut off or not what it should be.
     """
     if not data:
         raise CaptureError("the file is empty")
-    if data[:4] != b"\x0a\x0d\x0d\x0a"[: len(data)]:
+    if data[:4] != SECTION_MARK[: len(data)]:
         raise CaptureError("this is no pcapng file")
-    at, order, lines, units = 0, "<", list[Interface](), list[int]()
+    left_out = left_out or LeftOut()
+    at, order, lines = 0, "<", list[_Line]()
     while at < len(data):
         if len(data) - at < 12:
             raise CaptureError(cut_off(at))
-        if data[at : at + 4] == b"\x0a\x0d\x0d\x0a":
-            order = "<" if data[at + 8 : at + 12] == struct.pack("<I", _MAGIC) else ">"
-            lines, units = [], []
+        if data[at : at + 4] == SECTION_MARK:
+            order, lines = "<" if data[at + 8 : at + 12] == struct.pack("<I", _MAGIC) else ">", []
         kind, size = struct.unpack(f"{order}II", data[at : at + 8])
-        if size < 12 or size % 4 or size > _BLOCK_MAX:
-            raise CaptureError(f"a block of {size} bytes at byte {at} cannot be")
+        _check_size(size, at)
         if at + size > len(data):
             raise CaptureError(cut_off(at))
         body = data[at + 8 : at + size - 4]
-        if kind == _INTERFACE:
-            if len(body) < 8:
-                raise CaptureError(f"an interface at byte {at} that this does not read")
-            (link,) = struct.unpack_from(f"{order}H", body)
-            if link not in (LINKTYPE_RTAC_SERIAL, LINKTYPE_CAN_SOCKETCAN):
-                known = f"{LINKTYPE_RTAC_SERIAL} and {LINKTYPE_CAN_SOCKETCAN}"
-                raise CaptureError(f"link type {link} at byte {at}; this reads {known}")
-            options = dict(_read_options(body[8:], order))
-            lines.append(_interface(options, order, len(lines), link == LINKTYPE_CAN_SOCKETCAN))
-            units.append(int.from_bytes(options.get(_IF_TSRESOL, b"\x06")[:1]))
-        elif kind == _PACKET and len(body) >= 20:
-            yield _record(body, order, lines, units, at)
+        try:
+            if kind == _INTERFACE:
+                lines.append(_line(body, order, len(lines)))
+            elif kind in _PACKETS:
+                yield _record(_PACKETS[kind](body, order), order, lines, at)
+        except (struct.error, ValueError) as error:
+            left_out.add(
+                f"byte {at}", "too short for what it is" if isinstance(error, struct.error) else str(error)
+            )
         at += size
+
+
+def _check_size(size: int, at: int) -> None:
+    if size < 12 or size % 4 or size > _BLOCK_MAX:
+        raise CaptureError(f"a block of {size} bytes at byte {at} cannot be")
 
 
 def cut_off(at: int) -> str:
@@ -213,19 +218,20 @@ def _blocks(data: bytes) -> Iterator[tuple[int, int, int]]:
     at = 0
     while at + 8 <= len(data):
         kind, size = struct.unpack_from("<II", data, at)
+        _check_size(size, at)
         if at + size > len(data):
             return
         yield kind, at, at + size
         at += size
 
 
-def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
+def bursts(capture: Iterable[Record], interface: str | None) -> list[tuple[int, str]]:
     """The bursts of a line, for a tap to play: nanoseconds since the first, and hexadecimal digits.
 
     Raises:
-        CaptureError: it is no capture, it is cut off, or has nothing of that interface.
+        CaptureError: as who reads the records; or there is nothing of that interface.
     """
-    records = list(read(data))
+    records = list(capture)
     found = [each for each in records if each.event in (RecordKind.TX, RecordKind.RX) and each.data]
     if not found and any(each.line.is_can for each in records):
         raise CaptureError("it has frames of CAN alone; canplayer plays a .log of them at a channel")
@@ -243,29 +249,73 @@ def bursts(data: bytes, interface: str | None) -> list[tuple[int, str]]:
 def _interface(options: Mapping[int, bytes], order: str, number: int, is_can: bool) -> Interface:
     name, about = (options.get(code, b"").decode("utf-8", "replace") for code in (_IF_NAME, _IF_DESCRIPTION))
     framing, _, line_format = about.partition(" ")
-    speed = options.get(_IF_SPEED, b"")
-    baud = int.from_bytes(speed, "little" if order == "<" else "big") if len(speed) == 8 else 0
+    baud = _number(options.get(_IF_SPEED, b""), order)
     if is_can:
         return Interface(name or f"can{number}", "", baud, is_can=True)
     return Interface(name or str(number), framing, baud, FORMATS.get(line_format, EIGHT_N_1))
 
 
-def _record(body: bytes, order: str, lines: list[Interface], units: list[int], at: int) -> Record:
+class _Line(NamedTuple):
+    """Interface of a file. ``ticks``: of its times, in a second; they count from ``since_s``."""
+
+    interface: Interface
+    link: int
+    ticks: int
+    since_s: int
+
+
+def _line(body: bytes, order: str, number: int) -> _Line:
+    (link,) = struct.unpack_from(f"{order}H", body)
+    options = dict(_read_options(body[8:], order))
+    resolution = (options.get(_IF_TSRESOL) or b"\x06")[0]
+    ticks = 1 << (resolution & 0x7F) if resolution & 0x80 else 10**resolution
+    offset = options.get(_IF_TSOFFSET, b"")
+    since_s = int.from_bytes(offset, "little" if order == "<" else "big", signed=True)
+    return _Line(_interface(options, order, number, link in CAN_LINKS), link, ticks, since_s)
+
+
+class _Packet(NamedTuple):
+    """Block of a packet. ``captured``: bytes of it that are there."""
+
+    interface: int
+    ticks: int
+    captured: int
+    rest: bytes
+
+
+def _enhanced(body: bytes, order: str) -> _Packet:
     interface, high, low, captured, _ = struct.unpack_from(f"{order}IIIII", body)
-    payload = body[20 : 20 + captured]
-    if interface >= len(lines) or units[interface] > _NANOSECONDS:
-        raise CaptureError(f"a record at byte {at} that this does not read")
-    line = lines[interface]
-    if len(payload) < (0 if line.is_can else 12):
-        raise CaptureError(f"a record at byte {at} that this does not read")
-    options = dict(_read_options(body[20 + captured + -captured % 4 :], order))
-    at_ns = (high << 32 | low) * 10 ** (_NANOSECONDS - units[interface])
+    return _Packet(interface, high << 32 | low, captured, body[20:])
+
+
+def _obsolete(body: bytes, order: str) -> _Packet:
+    interface, _, high, low, captured, _ = struct.unpack_from(f"{order}HHIIII", body)
+    return _Packet(interface, high << 32 | low, captured, body[20:])
+
+
+def _simple(body: bytes, order: str) -> _Packet:
+    (length,) = struct.unpack_from(f"{order}I", body)
+    return _Packet(0, 0, min(length, len(body) - 4), body[4:])
+
+
+_PACKETS = {_PACKET: _enhanced, 2: _obsolete, 3: _simple}
+"""Kinds of blocks that have a packet: those of today, of version 1.0's drafts, and those without a time."""
+
+
+def _record(packet: _Packet, order: str, lines: Sequence[_Line], at: int) -> Record:
+    if packet.interface >= len(lines):
+        raise ValueError("of an interface that the file does not have")
+    line = lines[packet.interface]
+    options = dict(_read_options(packet.rest[packet.captured + -packet.captured % 4 :], order))
+    at_ns = packet.ticks * 10**9 // line.ticks + line.since_s * 10**9
+    payload, event = unwrapped(line.link, packet.rest[: packet.captured], order)
     comment = options.get(_COMMENT, b"").decode("utf-8", "replace")
-    drops = options.get(_EPB_DROPS, b"")
-    lost = int.from_bytes(drops, "little" if order == "<" else "big") if len(drops) == 8 else 0
-    if line.is_can:
-        return Record(line, at_ns, 0, payload, comment, at, lost)
-    return Record(line, at_ns, payload[8], payload[12:], comment, at, lost)
+    lost = _number(options.get(_EPB_DROPS, b""), order)
+    return Record(line.interface, at_ns, event, payload, comment, at, lost)
+
+
+def _number(data: bytes, order: str) -> int:
+    return int.from_bytes(data, "little" if order == "<" else "big") if len(data) == 8 else 0
 
 
 def _read_options(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:

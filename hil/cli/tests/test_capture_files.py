@@ -8,14 +8,14 @@ from pathlib import Path
 import can
 import pytest
 
-from hil.cli.capture_files import blocks_of, capture_file, read_log, records_of
-from hil.cli.capture_input import any_form
-from hil.cli.decoded_item import as_lines
+from hil.cli.capture_files import blocks_of, capture_file, records_of
+from hil.cli.capture_input import any_form, of_file
+from hil.cli.decoded_item import DecodedItem, as_lines
 from hil.cli.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.cli.time_order import in_window
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can.candump_log import LoggedFrame
-from hil.wire.can.socketcan import CanError, pack_error, pack_frame
+from hil.wire.can.socketcan import pack_error, pack_frame
 from hil.wire.pcapng import (
     CaptureError,
     Interface,
@@ -24,6 +24,7 @@ from hil.wire.pcapng import (
     can_record,
     cut_off,
     header,
+    read,
     record,
     whole_blocks,
 )
@@ -63,7 +64,7 @@ class Connection:
 
 def words(capture: bytes | Iterator[Record | None]) -> Iterator[str]:
     if isinstance(capture, bytes):
-        return as_lines(decoded(capture, Decoder()))
+        return as_lines(decoded(read(capture), Decoder()))
     return as_lines(in_window(decoded_live(capture, Decoder())))
 
 
@@ -100,27 +101,43 @@ def test_python_can_reads_what_is_written(ending: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_log_is_read_back(ending: str, tmp_path: Path) -> None:
     path = written(tmp_path, ending)
-    rows = list(read_log(ending, path.read_bytes()))
-    assert [row.frame for row in rows[:-1]] == FRAMES
-    assert [row.bus for row in rows[:2]] == ["can0", "can1"]
-    assert rows[-1].frame == CanError("" if ending == ".asc" else "stuff")
-    text = list(as_lines(decoded_log(rows, Decoder())))
+    items = list(of_file(path.name, path.read_bytes(), Decoder()))
+    assert [(item.can_id, item.data) for item in items[:-1]] == [(each.id, each.data) for each in FRAMES]
+    assert [item.source for item in items[:2]] == ["can0", "can1"]
+    text = list(as_lines(items))
+    assert text[5] == "    0.000005 can1 705#R1               guarding of 5: what is your state"
     assert text[3] == "    0.000003 can1 585#4B41600037020000 SDO from 5: 6041h Statusword is 0237h"
-    assert text[-1] == f"    1.000000 can0 {'' if ending == '.asc' else 'stuff '}error"
+    # Vector's logs have no class of an error.
+    assert text[-1] == f"    1.000000 can0 {'stuff ' if ending == '.log' else ''}error"
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_log_that_is_damaged_is_refused(ending: str, tmp_path: Path) -> None:
+def test_what_is_damaged_in_a_log_is_said(ending: str, tmp_path: Path) -> None:
     data = written(tmp_path, ending).read_bytes()
     for cut in (b"\0\1\2" * 50, data[: len(data) * 3 // 4] + b"\xff\xfe~~" * 9):
-        said, rows = "x", list[LoggedFrame]()
+        items, decoder, said = list[DecodedItem](), Decoder(), ""
         try:
-            rows = list(read_log(ending, cut))
+            items.extend(of_file(f"x{ending}", cut, decoder))
         except CaptureError as error:
             said = str(error)
-        assert said.isprintable()
-        assert (said != "x") or ending != ".log", "python-can's readers skip what they do not know"
-        assert len(rows) <= len(FRAMES) + 1
+        assert (said or decoder.left_out.told()).isprintable()
+        assert said or decoder.left_out.total
+        assert len(items) <= len(FRAMES) + 1
+
+
+def test_a_log_is_known_by_what_it_has_whatever_its_name(tmp_path: Path) -> None:
+    for ending in (*ENDINGS, ".pcapng"):
+        data = written(tmp_path, ending).read_bytes()
+        assert len(list(of_file("x.txt", data, Decoder()))) == len(FRAMES) + 1
+    with pytest.raises(CaptureError, match=r"no capture .* and no log of CAN"):
+        of_file("x.txt", b"x" * 90, Decoder())
+
+
+def test_a_binary_log_that_is_cut_off_is_said(tmp_path: Path) -> None:
+    data = written(tmp_path, ".blf").read_bytes()
+    for size in (len(data) - 1, len(data) - 40, 160):
+        with pytest.raises(CaptureError, match=r"cut off|cannot read it"):
+            list(of_file("x.blf", data[:size], Decoder()))
 
 
 def test_what_is_no_can_has_no_place_in_a_log(tmp_path: Path) -> None:
@@ -142,9 +159,10 @@ def test_a_capture_in_words_and_its_faults() -> None:
         "    0.000002 can0 605#4041600000000000 SDO to 5: read 6041h Statusword (m1.canopen)",
         "    0.000003 can1 585#4B41600037020000 SDO from 5: 6041h Statusword is 0237h (m1.canopen)",
     ]
-    broken = CAPTURE + can_record(0, SINCE_NS, b"\0\0\0")
-    with pytest.raises(CaptureError, match=f"3 bytes are no CAN frame, .*, at byte {len(CAPTURE)}"):
-        list(words(broken))
+    broken, decoder = CAPTURE + can_record(0, SINCE_NS, b"\0\0\0") + CAPTURE, Decoder()
+    assert len(list(decoded(read(broken), decoder))) == 2 * (len(FRAMES) + 1)
+    said = f"1 left out: byte {len(CAPTURE)}: 3 bytes are no CAN frame, which has 8 and more"
+    assert decoder.left_out.told() == said
 
 
 @pytest.mark.skipif(not shutil.which("tshark"), reason="needs tshark")
@@ -209,9 +227,8 @@ def test_times_of_a_log_are_those_of_the_capture() -> None:
 def test_a_pipe_may_have_any_form(tmp_path: Path) -> None:
     for ending in ENDINGS:
         path = written(tmp_path, ending)
-        rows = read_log(ending, path.read_bytes())
         piped = any_form(Connection(path.read_bytes(), 3).recv, Decoder())
-        assert list(as_lines(piped)) == list(as_lines(decoded_log(rows, Decoder())))
+        assert list(as_lines(piped)) == list(as_lines(of_file(path.name, path.read_bytes(), Decoder())))
     assert list(as_lines(any_form(Connection(CAPTURE, 2).recv, Decoder()))) == list(words(CAPTURE))
     for strange, said in ((b"", "nothing in it"), (b"no capture", "no log of CAN")):
         with pytest.raises(CaptureError, match=said):

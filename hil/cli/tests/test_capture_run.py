@@ -103,8 +103,8 @@ def test_a_file_ends_with_the_last_item_that_counts(count: int, tmp_path: Path) 
     file = tmp_path / "a.pcapng"
     with pytest.raises(typer.Exit) if count == 8 else nullcontext():  # there are seven
         run(sent, FileTarget(str(file), 0, 1), count)
-    items = in_order(lambda: decoded(file.read_bytes(), Decoder()))
-    all_of_it = [item.line(0) for item in in_order(lambda: decoded(sent, Decoder()))]
+    items = in_order(lambda: decoded(read(file.read_bytes()), Decoder()))
+    all_of_it = [item.line(0) for item in in_order(lambda: decoded(read(sent), Decoder()))]
     assert [item.line(0) for item in items] == all_of_it[:count]
     assert len(all_of_it) == 7
 

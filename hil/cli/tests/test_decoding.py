@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from hil.cli.decoded_item import KEYS, as_lines
-from hil.cli.decoding import Decoder, decoded
+from hil.cli.decoding import Decoder, LineChoice, decoded
 from hil.vocab.line_format import FORMATS
 from hil.wire.modbus_rtu.frame import encode, silence_ns
 from hil.wire.pcapng import RAW, CaptureError, Interface, RecordKind, header, read, record
@@ -16,7 +16,7 @@ MODBUS = Interface("bus0", "modbus_rtu", 9600)
 
 
 def lines_of(capture: bytes) -> Iterator[str]:
-    return as_lines(decoded(capture, Decoder()))
+    return as_lines(decoded(read(capture), Decoder()))
 
 
 def test_frames_of_modbus_by_the_times_of_their_bursts() -> None:
@@ -38,15 +38,46 @@ def test_frames_of_modbus_by_the_times_of_their_bursts() -> None:
     assert {each.line for each in read(capture)} == {MODBUS}
 
 
-def test_a_capture_that_names_no_framing_is_the_sacs() -> None:
-    capture = header("test", [Interface("s1")]) + record(0, 5, RecordKind.TX, b"\2\x55\1y\3\x64\0")
-    assert list(lines_of(capture)) == ["    0.000000 s1 1 -> 85 y"]
+PACKET = b"\2\x55\1y\3\x64\0"
+
+
+def test_a_capture_that_names_no_framing_is_bytes_or_what_is_chosen() -> None:
+    capture = header("test", [Interface("s1")]) + record(0, 5, RecordKind.TX, PACKET)
+    assert list(lines_of(capture)) == ["    0.000000 s1 02 55 01 79 03 64 00  .U.y.d."]
+    chosen = Decoder(choice=LineChoice("sac"))
+    assert list(as_lines(decoded(read(capture), chosen))) == ["    0.000000 s1 1 -> 85 y"]
 
 
 def test_a_framing_that_is_not_here_is_said() -> None:
     capture = header("test", [Interface("x", "morse")]) + record(0, 5, RecordKind.TX, b"e")
-    with pytest.raises(CaptureError, match="x has the framing 'morse'; this knows sac, modbus_rtu"):
-        list(lines_of(capture))
+    decoder = Decoder()
+    assert list(as_lines(decoded(read(capture), decoder))) == ["    0.000000 x 65  e"]
+    assert decoder.left_out.told() == "x says 'morse', which is no framing here: shown as bytes (--framing)"
+
+
+def test_bytes_that_are_no_packet_are_shown_behind_a_silence() -> None:
+    line = Interface("bus0", "sac", 9600)
+    noise, tail = b"#01RD0 ", PACKET[:3]
+    capture = header("test", [line]) + b"".join(
+        record(0, at_ns, RecordKind.RX, data)
+        for at_ns, data in ((0, noise[:3]), (4 * 10**6, noise[3:]), (10**9, noise), (3 * 10**9, tail))
+    )
+    items = list(decoded(read(capture), Decoder()))
+    assert [(item.at_ns, item.data) for item in items] == [(0, noise), (10**9, noise), (3 * 10**9, tail)]
+    assert {item.error for item in items} == {"no packet"}
+    assert items[0].say() == "no packet: 23 30 31 52 44 30 20  #01RD0 "
+
+
+def test_bytes_of_a_line_are_parted_by_silences_and_have_a_longest_length() -> None:
+    long = bytes(3000)
+    capture = header("test", [Interface("bus0", "bytes", 9600)]) + b"".join(
+        record(0, at_ns, RecordKind.RX, data)
+        for at_ns, data in ((0, b"ab"), (2 * 10**6, b"c"), (10**7, b"d"), (10**9, long))
+    )
+    items = list(decoded(read(capture), Decoder()))
+    assert [(item.at_ns, item.data) for item in items[:2]] == [(0, b"abc"), (10**7, b"d")]
+    assert [len(item.data) for item in items[2:]] == [1024, 1024, 952]
+    assert not any(item.error for item in items)
 
 
 def test_what_is_whole_comes_before_the_error() -> None:
@@ -93,7 +124,7 @@ def test_bytes_of_a_terminal_by_lines_sides_and_pauses() -> None:
         (131_000_000, RecordKind.TX, b"\xff" * 1500),
     ]
     capture = header("test", [Interface("m1", RAW)]) + b"".join(record(0, *row) for row in rows)
-    items = list(decoded(capture, Decoder()))
+    items = list(decoded(read(capture), Decoder()))
     assert b"".join(item.data for item in items) == b"".join(data for *_, data in rows)
     assert [line[4:50] for line in as_lines(items)] == [
         "0.000000 m1 client -> board 'p'",
@@ -112,7 +143,7 @@ def test_packets_for_programs_and_in_red() -> None:
     capture += record(1, 20, RecordKind.RX, ASK) + record(1, 10**9, RecordKind.RX, ASK[:-1] + b"x")
     capture += record(0, 2 * 10**9, RecordKind.LOST, comment="too slow", lost=7)
     decoder = Decoder()
-    rows = [item.as_dict(10) for item in decoded(capture, decoder)]
+    rows = [item.as_dict(10) for item in decoded(read(capture), decoder)]
     assert decoder.lost == 7
     assert {tuple(row) for row in rows} == {tuple(KEYS)}
     parts = ("source", "kind", "from", "to", "error")
@@ -124,7 +155,7 @@ def test_packets_for_programs_and_in_red() -> None:
         ("bus0", "event", None, None, "lost"),
     ]
     assert rows[0]["data"] == (good[:-1]).hex()
-    items = list(decoded(capture, Decoder()))
+    items = list(decoded(read(capture), Decoder()))
     assert items[1].line(0, colours=True).startswith("\x1b[31m")
     assert items[0].line(0, colours=True) == items[0].line(0)
 

@@ -1,24 +1,36 @@
 """Names, types and first values of objects out of an EDS or DCF file.
 
-Source: CiA 306-1, 4.6 and 6.
+Files of real devices are seldom right in everything. What is not needed is not looked at, a line that is none
+is left out, and all else is read.
+
+Source: CiA 306-1, 4.3 (numbers), 4.6 and 6.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from hil.wire.canopen.object_words import INTEGERS, TYPES_BY_NUMBER, ObjectName
+from hil.wire.canopen.object_words import TYPES_BY_NUMBER, ObjectName
+from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import lines_of
 
 MOST_CHARACTERS = 8_000_000
-_SECTION = re.compile(r"\[\s*([0-9A-Fa-f]{4})(?:sub([0-9A-Fa-f]{1,2}))?\s*\]", re.IGNORECASE)
-_ENTRY = re.compile(r"([A-Za-z0-9_ ]+?)\s*=\s*(.*)")
-_NODE_ID = re.compile(r"\$NODEID\s*\+?\s*", re.IGNORECASE)
-_HAS_SUBINDICES = ("8", "9")
+_SECTION = re.compile(r"\[\s*([0-9A-Fa-f]{4})(?:sub([0-9A-Fa-f]{1,2})|(name|value))?\s*\]", re.IGNORECASE)
+_NODE_ID = re.compile(r"\$NODEID", re.IGNORECASE)
+_COMMENT = re.compile(r"\s*[;#].*")
+_HAS_SUBINDICES = (8, 9)
 """Kinds of objects, arrays and records, whose section is about all of them."""
+_OF_PDOS = range(0x1400, 0x1C00)
+"""Objects whose first values are wanted: they say what PDOs have."""
+_MOST_SUBINDICES = 254
+_WHOLE, _NAMES, _VALUES = -1, -2, -3
+"""Parts of an object beside its sub-indices: its section, and its lists of names and values."""
+_Fields = dict[str, tuple[str, int]]
+"""Entries of a section, with the numbers of their lines."""
 
 
 class EdsError(ValueError):
-    """Error of a file that is no EDS: ``str(error)`` has the number of the line."""
+    """Error of a file that is no EDS: ``str(error)`` says why."""
 
 
 class EdsObjects(NamedTuple):
@@ -26,57 +38,132 @@ class EdsObjects(NamedTuple):
 
     names: Mapping[tuple[int, int], ObjectName]
     values: Mapping[tuple[int, int], bytes]
-    """Values that integers have at first."""
+    """Values that objects of PDOs have at first."""
 
 
-def read_eds(text: str, node: int) -> EdsObjects:
+def read_eds(text: str, node: int, left_out: LeftOut) -> EdsObjects:
     """Read a file, for a node of this id, on which some values depend.
 
     Raises:
-        EdsError: a line that is none of such a file, or a number that is none; or there is no object in it.
+        EdsError: there is no object in it.
     """
-    names: dict[tuple[int, int], ObjectName] = {}
-    values: dict[tuple[int, int], bytes] = {}
-    for key, fields in _sections(text[:MOST_CHARACTERS]).items():
-        is_whole = fields.get("objecttype", ("7", 0))[0].lower().removeprefix("0x") in _HAS_SUBINDICES
-        kind = "" if is_whole else TYPES_BY_NUMBER.get(_number(*fields.get("datatype", ("0", 0)), 0), "")
-        names[key if key[1] >= 0 or is_whole else (key[0], -1)] = ObjectName(kind, fields["parametername"][0])
-        given = fields.get("parametervalue") or fields.get("defaultvalue")
-        if kind in INTEGERS and given and given[0]:
-            size = INTEGERS[kind]
-            value = _number(*given, node) & (1 << 8 * size) - 1
-            values[key[0], max(key[1], 0)] = value.to_bytes(size, "little")
-    if not names:
+    sections = _sections(text[:MOST_CHARACTERS], left_out)
+    reader = _Reader(sections, node, left_out)
+    for index, part in sections:
+        if part >= _WHOLE:
+            reader.take(index, part)
+    if not reader.names:
         raise EdsError("there is no object in it, as [1000] with a ParameterName")
-    return EdsObjects(names, values)
+    return EdsObjects(reader.names, reader.values)
 
 
-def _sections(text: str) -> dict[tuple[int, int], dict[str, tuple[str, int]]]:
-    """Entries of objects' sections, with the numbers of their lines."""
-    sections: dict[tuple[int, int], dict[str, tuple[str, int]]] = {}
-    fields: dict[str, tuple[str, int]] = {}
-    for number, line in enumerate(text.split("\n"), 1):
-        line = line.strip()
-        if not line or line.startswith(";"):
-            continue
-        if line.startswith("["):
-            if not line.endswith("]"):
-                raise EdsError(f"line {number}: {line[:60]!r} has no end; write a section as in [1000]")
-            fields = {}
-            if found := _SECTION.fullmatch(line):
-                key = int(found[1], 16), int(found[2], 16) if found[2] else -1
-                fields = sections.setdefault(key, {})
-        elif found := _ENTRY.fullmatch(line):
-            fields[found[1].lower()] = found[2].strip(), number
+class _Reader:
+    def __init__(self, sections: Mapping[tuple[int, int], _Fields], node: int, left_out: LeftOut) -> None:
+        self._sections, self._node, self._left_out = sections, node, left_out
+        self.names: dict[tuple[int, int], ObjectName] = {}
+        self.values: dict[tuple[int, int], bytes] = {}
+
+    def take(self, index: int, part: int) -> None:
+        """Take the section of an object or a sub-index."""
+        fields = self._sections[index, part]
+        name, _ = fields.get("parametername", ("", 0))
+        kind = TYPES_BY_NUMBER.get(self._plain(fields, "datatype"), "")
+        count = self._plain(fields, "compactsubobj") if part == _WHOLE and name else 0
+        if count > 0:
+            self._take_compact(index, name, kind, min(count, _MOST_SUBINDICES), fields)
+        elif name:
+            is_whole = part == _WHOLE and self._plain(fields, "objecttype") in _HAS_SUBINDICES
+            self.names[index, part] = ObjectName("" if is_whole else kind, name)
+        given = fields.get("parametervalue") or fields.get("defaultvalue")
+        if given and count <= 0:
+            self._set(index, max(part, 0), given)
+
+    def _take_compact(self, index: int, name: str, kind: str, count: int, fields: _Fields) -> None:
+        """Take an object whose sub-indices have no sections: they are alike except lists of names and of
+        values. Sub-index 0 has their number; a section of one sub-index stands above both."""
+        names, values = (self._sections.get((index, part), {}) for part in (_NAMES, _VALUES))
+        self.names[index, _WHOLE] = ObjectName("", name)
+        self.names.setdefault((index, 0), ObjectName("u8", "Number of entries"))
+        self._set(index, 0, (str(count), 0))
+        for subindex in range(1, count + 1):
+            own, _ = names.get(str(subindex), (f"{name} {subindex}", 0))
+            self.names.setdefault((index, subindex), ObjectName(kind, own))
+            if given := values.get(str(subindex)) or fields.get("defaultvalue"):
+                self._set(index, subindex, given)
+
+    def _set(self, index: int, subindex: int, given: tuple[str, int]) -> None:
+        """Set a first value, if it is one that is wanted."""
+        if index not in _OF_PDOS or (subindex > 1 and index & 0x200 == 0):
+            return
+        text, line = given
+        if not (text := _COMMENT.sub("", text)):
+            return
+        value = _number(text, self._node)
+        if value is None:
+            self._left_out.add(f"line {line}", "no number, where one is needed for a PDO", text)
         else:
-            raise EdsError(f"line {number}: {line[:60]!r} is no section and no entry, as in DataType=0x0007")
-    return {key: fields for key, fields in sections.items() if "parametername" in fields}
+            size = 4 if subindex else 1
+            self.values[index, subindex] = (value & (1 << 8 * size) - 1).to_bytes(size, "little")
+
+    def _plain(self, fields: _Fields, key: str) -> int:
+        """Number of an entry; 0 where there is none that is one."""
+        text, _ = fields.get(key, ("", 0))
+        return _number(_COMMENT.sub("", text), 0) or 0
 
 
-def _number(text: str, line: int, node: int) -> int:
-    """Number as such files have it: decimal, or hexadecimal behind 0x, perhaps with the node id."""
-    rest = _NODE_ID.sub("", text)
-    try:
-        return int(rest or "0", 0) + (node if rest != text else 0)
-    except ValueError:
-        raise EdsError(f"line {line}: {text[:60]!r} is no number") from None
+def _sections(text: str, left_out: LeftOut) -> dict[tuple[int, int], _Fields]:
+    """Entries of objects' sections."""
+    sections: dict[tuple[int, int], _Fields] = {}
+    fields: _Fields = {}
+    for number, line in _lines(text):
+        if line.startswith("["):
+            found = _SECTION.match(line)
+            fields = sections.setdefault(_key(found), {}) if found else {}
+            if not found and "]" not in line:
+                left_out.add(f"line {number}", "a section without an end, as in [1000]", line)
+            continue
+        key, equals, value = line.partition("=")
+        if equals:
+            fields[key.strip().lower()] = value.strip(), number
+        else:
+            left_out.add(f"line {number}", "no section and no entry, as in DataType=0x0007", line)
+    return sections
+
+
+def _lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines with their numbers, without those that are empty or comments."""
+    for number, line in enumerate(lines_of(text), 1):
+        if (line := line.strip()) and not line.startswith((";", "#")):
+            yield number, line
+
+
+def _key(found: re.Match[str]) -> tuple[int, int]:
+    if found[3]:
+        return int(found[1], 16), _NAMES if found[3].lower() == "name" else _VALUES
+    return int(found[1], 16), int(found[2], 16) if found[2] else _WHOLE
+
+
+def _number(text: str, node: int) -> int | None:
+    """Number as such files have it: decimal, hexadecimal behind 0x or octal behind 0, perhaps with the node
+    id before or behind it; None: it is none."""
+    total, sign = 0, 1
+    for part in re.split(r"([+-])", _NODE_ID.sub(str(node), "".join(text.split()))):
+        if part in ("+", "-"):
+            sign = -1 if part == "-" else 1
+        elif part:
+            try:
+                total += sign * _digits(part)
+            except ValueError:
+                return None
+    return total
+
+
+def _digits(text: str) -> int:
+    """Raises ValueError: it is no number of at most 64 bits."""
+    if not text.isascii() or len(text) > 20 or "_" in text:
+        raise ValueError
+    lower = text.lower()
+    if lower.startswith("0x"):
+        return int(lower[2:], 16)
+    is_octal = lower.startswith("0") and not set(lower) & set("89")
+    return int(lower, 8 if is_octal else 10)

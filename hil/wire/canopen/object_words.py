@@ -4,16 +4,17 @@ Source: CiA 301, 7.5 (objects 1000h to 1FFFh) and 7.4.7.1 (types); CiA 402-2 (60
 """
 
 from collections.abc import Mapping
+from struct import Struct
 from typing import NamedTuple
 
-INTEGERS = {
-    **{"i8": 1, "i16": 2, "i32": 4, "i64": 8, "u8": 1, "u16": 2, "u32": 4, "u64": 8},
-    **{"x8": 1, "x16": 2, "x32": 4},
-}
+INTEGERS = {f"{sign}{8 * size}": size for sign in "iux" for size in range(1, 9)}
 """Bytes of each type of integers: signed, unsigned, and unsigned as hexadecimal digits."""
+_REALS = {"f32": Struct("<f"), "f64": Struct("<d")}
 TYPES_BY_NUMBER = {
     **{0x01: "u8", 0x02: "i8", 0x03: "i16", 0x04: "i32", 0x05: "u8", 0x06: "u16", 0x07: "u32"},
-    **{0x09: "text", 0x15: "i64", 0x1B: "u64"},
+    **{0x08: "f32", 0x09: "text", 0x0B: "wide text", 0x11: "f64"},
+    **{0x10: "i24", 0x12: "i40", 0x13: "i48", 0x14: "i56", 0x15: "i64"},
+    **{0x16: "u24", 0x18: "u40", 0x19: "u48", 0x1A: "u56", 0x1B: "u64"},
 }
 """Types by their numbers in an EDS; others are bytes."""
 _ALL = """
@@ -147,6 +148,10 @@ def value_words(kind: str, data: bytes) -> str:
     if size == len(data):
         value = number(kind, data)
         return f"{value:0{2 * size}X}h" if kind[0] == "x" else str(value)
+    if (real := _REALS.get(kind)) and real.size == len(data):
+        return f"{real.unpack(data)[0]:.{7 if kind == 'f32' else 15}g}"
+    if kind == "wide text":
+        return repr(data.decode("utf-16-le", "replace").rstrip("\0"))
     if kind == "text" or (len(data) > 4 and _is_text(data)):
         return repr(data.rstrip(b"\0").decode("latin-1"))
     if len(data) in (1, 2, 4):
