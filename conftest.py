@@ -1,5 +1,7 @@
-"""Settings of hypothesis for all tests, and the order of their files."""
+"""Settings of all tests: of hypothesis, the order of their files, and a check that hil makes no input that a
+replay would refuse."""
 
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -11,6 +13,13 @@ with suppress(ImportError):  # a user's tests in a folder of the clone need the 
     # How long an example takes says what else this machine does.
     settings.register_profile("hil", deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("hil")
+
+with suppress(ImportError):
+    from hil.sim.bench import BenchRuntime
+    from hil.sim.input_check import assert_taken_back
+
+    BenchRuntime.check_input = staticmethod(assert_taken_back)
+    os.environ["HIL_CHECK_INPUTS"] = "1"  # for daemons
 
 END_TO_END = "test_e2e_"
 END_TO_END_SHARE = 0.75

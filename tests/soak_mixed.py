@@ -31,6 +31,7 @@ from e2e_support import HIL, PATIENCE_S, Place, Server
 from soak_benches import random_bench
 from soak_clients import Scene, Watcher, actors
 
+os.environ["HIL_CHECK_INPUTS"] = "1"  # in daemons: an input that no replay would take is an error
 SEED_S = 25.0
 AT_ONCE = 2
 REPLAY_S = 600.0

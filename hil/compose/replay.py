@@ -11,7 +11,6 @@ from pathlib import Path
 
 from hil.compose.build import bench_runtime
 from hil.compose.find import find_catalogue
-from hil.compose.foreign import input_problem
 from hil.config import from_dict
 from hil.config.explain import StrictModel
 from hil.host.regular_file import open_regular
@@ -19,6 +18,7 @@ from hil.sim.bench import Around, BenchRuntime
 from hil.sim.device import Device
 from hil.sim.firmware_guard import LoggedStops
 from hil.sim.group import Group
+from hil.sim.input_check import input_problem
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
 from hil.sim.inputs import CommitDone, InputLogError, Logged, Stopped
 from hil.vocab.address import address_of

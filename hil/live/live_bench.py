@@ -1,6 +1,7 @@
 """Composition of a bench in real time: each part gets what it needs in its constructor."""
 
 import asyncio
+import os
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,6 +37,9 @@ from hil.sim.bench import Around, BenchRuntime
 from hil.sim.input_log import InputLogWriter
 from hil.vocab.axis import Axes
 from hil.vocab.ports import PortContext
+
+CHECK_INPUTS = "HIL_CHECK_INPUTS"
+"""Variable of the environment, for tests: each input has to be such that a replay takes it."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,10 @@ def make_live(
         StartError: the input log cannot be written.
     """
     loop, config = asyncio.get_running_loop(), configured.config
+    if os.environ.get(CHECK_INPUTS):
+        from hil.sim.input_check import assert_taken_back
+
+        BenchRuntime.check_input = staticmethod(assert_taken_back)
     log = _input_log(stack, plan, at.input_log) if at.input_log else None
 
     def context(label: str) -> PortContext:

@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING, Any
 
-from hil.compose.foreign import channel_problem, frames_problem
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
+from hil.sim.input_check import channel_problem, frames_problem
 from hil.sim.inputs import Attach, Detach, Frames
 from hil.vocab.address import Address
 from hil.vocab.desk_protocol import Done

@@ -92,7 +92,7 @@ def planned_drawing(
     if plan.problems:
         return _refused("program", plan.problems)
     followers = {name for name, axis in axes.items() if axis.follows_paths}
-    runs = BenchRuns(plan, followers)
+    runs = BenchRuns(plan, axes)
     if runs.problems:
         return _refused("program", runs.problems)
     remarks = [*program.remarks, *plan.remarks, *runs.remarks]

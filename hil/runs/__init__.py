@@ -6,6 +6,7 @@ May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, the pure st
 pydantic_core.
 """
 
+from hil.runs.board_bounds import bounds_of
 from hil.runs.clock_offset import ClockOffset
 from hil.runs.execute import Execution, Soon, Told
 from hil.runs.plan import Plan
@@ -25,6 +26,7 @@ __all__ = [
     "Soon",
     "Told",
     "TwinAxes",
+    "bounds_of",
     "parse_run",
     "plan_run",
     "run_from_data",

@@ -26,6 +26,8 @@ MOST_LEAD_NS = 2_000_000_000
 """Largest such time, on a computer that has much to do."""
 SETTLE_NS = 200_000_000
 """Time for a shaft to come to rest after its set-point did."""
+LEAST_PACE = 0.001
+"""Slowest pace that is no pause: a path of a day takes three years."""
 _STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an immediate stop"}
 
 
@@ -101,8 +103,10 @@ class Execution:
         levels goes on as planned to its end.
 
         Raises:
-            VerbRefused: an axis of it is a real board's.
+            VerbRefused: an axis of it is a real board's, or so slow a pace there is not.
         """
+        if not (pace == 0 or LEAST_PACE <= pace <= 1):
+            raise VerbRefused("bad_parameter", f"pace: write 0, or {LEAST_PACE:g} to 1")
         for name, axis in self.plan.axes.items():
             if name in self.plan.run.axes and axis.follows_paths and not axis.joins_paths:
                 raise VerbRefused("cannot", f"{name}: {NOT_JOINED}; cancel the run instead")

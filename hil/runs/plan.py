@@ -22,7 +22,7 @@ class Move:
     at_ns: int
     axis: str
     position_deg: float
-    velocity_rpm: int
+    velocity_rpm: float
 
     def give(self, axis: Axis, start_ns: int) -> None:
         """Give the motion to its axis, in a phrase that starts then. Raises VerbRefused."""
@@ -119,7 +119,7 @@ class Phrases:
     def mark(self, step: int) -> None:
         self._marks.append((self._at_ns, step))
 
-    def send(self, axis: str, position_deg: float, velocity_rpm: int) -> None:
+    def send(self, axis: str, position_deg: float, velocity_rpm: float) -> None:
         """Send an axis that follows no paths to an angle as the step begins."""
         self._events.append(Move(self._at_ns, axis, position_deg, velocity_rpm))
         self._sent.add(axis)

@@ -17,6 +17,7 @@ from hil.core.trajectory import (
     plan_spline,
     plan_spline_within,
 )
+from hil.runs.board_bounds import WHOLE_RPM, bound_findings, fitted
 from hil.runs.path_rows import PathReading
 from hil.runs.plan import Phrases, Plan
 from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, TimedPath, WaitUntil
@@ -44,13 +45,14 @@ def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) 
     findings = list(_axis_findings(run, axes))
     if findings:
         raise document.error(findings)
+    run = fitted(run, axes)
     planner = StepPlanner(run, document, axes)
     order = list(_unrolled(run.steps, planner.findings))
     for index in order if not planner.findings else ():
         planner.step(index, run.steps[index])
     planner.phrases.end()
-    if planner.findings:
-        raise document.error(planner.findings)
+    if findings := [*bound_findings(run, axes), *planner.findings]:
+        raise document.error(findings)
     return Plan(run, tuple(planner.phrases.ended), len(order), planner.phrases.position_deg, axes)
 
 
@@ -178,16 +180,18 @@ class StepPlanner:
 
     def _send(self, path: KeyPath, name: str, target_deg: float, planned_ns: int, is_given: bool) -> None:
         """Plan a motion by an axis's own ramps, at a speed that takes about as long as the others."""
-        rpm = most_rpm = self._run.axes[name].velocity_rpm
+        bound = self._axes[name].bounds.get("velocity_rpm", WHOLE_RPM)
+        rpm = most_rpm = max(self._run.axes[name].velocity_rpm, bound.minimum)  # less was found already
         if planned_ns:
             angle_deg = abs(target_deg - self.phrases.position_deg[name])
-            wanted_rpm = ceil(angle_deg / (planned_ns / NS_PER_S) / DEG_PER_S)
+            wanted_rpm = angle_deg / (planned_ns / NS_PER_S) / DEG_PER_S
+            wanted_rpm = ceil(wanted_rpm) if bound.is_whole else wanted_rpm
             if is_given and wanted_rpm > most_rpm:
                 least_s = angle_deg / (most_rpm * DEG_PER_S)
                 remedy = f"write {ceil(least_s * 1e3) / 1e3:g} or more"
                 self._find((*path, "in_s"), f"{name} cannot be so quick", remedy)
-            rpm = min(rpm, wanted_rpm)
-        self.phrases.send(name, target_deg, max(int(rpm), 1))
+            rpm = max(min(rpm, wanted_rpm), bound.minimum)
+        self.phrases.send(name, target_deg, int(rpm) if bound.is_whole else rpm)
 
     def _spline(self, place: KeyPath, points: Sequence[SplinePoint]) -> None:
         names = list(points[0].positions_deg)
@@ -256,9 +260,10 @@ class StepPlanner:
             if (rules := self._run.axes.get(name)) is None:
                 findings.append(self._no_axis(place, name))
                 continue
-            if not rules.min_deg <= target_deg <= rules.max_deg:
+            least_deg, most_deg = self._range_deg(name, rules)
+            if not least_deg <= target_deg <= most_deg:
                 what = f"{name} may not go to {target_deg:g} deg"
-                findings.append((place, what, _range(rules)))
+                findings.append((place, what, _range(least_deg, most_deg)))
             if needs_path and not self._axes[name].follows_paths:
                 what = f"{name} makes ramps of its own, and keeps to no line or spline"
                 findings.append((place, what, "use move for it"))
@@ -266,6 +271,13 @@ class StepPlanner:
             self._find(*finding)
         if findings:
             raise _Impossible
+
+    def _range_deg(self, name: str, rules: AxisRules) -> tuple[float, float]:
+        """Range in which an axis may be sent to angles: the run's, and within it the board's."""
+        bound = self._axes[name].bounds.get("position_deg")
+        if bound is None:
+            return rules.min_deg, rules.max_deg
+        return max(rules.min_deg, bound.minimum), min(rules.max_deg, bound.maximum)
 
     def _check_point(self, place: KeyPath, point: SplinePoint, names: Sequence[str]) -> None:
         positions_deg = point.positions_deg
@@ -283,7 +295,7 @@ class StepPlanner:
             rules, way = self._run.axes[name], looks[number :: len(names)]
             if min(way) < rules.min_deg or max(way) > rules.max_deg:
                 said = f"{name} would go from {min(way):.4g} to {max(way):.4g} deg between the points"
-                raise _Impossible(place, said, _range(rules))
+                raise _Impossible(place, said, _range(rules.min_deg, rules.max_deg))
 
     def _wait(self, place: KeyPath, wait: WaitUntil) -> None:
         self.phrases.end(wait)
@@ -325,8 +337,8 @@ def _limits(rules: AxisRules) -> AxisLimits:
     )
 
 
-def _range(rules: AxisRules) -> str:
-    return f"its range is {plain(rules.min_deg)} to {plain(rules.max_deg)}"
+def _range(least_deg: float, most_deg: float) -> str:
+    return f"its range is {plain(least_deg)} to {plain(most_deg)}"
 
 
 def _is_angle(value: object) -> bool:

@@ -33,8 +33,19 @@ Seconds = Annotated[float, Field(ge=0, le=_DAY_S)]
 class AxisRules(StrictModel):
     """Limits of an axis in this run."""
 
-    velocity_rpm: float = Field(default=60.0, gt=0, le=3000, description="Largest speed.")
-    acceleration_rpm_per_s: float = Field(default=600.0, gt=0, le=1e6, description="Largest acceleration.")
+    velocity_rpm: float = Field(
+        default=60.0,
+        gt=0,
+        le=3000,
+        description="Largest speed; of a board that makes ramps of its own one that its `move_abs` takes."
+        " Left out, and the board takes no 60: the board's own default.",
+    )
+    acceleration_rpm_per_s: float = Field(
+        default=600.0,
+        gt=0,
+        le=1e6,
+        description="Largest acceleration; one that the board's `stop` takes, if that takes any.",
+    )
     jerk_rpm_per_s2: float = Field(
         default=12_000.0,
         gt=0,

@@ -3,19 +3,20 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from hil.core import CoreAxis
+from hil.runs.board_bounds import bounds_of
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
+from hil.sim.input_check import input_problem
 from hil.sim.inputs import Do, Follow, Input
 from hil.telemetry import Sampler, Subscription
 from hil.vocab.address import owner_of
 from hil.vocab.axis import AxisNow, AxisState, How, Sample
+from hil.vocab.parameters import Parameter
 from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 
 SAMPLE_NS = 1_000_000
 """Interval of samples while a run has the axis."""
-LEAST_ACCELERATION_RPM_PER_S = 0.01
-"""Least acceleration that the verb ``stop`` takes."""
 RAMPS_MOVE = "it moves; stop it first"
 PATHS_MOVE = "it follows a path or turns; let it end, or stop it"
 LOOP_OFF = "its control loop is off; enable it first"
@@ -79,7 +80,12 @@ class TwinAxis:
         fields, pins = tuple(kind.fields), tuple(kind.inputs)
         if at_deg is None:
             return AxisNow(0.0, False, fields, pins, NO_SHAFT)
-        return AxisNow(at_deg, self._follows_paths, fields, pins, self._why_not(state))
+        why_not = self._why_not(state)
+        return AxisNow(at_deg, self._follows_paths, fields, pins, why_not, bounds=self._bounds)
+
+    @property
+    def _bounds(self) -> dict[str, Parameter]:
+        return bounds_of(self._device.verbs, follows_paths=self._follows_paths)
 
     def _why_not(self, state: AxisState) -> str | None:
         device = self._device
@@ -129,7 +135,9 @@ class TwinAxis:
         self._do("move_abs", {"position_deg": position_deg, "velocity_rpm": velocity_rpm}, start_ns)
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> None:
-        ramp = max(acceleration_rpm_per_s, LEAST_ACCELERATION_RPM_PER_S)
+        ramp = acceleration_rpm_per_s
+        if bound := self._bounds.get("acceleration_rpm_per_s"):  # the board may be another by now
+            ramp = min(max(ramp, bound.minimum), bound.maximum)
         self._do("stop", {"how": how, "acceleration_rpm_per_s": ramp})
 
     def set_pin(self, pin: str, level: int, at_ns: int) -> None:
@@ -141,6 +149,8 @@ class TwinAxis:
         self._give(Do(verb, tuple(item for item in given.items() if item[0] in known), at_ns))
 
     def _give(self, given: Input) -> None:
+        if problem := input_problem(self._bench, self._name, given):
+            raise VerbRefused("bad_parameter", problem)
         self._bench.take(self._name, given, on_refused=self._refused_later(given))
 
     def _refused_later(self, given: Input) -> Callable[[VerbRefused], None]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from hil.core import Core, Snapshot
 from hil.sim.client_tap import ClientTap
@@ -65,11 +65,6 @@ class Around:
     log: InputLogWriter | None = None
     """Receives all inputs with their effective times, and all that devices send."""
 
-    def note(self, device: Device, at_ns: SimTimeNs, what: Input) -> None:
-        """Write down what came to a device beside its inputs."""
-        if self.log:
-            self.log.write(Logged(at_ns, device.name, what))
-
 
 VIRTUAL = Around()
 
@@ -113,6 +108,10 @@ class BenchRuntime:
     """Devices of a bench, by name. In virtual time the caller says how far (``advance``); in real time the
     core's thread drives the groups (``drive``). ``segments`` are read-only views."""
 
+    check_input: ClassVar["staticmethod[[BenchRuntime, Logged], None]"] = staticmethod(lambda *_: None)
+    """Called with each input before it is logged. Tests have ``input_check.assert_taken_back`` here: a replay
+    has to take what is logged."""
+
     def __init__(self, name: str, core: Core, store: Store, around: Around) -> None:
         self.name = name
         self.core = core
@@ -153,7 +152,7 @@ class BenchRuntime:
     def make(self, spec: DeviceSpec, plans: Mapping[str, AxisPlan], group: Group) -> Device:
         """Make a device with its axes, planned by name, for a group; ``add`` puts it there."""
         around = self._around
-        home = Home(around.guard, self._commit, around.on_failed, around.note, group.note_due)
+        home = Home(around.guard, self._commit, around.on_failed, self._note, group.note_due)
         axes = {name: self.core.open_axis(group.id, plan) for name, plan in plans.items()}
         device = Device(spec, axes, home)
         if self.log:
@@ -197,7 +196,7 @@ class BenchRuntime:
         durable = self._store.commit(device, sections, partial(self._answered, device))
         if durable is not None:
             now_ns = self.roster.group_of(device.name).now_ns
-            self._around.note(device, now_ns, CommitDone(durable, at_once=True))
+            self._note(device, now_ns, CommitDone(durable, at_once=True))
         return durable
 
     def _answered(self, device: Device, durable: bool) -> bool:
@@ -207,6 +206,15 @@ class BenchRuntime:
         return is_here
 
     # ---- inputs ----
+
+    def _note(self, device: Device, at_ns: SimTimeNs, what: Input) -> None:
+        """Write down what came to a device beside its inputs."""
+        self._write(Logged(at_ns, device.name, what))
+
+    def _write(self, logged: Logged) -> None:
+        self.check_input(self, logged)
+        if self.log:
+            self.log.write(logged)
 
     def take(
         self,
@@ -226,8 +234,7 @@ class BenchRuntime:
         with self.drive.owning(group):
             group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.drive.turn())
             at_ns = group.now_ns
-            if self.log:
-                self.log.write(Logged(at_ns, target, given))
+            self._write(Logged(at_ns, target, given))
             try:
                 return at_ns, self._apply(group, target, given, at_ns, on_refused)
             finally:

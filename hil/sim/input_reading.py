@@ -1,6 +1,6 @@
 """Reader of an input log's lines: each field is checked for its type.
 
-Whether a bench can take such an input is another question (``hil.compose.foreign``).
+Whether a bench can take such an input is another question (``hil.sim.input_check``).
 """
 
 from collections.abc import Callable, Mapping

@@ -67,7 +67,7 @@ def draw_by_runs(
     )
     read = read_program(data, Settings(file, begin))
     plan = plan_path(read.motions, made, file, begin, override)
-    runs = BenchRuns(plan, {name for name, axis in axes.items() if axis.follows_paths})
+    runs = BenchRuns(plan, axes)
     if problems := [*read.problems, *plan.problems, *runs.problems]:
         raise ConfigError(problems)
     progress: list[Progress] = []

@@ -9,7 +9,8 @@ from hil.core import Snapshot
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
-from hil.sim.inputs import Bytes, Drive, Pin, Reset, ScriptEncoder, SetField
+from hil.sim.input_check import input_problem
+from hil.sim.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.segment_tap import Tap
 from hil.sim.settable import ANGLE, setting_problem
 from hil.sim.uart import DeviceUart
@@ -47,7 +48,7 @@ class PortFace:
     def write(self, data: bytes, client_baud: int | None = None) -> None:
         """Send bytes to the device, now. ``client_baud``: as a client that chose that baud."""
         __tracebackhide__ = True
-        self._runtime.give(self._device, Bytes(checked_bytes(data), client_baud, self._uart))
+        _give(self._runtime, self._device, Bytes(checked_bytes(data), client_baud, self._uart))
 
     def read(self) -> bytes:
         """Read everything the device has sent since the last call."""
@@ -94,7 +95,7 @@ class TapFace:
     def write(self, data: bytes) -> None:
         """Send bytes on the wire, now, or when what was written before has gone out."""
         __tracebackhide__ = True
-        self._runtime.give(self._tap, Bytes(checked_bytes(data)))
+        _give(self._runtime, self._tap, Bytes(checked_bytes(data)))
 
     def read(self) -> bytes:
         """Read what was complete on the wire since the last call."""
@@ -137,6 +138,14 @@ class FaultFace:
 
     def __exit__(self, *_: object) -> None:
         self.clear()
+
+
+def _give(runtime: BenchRuntime, to: Device | ClientTap, given: Input, part: str = "") -> None:
+    """Let an input take effect now. Raises ValueError: no board can have it."""
+    target = to.axes.label(to.name, part) if isinstance(to, Device) else to.name
+    if problem := input_problem(runtime, target, given):
+        raise ValueError(problem)
+    runtime.take(target, given)
 
 
 def _do(
@@ -194,7 +203,7 @@ class AxisFace:
         """
         if problem := setting_problem(self._runtime.faults, self._device, ANGLE, 0.0, self._part):
             raise ValueError(problem)
-        self._runtime.give(self._device, SetField(ANGLE, 0.0), self._part)
+        _give(self._runtime, self._device, SetField(ANGLE, 0.0), self._part)
 
     def script_encoder(
         self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
@@ -211,7 +220,7 @@ class AxisFace:
         timed = tuple((int(ms(t_ms)), int(raw // 1)) for t_ms, raw in points)
         if any(later[0] <= earlier[0] for earlier, later in pairwise(timed)):
             raise ValueError("times of the encoder's script have to ascend")
-        self._runtime.give(self._device, ScriptEncoder(timed, interp == "linear"), self._part)
+        _give(self._runtime, self._device, ScriptEncoder(timed, interp == "linear"), self._part)
 
     @property
     def load_torque_Nm(self) -> float:
@@ -227,7 +236,7 @@ class AxisFace:
     def load_torque_Nm(self, torque_Nm: float) -> None:
         if problem := self._runtime.faults.load_problem(self._axis, torque_Nm):
             raise ValueError(f"load_torque_Nm: {problem}")
-        self._runtime.give(self._device, SetField("load_torque_Nm", float(torque_Nm)), self._part)
+        _give(self._runtime, self._device, SetField("load_torque_Nm", float(torque_Nm)), self._part)
 
 
 class Outputs:
@@ -291,7 +300,7 @@ class PinFace:
         if self._name not in self._inputs:
             why = no_input(self._device.axes.label(self._device.name, self._part), self._name, self._inputs)
             raise ValueError("; ".join(why))
-        self._runtime.give(self._device, Pin(self._name, level), self._part)
+        _give(self._runtime, self._device, Pin(self._name, level), self._part)
 
     def edges(self) -> list[tuple[SimTimeNs, int]]:
         """Edges of the output so far: (simulated time, level)."""
@@ -340,7 +349,7 @@ class DeviceFace:
             raise ValueError(f'registers are "diaagc" and "errfl", not {name!r}')
         if not 0 <= value <= 0x7FFF:
             raise ValueError(f"{value:#x} does not fit a register's 15 bits")
-        self._runtime.give(self._device, SetField(name, value))
+        _give(self._runtime, self._device, SetField(name, value))
 
     def pin(self, name: str, level: int | None = None) -> "PinFace":
         """Pin of the board, of another axis than the first as in ``elbow.step``. With a level, drives that
@@ -365,9 +374,13 @@ class DeviceFace:
 
     def drive(self, train: Sequence[Edges]) -> None:
         """Play a pulse train (``hil.wire.step_dir``) on the step/dir inputs from now on, instead of the one
-        before; an empty one ends it."""
-        self._runtime.give(self._device, Drive(tuple(train)))
+        before; an empty one ends it.
+
+        Raises:
+            ValueError: the board has no such inputs, or there can be no such train.
+        """
+        _give(self._runtime, self._device, Drive(tuple(train)))
 
     def reset(self) -> None:
         """Switch the power off and on; the shaft stays where it is."""
-        self._runtime.give(self._device, Reset())
+        _give(self._runtime, self._device, Reset())

@@ -6,22 +6,27 @@ of their own, as a SAC's do, are sent from end to end of the path's straight pie
 """
 
 import json
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
 
 from hil.gcode.canonical import Dwell, Pause, Place, Switch
+from hil.runs.board_bounds import LIMITS
 from hil.runs.path_rows import ROWS
 from hil.runs.run_document import DOCUMENT_BYTES, STEPS
 from hil.toolpath.machine import Machine, MachineAxis
 from hil.toolpath.path_items import Chord, Position
 from hil.toolpath.path_plan import PathPlan, PlannedStretch, planned
 from hil.toolpath.path_speeds import ChordSpeed, limits_of, stretch_speeds
+from hil.vocab.axis import AxisNow
+from hil.vocab.parameters import plain
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.problem import Problem
 
 SPARE = 1.02
 """Factor on an axis's limits in a run: set-points are rounded to 32 bits, and rows to six decimals."""
+MOST_IN_RUNS = {"velocity_rpm": 3000.0, "acceleration_rpm_per_s": 1e6}
+"""Largest limits that a run's document has."""
 LEAST_S = 2e-6
 """Least duration of a row."""
 NAME_CHARACTERS = 24
@@ -56,11 +61,12 @@ class _Part:
 
 
 class BenchRuns:
-    """Makes runs of a plan without problems. ``followers``: axes of the bench that follow paths. Problems and
-    remarks of the bench's side stand in ``problems`` and ``remarks``."""
+    """Makes runs of a plan without problems for the axes of a bench. Problems and remarks of the bench's side
+    stand in ``problems`` and ``remarks``."""
 
-    def __init__(self, plan: PathPlan, followers: Collection[str]) -> None:
-        self._plan, self._machine, self._followers = plan, plan.machine, followers
+    def __init__(self, plan: PathPlan, axes: Mapping[str, AxisNow]) -> None:
+        self._plan, self._machine, self._axes = plan, plan.machine, axes
+        self._followers = {name for name, axis in axes.items() if axis.follows_paths}
         self.problems: list[Problem] = []
         self.remarks: list[Problem] = []
         self._said: set[str] = set()
@@ -96,7 +102,7 @@ class BenchRuns:
         self._path(part)
         if len(part.steps) > STEPS:
             self._too_long(f"{len(part.steps)} steps; a run has at most {STEPS}")
-        axes = {str(axis.bench_axis): _rules(axis) for axis in self._machine.axes}
+        axes = {name: _rules(axis, self._axes[name]) for name, axis in _named(self._machine)}
         for switch in _pins(self._machine):
             axes.setdefault(switch.rpartition(".")[0], {})
         steps = part.steps or [{"dwell_s": 0.0}]
@@ -221,7 +227,7 @@ class BenchRuns:
             self.remarks.append(Problem(self._plan.file, *place, what, remedy))
 
 
-def machine_problems(machine: Machine, file: str, known: Collection[str]) -> list[Problem]:
+def machine_problems(machine: Machine, file: str, known: Mapping[str, AxisNow]) -> list[Problem]:
     """What a bench with these axes lacks for a machine."""
     problems = []
     there = ", ".join(known) or "none"
@@ -233,7 +239,33 @@ def machine_problems(machine: Machine, file: str, known: Collection[str]) -> lis
         elif axis.bench_axis not in known:
             what = f"the bench has no axis {axis.bench_axis}, which is to move {letter}"
             problems.append(Problem(file, 0, 0, what, f"there are {there}"))
+        else:
+            problems += _beyond(axis, file, known[axis.bench_axis])
     return problems
+
+
+def _beyond(axis: MachineAxis, file: str, now: AxisNow) -> Iterator[Problem]:
+    """Find the limits of a machine's axis that its board does not take."""
+    for key, asked in _limits(axis).items():
+        if (bound := now.bounds.get(key)) and not bound.minimum <= round(asked, 6) <= bound.maximum:
+            takes = f"{plain(bound.minimum)} to {plain(bound.maximum)} {LIMITS[key]}"
+            what = (
+                f"{axis.letter.upper()} is to have {asked:.4g} {LIMITS[key]}; {axis.bench_axis} takes {takes}"
+            )
+            yield Problem(file, 0, 0, what, f"change the limits of axes.{axis.letter}")
+
+
+def _named(machine: Machine) -> Iterator[tuple[str, MachineAxis]]:
+    return ((str(axis.bench_axis), axis) for axis in machine.axes)
+
+
+def _limits(axis: MachineAxis) -> dict[str, float]:
+    """Limits of the motor of a machine's axis, by their names in runs."""
+    scale = abs(axis.motor_deg_per_unit) / DEG_PER_S
+    return {
+        "velocity_rpm": axis.speed_per_s * scale,
+        "acceleration_rpm_per_s": axis.acceleration_per_s2 * scale,
+    }
 
 
 def _pins(machine: Machine) -> Iterator[str]:
@@ -243,13 +275,15 @@ def _pins(machine: Machine) -> Iterator[str]:
             yield switch.pin
 
 
-def _rules(axis: MachineAxis) -> dict[str, float]:
-    """Limits of an axis in a run."""
-    scale = abs(axis.motor_deg_per_unit) * SPARE
+def _rules(axis: MachineAxis, now: AxisNow) -> dict[str, float]:
+    """Limits of an axis in a run, all within what its board takes."""
+    most = {key: bound.maximum for key, bound in now.bounds.items()}
     ends = sorted((axis.motor_deg(axis.minimum), axis.motor_deg(axis.maximum)))
     return {
-        "velocity_rpm": min(axis.speed_per_s * scale / DEG_PER_S, 3000.0),
-        "acceleration_rpm_per_s": min(axis.acceleration_per_s2 * scale / DEG_PER_S, 1e6),
+        **{
+            key: min(limit * SPARE, MOST_IN_RUNS[key], most.get(key, limit * SPARE))
+            for key, limit in _limits(axis).items()
+        },
         "min_deg": max(ends[0] - 0.01, -1e6),
         "max_deg": min(ends[1] + 0.01, 1e6),
     }

@@ -5,10 +5,11 @@ one time, ``Axis`` what a run does with it. Each kind of axis says its state in 
 fields are called.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, Protocol
 
+from hil.vocab.parameters import Parameter
 from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
 
@@ -40,6 +41,8 @@ class AxisNow:
     why_not: str | None = None
     tells_position: bool = True
     """True if the axis tells where it is while it moves; if not, the end of its motion is awaited."""
+    bounds: Mapping[str, Parameter] = field(default_factory=dict)
+    """Bounds of what a run asks of the board, by names of verbs' parameters."""
     is_awaited: bool = False
     """True if the end of its motion is awaited all the same: it comes later than planned, over a line."""
 

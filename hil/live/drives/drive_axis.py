@@ -14,6 +14,7 @@ from hil.drives.poll_plan import Reading
 from hil.live.drives.asking import ASKING
 from hil.live.drives.drive_motion import DriveMotion
 from hil.live.drives.real_drive import RealDrive
+from hil.runs import bounds_of
 from hil.vocab.axis import NOT_JOINED, AxisNow, AxisState, How, Sample
 from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
@@ -59,9 +60,13 @@ class DriveAxis:
 
     def now(self) -> AxisNow:
         """The axis as a plan begins with it."""
-        at_deg = self._planned_from_deg()
         return AxisNow(
-            at_deg, self.follows_paths, tuple(self.drive.fields), (), self._why_not(), is_awaited=True
+            self._planned_from_deg(),
+            self.follows_paths,
+            tuple(self.drive.fields),
+            why_not=self._why_not(),
+            bounds=bounds_of(self.drive.verbs, follows_paths=self.follows_paths),
+            is_awaited=True,
         )
 
     def _planned_from_deg(self) -> float:

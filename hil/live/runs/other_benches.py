@@ -8,6 +8,7 @@ from hil.runs import ClockOffset
 from hil.vocab.axis import AxisNow
 from hil.vocab.bridge_protocol import BenchDoor, BenchGone, Bridge
 from hil.vocab.desk_protocol import Source
+from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import VerbRefused
 
 LOST_S = 1.0
@@ -32,6 +33,7 @@ def axis_told(axis: AxisNow) -> dict[str, Any]:
         "why_not": axis.why_not,
         "is_real": not axis.tells_position,
         "is_awaited": axis.is_awaited,
+        "bounds": {name: _bound_told(bound) for name, bound in axis.bounds.items()},
     }
 
 
@@ -44,7 +46,29 @@ def axis_heard(told: Mapping[str, Any]) -> AxisNow:
         told["pins"],
         told["why_not"],
         tells_position=not told["is_real"],
+        bounds={str(name): _bound_heard(name, bound) for name, bound in told.get("bounds", {}).items()},
         is_awaited=bool(told.get("is_awaited", False)),
+    )
+
+
+def _bound_told(bound: Parameter) -> dict[str, Any]:
+    return {
+        "least": bound.minimum,
+        "most": bound.maximum,
+        "default": bound.default,
+        "is_whole": bound.is_whole,
+    }
+
+
+def _bound_heard(name: str, told: Mapping[str, Any]) -> Parameter:
+    default = None if told["default"] is None else float(told["default"])
+    return Parameter(
+        name,
+        "",
+        minimum=float(told["least"]),
+        maximum=float(told["most"]),
+        default=default,
+        is_whole=bool(told["is_whole"]),
     )
 
 

@@ -8,6 +8,7 @@ from hil.live.configured import Configured
 from hil.live.drives.drive_axes import DriveAxes
 from hil.live.places import Places
 from hil.live.runs.real_axis import RealAxis
+from hil.runs import bounds_of
 from hil.sim.bench import BenchRuntime
 from hil.vocab.axis import Axes, Axis, AxisNow
 from hil.vocab.dialogue import Dialogue
@@ -74,7 +75,9 @@ class RealAxes:
 
     def _now(self, name: str) -> AxisNow:
         if board := self._board(name):
+            verbs = self._configured.catalogue.boards[self._configured.config.devices[name].profile].table
             now = board.now()
+            now = replace(now, bounds=bounds_of(verbs, follows_paths=now.follows_paths))
             if (speed := self._configured.config.speed) != 1:
                 why = f"the bench goes at {speed:g} times the speed of its real boards"
                 return replace(now, why_not=why)

@@ -16,8 +16,8 @@ from hil.wire.step_dir import Edges
 
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
 CENTURY_S = 100 * 365 * 86_400.0
-TRAIN = (Edges(0, steps=1_000_000_000, duration_ns=5_000_000_000_000),)
-"""Train as the core takes it; one that comes from outside is limited before."""
+ROW_NS = 500_000_000_000
+TRAIN = tuple(Edges(row * ROW_NS, steps=100_000_000, duration_ns=ROW_NS) for row in range(10))
 
 
 class Heard(Exception):

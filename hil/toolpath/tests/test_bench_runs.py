@@ -14,6 +14,7 @@ from hil.toolpath.deviation import asked_path, deviation
 from hil.toolpath.machine import machine_from_data
 from hil.toolpath.path_plan import plan_path
 from hil.vocab.axis import AxisNow
+from hil.vocab.parameters import Parameter
 
 LINEAR = {
     "deg_per_mm": 9,
@@ -33,10 +34,10 @@ def plotter(**changes):
     return machine_from_data({"machine": "plotter", "segment_ms": 10, "axes": axes} | changes)
 
 
-def runs_of(text, machine=None, followers=("m1", "m2")):
+def runs_of(text, machine=None, axes=AXES):
     plan = plan_path(motions_of(text), machine or plotter(), "drawing.ngc")
     assert not plan.problems
-    return plan, BenchRuns(plan, followers)
+    return plan, BenchRuns(plan, axes)
 
 
 def steps(run):
@@ -142,5 +143,21 @@ def test_a_path_that_is_too_long_for_a_run_is_said(monkeypatch):
 def test_what_a_bench_lacks_is_said():
     machine = plotter()
     assert machine_problems(machine, "m.yaml", AXES) == []
-    (problem,) = machine_problems(machine, "m.yaml", ["m1", "m2"])
+    (problem,) = machine_problems(machine, "m.yaml", {name: AXES[name] for name in ("m1", "m2")})
     assert str(problem) == "m.yaml: the bench has no axis s1, which is to move Z (there are m1, m2)"
+
+
+def test_limits_beyond_a_board_are_problems_of_the_machine():
+    bound = {"velocity_rpm": Parameter("velocity_rpm", "", minimum=1, maximum=2000, is_whole=True)}
+    axes = AXES | {"s1": AxisNow(0.0, False, bounds=bound)}
+    at_most = 2000 * 360 / 45  # mm per minute
+    for velocity, problems in ((at_most, 0), (at_most + 1, 1)):
+        z = {"axis": "s1", "deg_per_mm": 45} | {k: v for k, v in LINEAR.items() if k != "deg_per_mm"}
+        fast = plotter(axes={"x": {"axis": "m1"} | LINEAR, "z": z | {"velocity_mm_per_min": velocity}})
+        found = machine_problems(fast, "m.yaml", axes)
+        assert len(found) == problems, found
+        if problems:
+            assert "Z is to have 2000 rpm; s1 takes 1 to 2000 rpm" in str(found[0])
+        else:
+            _, made = runs_of("G0 Z10", fast, axes)
+            assert json.loads(made.runs[0].text)["axes"]["s1"]["velocity_rpm"] == 2000

@@ -1,8 +1,13 @@
-"""Check of a logged input against a bench: one that another program wrote, or that was damaged, may have
-names that are not here and values that cannot be."""
+"""Check of an input against a bench, by one rule for what is logged and for what a replay reads.
+
+A log that another program wrote, or that was damaged, may have names that are not here and values that cannot
+be. What hil makes itself has to be such that a replay takes it.
+"""
 
 import re
 from collections.abc import Sequence
+from dataclasses import astuple
+from math import isfinite
 
 from hil.core import CoreAxis
 from hil.core.fields import FIELDS
@@ -12,6 +17,7 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_of
+from hil.sim.input_reading import decode, read_line
 from hil.sim.verb_calls import verb_problem
 from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part, owner_of
 from hil.vocab.faults import Fault, FaultRefused
@@ -28,11 +34,24 @@ MAX_VALUE = 1e9
 SCRIPT_LIMIT = 1 << 61
 LONGEST_PATH_NS = 1 << 61
 _SHOWN = 40
+_SHOWN_LINE = 1000
 OF_AXES = (
     *(inputs.Pin, inputs.SetField, inputs.ScriptEncoder, inputs.Drive),
     *(inputs.Do, inputs.Follow),
 )
 """Kinds of inputs that are for an axis, or may be."""
+
+
+def assert_taken_back(bench: BenchRuntime, logged: inputs.Logged) -> None:
+    """Assert that a replay of the log of a bench would take an input, as ``BenchRuntime.check_input``."""
+    line = inputs.encode_line(logged)
+    try:
+        back = decode(read_line(line))
+    except inputs.InputLogError as error:
+        raise AssertionError(f"no replay would read this: {error}: {line[:_SHOWN_LINE]}") from None
+    assert back == logged, f"a replay would read this as {back}: {line[:_SHOWN_LINE]}"
+    problem = input_problem(bench, back.device, back.input)
+    assert problem is None, f"no replay would take this: {problem}: {line[:_SHOWN_LINE]}"
 
 
 def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str | None:
@@ -211,4 +230,6 @@ def _path_problem(start_ns: int, path: Path) -> str | None:
         return "a path begins and ends within 73 years"
     if any(piece.duration_ns < 0 for piece in path):
         return "no piece of a path takes less than no time"
+    if not all(isfinite(value) for piece in path for value in astuple(piece)):
+        return "all numbers of a path are finite"
     return None
