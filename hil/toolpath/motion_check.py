@@ -32,9 +32,10 @@ LEAST_CHORDS_OF_TURN = 12
 MOST_FINER = 4
 """Number of times that the pieces of a slow arc are shorter than its tolerance asks for, at most."""
 MOST_CHORDS = 1_000_000
-"""Maximum number of straight pieces of an arc."""
+"""Maximum number of straight pieces of a program, all its arcs together. One takes a kilobyte, and some 50 us
+of planning."""
 LONGEST_S = 86_400.0
-"""Longest motion, a day: a longer one is a mistake in the feed."""
+"""Longest motion, and longest program, a day: a longer one is a mistake in the feed."""
 MOST_PROBLEMS = 1000
 """Maximum number of problems that are listed."""
 _LINEAR, _SECOND, _ROTARY = 0, 1, 2
@@ -51,12 +52,19 @@ class CheckedPath:
 
 
 def check_motions(
-    motions: Iterable[Canonical], machine: Machine, file: str, begin: Point = ORIGIN
+    motions: Iterable[Canonical],
+    machine: Machine,
+    file: str,
+    begin: Point = ORIGIN,
+    most_chords: int = MOST_CHORDS,
 ) -> CheckedPath:
-    """Compare motions with a machine that stands at ``begin``, and make straight pieces of them."""
-    check = MotionCheck(machine, file, begin)
+    """Compare motions with a machine that stands at ``begin``, and make straight pieces of them. What is
+    behind the motion that needs one too many is not looked at."""
+    check = MotionCheck(machine, file, begin, most_chords)
     for motion in motions:
         check.take(motion)
+        if check.is_full:
+            break
     check.finish()
     return check.path
 
@@ -64,8 +72,10 @@ def check_motions(
 class MotionCheck:
     """Reader of motions, one after the other."""
 
-    def __init__(self, machine: Machine, file: str, begin: Point) -> None:
+    def __init__(self, machine: Machine, file: str, begin: Point, most_chords: int = MOST_CHORDS) -> None:
         self.path = CheckedPath()
+        self.is_full = False
+        self._most_chords, self._chords_left = most_chords, most_chords
         self._machine, self._file = machine, file
         self._here = begin
         self._axes = machine.axes
@@ -141,12 +151,11 @@ class MotionCheck:
             return
         most_per_s = min(asked, *(axis.speed_per_s for axis in self._axes))
         tolerance, longest = self._for_pieces(self._tolerance_now()), most_per_s * self._machine.segment_s
-        points = list(arc_points(begin, motion, tolerance, longest))
-        if len(points) > MOST_CHORDS:
-            self._find(motion.place, "the arc is too long", f"it needs over {MOST_CHORDS} straight pieces")
+        if arc_pieces(begin, motion, tolerance, longest) > self._chords_left:
+            self._full(motion.place)
             return
         here = self._position(begin)
-        for point in points:
+        for point in arc_points(begin, motion, tolerance, longest):
             position = self._position(point)
             way = tuple(b - a for a, b in zip(here, position, strict=True))
             measure, length = self._length(way)
@@ -190,6 +199,10 @@ class MotionCheck:
             what = f"this motion would take {length / asked_per_s / 86_400:.3g} days"
             self._find(place, what, "check the feed: a day is the most")
             return
+        if not self._chords_left:
+            self._full(place)
+            return
+        self._chords_left -= 1
         self._chords.append(Chord(end, way, length, measure, asked_per_s, place, is_arc))
 
     def _close(self) -> None:
@@ -290,6 +303,12 @@ class MotionCheck:
         what = f"{axis.letter.upper()} {verb} {position:.6g} {axis.unit}"
         self._find(place, what, f"its range is {axis.minimum:g} to {axis.maximum:g}")
 
+    def _full(self, place: Place) -> None:
+        if not self.is_full:
+            self.is_full = True
+            what = f"the path up to here needs over {self._most_chords} straight pieces"
+            self._find(place, what, "allow a larger tolerance, or make several programs of it")
+
     def _find(self, place: Place, message: str, remedy: str) -> None:
         self.path.problems.append(Problem(self._file, place.line, place.column, message, remedy))
 
@@ -316,18 +335,23 @@ def arc_length(begin: Point, arc: Arc) -> float:
     return hypot(radius * sweep, arc.end[across] - begin[across])
 
 
-def arc_points(begin: Point, arc: Arc, tolerance: float, longest: float = inf) -> Iterator[Point]:
-    """Points of an arc, the last one its end. The straight pieces between them are within the tolerance of
-    it, and not longer than ``longest`` unless they would be tiny."""
-    first, second, _ = PLANE_AXES[arc.plane]
-    start, sweep = _sweep(begin, arc)
-    radius = hypot(begin[first] - arc.centre[0], begin[second] - arc.centre[1])
-    end_radius = hypot(arc.end[first] - arc.centre[0], arc.end[second] - arc.centre[1])
-    most = max(radius, end_radius, CLOSED)
+def arc_pieces(begin: Point, arc: Arc, tolerance: float, longest: float = inf) -> int:
+    """Number of straight pieces of an arc that are within the tolerance of it, and not longer than
+    ``longest`` unless they would be tiny."""
+    _, sweep = _sweep(begin, arc)
+    most = max(*_radii(begin, arc), CLOSED)
     each = min(2 * acos(max(1 - tolerance / most, 0.0)), 2 * pi / LEAST_CHORDS_OF_TURN)
     each = min(each, max(longest / most, each / MOST_FINER))
-    count = max(ceil(abs(sweep) / max(each, 1e-7)), 1)
-    for number in range(1, min(count, MOST_CHORDS + 2)):
+    return max(ceil(abs(sweep) / max(each, 1e-7)), 1)
+
+
+def arc_points(begin: Point, arc: Arc, tolerance: float, longest: float = inf) -> Iterator[Point]:
+    """Points between the pieces of an arc, the last one its end, one after the other: there may be many."""
+    first, second, _ = PLANE_AXES[arc.plane]
+    start, sweep = _sweep(begin, arc)
+    radius, end_radius = _radii(begin, arc)
+    count = arc_pieces(begin, arc, tolerance, longest)
+    for number in range(1, count):
         part = number / count
         angle, r = start + part * sweep, radius + part * (end_radius - radius)
         point = [a + part * (b - a) for a, b in zip(begin, arc.end, strict=True)]
@@ -335,6 +359,13 @@ def arc_points(begin: Point, arc: Arc, tolerance: float, longest: float = inf) -
         point[second] = arc.centre[1] + r * sin(angle)
         yield Point(*point)
     yield arc.end
+
+
+def _radii(begin: Point, arc: Arc) -> tuple[float, float]:
+    """Distances of an arc's ends from its centre, in its plane."""
+    first, second, _ = PLANE_AXES[arc.plane]
+    ends = (hypot(each[first] - arc.centre[0], each[second] - arc.centre[1]) for each in (begin, arc.end))
+    return next(ends), next(ends)
 
 
 def arc_extremes(begin: Point, arc: Arc) -> Iterator[tuple[int, float]]:

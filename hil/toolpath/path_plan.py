@@ -7,7 +7,7 @@ from functools import cached_property
 from hil.gcode.canonical import Canonical, Dwell, Place, Point
 from hil.toolpath.line_load import LineLoad, line_load
 from hil.toolpath.machine import Machine
-from hil.toolpath.motion_check import check_motions
+from hil.toolpath.motion_check import LONGEST_S, MOST_CHORDS, check_motions
 from hil.toolpath.path_items import Item, Position, Stretch
 from hil.toolpath.path_speeds import ChordSpeed, Segment, limits_of, segments, stops_s, stretch_speeds
 from hil.vocab.problem import Problem
@@ -16,6 +16,9 @@ ORIGIN = Point()
 LONGEST_LINE_S = 10.0
 """Longest line that is done with the boards' own ramps, which only end at its end. A longer one is streamed,
 and can brake."""
+LONGEST_STREAM = 2_000_000
+"""Longest stretch that is streamed to nodes, in its shortest segments: 2.8 hours of 5 ms. One takes 300
+bytes."""
 LEAST_SLOWER = 1e-6
 """Share by which a speed has to be below what is asked for to be told."""
 
@@ -110,17 +113,55 @@ def plan_path(
     file: str,
     begin: Point = ORIGIN,
     override: float = 1.0,
+    most_chords: int = MOST_CHORDS,
 ) -> PathPlan:
     """Check motions against a machine that stands at ``begin``, and plan them; ``override`` is a factor on
     all feeds."""
-    checked = check_motions(motions, machine, file, begin)
+    checked = check_motions(motions, machine, file, begin, most_chords)
     plan = PathPlan(machine, file, override, problems=checked.problems, remarks=checked.remarks)
     if plan.problems:
         return plan
     for item in checked.items:
         plan.items.append(planned(item, machine, override) if isinstance(item, Stretch) else item)
+    plan.problems += _too_long(plan)
+    if plan.problems:
+        plan.items.clear()
+        return plan
     plan.remarks += _slower(plan)
     return plan
+
+
+def _too_long(plan: PathPlan) -> Iterator[Problem]:
+    """Where a program takes longer than a day, and each stretch that nodes would be streamed too long."""
+    left_s, segment_s = LONGEST_S, plan.machine.segment_s
+    for item in plan.items:
+        place: Place | None = None
+        if isinstance(item, Dwell):
+            place, lasts_s = item.place, item.seconds
+        elif isinstance(item, PlannedStretch):
+            place, lasts_s = _place_at(item, left_s), item.duration_s
+            if plan.machine.has_nodes and item.is_streamed and lasts_s > LONGEST_STREAM * segment_s:
+                what = f"it is {lasts_s / 3600:.3g} hours from here to the next stop"
+                remedy = f"stop within {LONGEST_STREAM * segment_s / 3600:.3g} hours: G4 P0"
+                yield Problem(plan.file, *item.stretch.chords[0].place, what, remedy)
+        if place is None:
+            continue
+        if lasts_s > left_s:
+            what = "the program takes over a day up to here"
+            yield Problem(
+                plan.file, *place, what, "check its feeds and dwells, or make several programs of it"
+            )
+            return
+        left_s -= lasts_s
+
+
+def _place_at(planned: PlannedStretch, at_s: float) -> Place:
+    """Place in the program of what a stretch does at a time, if it is streamed."""
+    for chord, speed in zip(planned.stretch.chords, planned.speeds, strict=True):
+        at_s -= speed.duration_s
+        if at_s < 0:
+            return chord.place
+    return planned.stretch.chords[-1].place
 
 
 def planned(stretch: Stretch, machine: Machine, override: float = 1.0) -> PlannedStretch:
