@@ -12,7 +12,7 @@ import pytest
 from hil.compose.find import find_catalogue
 from hil.config import parse
 from hil.daemon import Daemon, Serving
-from hil.vocab.desk_protocol import Desk, Done, Source
+from hil.vocab.desk_protocol import Desk, Done, Encoded, Source
 from hil.vocab.verbs import Role, VerbRefused
 
 CONFIG = json.dumps(
@@ -40,7 +40,8 @@ class Asking(NamedTuple):
 
     async def __call__(self, operation: str, target: str = "", source: Source = ADMIN, **given: Any) -> Any:
         answer = self.desk.ask(source, operation, target, given)
-        return await answer if isawaitable(answer) else answer
+        answer = await answer if isawaitable(answer) else answer
+        return json.loads(b"".join(answer.parts)) if isinstance(answer, Encoded) else answer
 
     async def verb(self, device: str, name: str, source: Source = ADMIN, **parameters: Any) -> Done:
         done: Done = await self("do", device, source, name=name, parameters=parameters)

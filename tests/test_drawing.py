@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ import pytest
 from desk_support import VIEWER, Asking, Using, desk_in, refusal
 
 from hil.net.answers import misfit
+from hil.operations import drawing_operation
 from hil.operations.drawing_operation import MACHINE_CHARACTERS, MOST_WAITING
+from hil.toolpath.bench_drawing import MOST_PIECES
 
 MACHINE = """machine: plotter
 axes:
@@ -25,10 +28,9 @@ def using(tmp_path: Path) -> Using:
 async def drawn(ask: Asking, text: str, machine: str = MACHINE, **given: Any) -> dict[str, Any]:
     """What the operation answers, to a viewer."""
     given |= {"text": text, "machine": machine}
-    answer = await ask.desk.ask(VIEWER, "drawing", "", given)
+    answer: dict[str, Any] = await ask("drawing", source=VIEWER, **given)
     assert misfit("drawing", answer) == ""
-    json.dumps(answer)
-    return dict(answer)
+    return answer
 
 
 def test_a_drawing_is_planned_and_its_problems_have_places(using: Using) -> None:
@@ -87,5 +89,68 @@ def test_only_so_much_is_planned(using: Using) -> None:
         assert (await refusal(ask("drawing", text="G0 X1", machine=MACHINE)))[0] == "not_now"
         await asyncio.gather(*many)
         assert (await drawn(ask, "G0 X1\nM2"))["problems"] == []
+
+    using(use)
+
+
+LONG = "G21 G91 F6000\n" + "G1X.001\nG1X-.001\n" * 40_000 + "M2\n"
+
+
+def planners() -> list[str]:
+    """Processes of this one that plan."""
+    children = Path(f"/proc/self/task/{threading.get_native_id()}/children").read_text().split()
+    return [each for each in children if b"drawing_worker" in Path(f"/proc/{each}/cmdline").read_bytes()]
+
+
+def test_planning_ends_with_its_asker(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        doing = asyncio.ensure_future(drawn(ask, LONG))
+        async with asyncio.timeout(30):
+            while not planners():
+                await asyncio.sleep(0.01)
+            doing.cancel()
+            await asyncio.gather(doing, return_exceptions=True)
+            assert planners() == []
+        assert (await drawn(ask, "G0 X1\nM2"))["problems"] == []
+
+    using(use)
+
+
+def test_pieces_have_a_limit_together_and_the_last_drawing_is_kept_as_it_goes_out(using: Using) -> None:
+    machine = MACHINE + MACHINE.splitlines()[2].replace("x:", "y:").replace("m1", "s1") + "\n"
+
+    async def use(ask: Asking) -> None:
+        turns = "G17 G2 X20 Y20 I10 J0 P5000\n" * 10
+        bad = await drawn(ask, "G21 G90 F6000\nG0 X20 Y20\n" + turns + "M2\n", machine)
+        assert bad["problems"] == [
+            f"program:3:5: the path up to here needs over {MOST_PIECES} straight pieces"
+            " (allow a larger tolerance, or make several programs of it)"
+        ]
+        assert (await refusal(ask("drawing")))[0] == "not_now"
+        good = await ask("drawing", text="G0 X1\nM2", machine=MACHINE, file="a.ngc")
+        last, again = ask.desk.ask(VIEWER, "drawing", "", {}), ask.desk.ask(VIEWER, "drawing", "", {})
+        assert last is again
+        told = {"text": "G0 X1\nM2", "machine_text": MACHINE, "file": "a.ngc", "feed_percent": 100.0}
+        assert json.loads(b"".join(last.parts)) == good | told
+
+    using(use)
+
+
+def test_what_cannot_be_planned_in_time_or_memory_is_refused(
+    using: Using, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name, does in {"slow": "while True: pass", "large": "x = bytes(3 << 30)"}.items():
+        limits = "resource.setrlimit(resource.RLIMIT_CPU, (1, 2))\n"
+        limits += "resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))\n"
+        (tmp_path / f"worker_{name}.py").write_text(f"import resource\n{limits}{does}\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+
+    async def use(ask: Asking) -> None:
+        for name, why in {"slow": "it takes too long", "large": "its process failed: MemoryError"}.items():
+            monkeypatch.setattr(drawing_operation, "WORKER", f"worker_{name}")
+            assert await refusal(ask("drawing", text="G0", machine="m")) == (
+                "cannot",
+                f"program cannot be planned: {why}",
+            )
 
     using(use)

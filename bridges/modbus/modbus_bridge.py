@@ -10,8 +10,8 @@ from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.request_handler import RequestHandler
 from bridges.modbus.rtu_server import RtuServer
 from bridges.modbus.tcp_connections import CONNECTIONS, TcpConnections
-from bridges.modbus.turns import SHARE
 from hil.net.bridge_listeners import address_shown, open_listeners
+from hil.net.turns import SHARE
 from hil.registers import layout
 from hil.registers.device_identity import device_identity
 from hil.registers.exception_codes import EXCEPTIONS

@@ -8,7 +8,7 @@ from time import thread_time
 from typing import Any, cast
 
 from bridges.modbus.request_handler import Asker, RequestHandler
-from bridges.modbus.turns import Turns
+from hil.net.turns import Turns
 from hil.net.visitors import Visit
 from hil.wire.modbus.mbap import MbapPacket, MbapSplitter, encode
 

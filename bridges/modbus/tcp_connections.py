@@ -12,8 +12,8 @@ from bridges.modbus.client_role import NoRole, role_of
 from bridges.modbus.door_options import Certificates
 from bridges.modbus.request_handler import Asker, RequestHandler
 from bridges.modbus.tcp_client import TcpClient
-from bridges.modbus.turns import Turns
 from hil.net.limits import Limit
+from hil.net.turns import Turns
 from hil.net.visitors import Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Source

@@ -3,7 +3,8 @@
 ``web_options.py`` has the options, ``web_users.py`` and ``password_hash.py`` read who may come in.
 ``http_door.py`` answers HTTP: it checks names (``host_names.py``) and users (``locks.py``,
 ``login_sessions.py``), and gives the page's files (``page_files.py``).
-``open_pages.py`` has the pages, ``web_client.py`` is one page's WebSocket: ``web_messages.py`` reads what it
-asks, ``outbox.py`` has what waits for it, ``streams.py`` and its neighbours what it watches,
+``page_connection.py`` is a connection, whose frames ``websocket_frames.py`` checks. ``open_pages.py`` has
+the pages, ``web_client.py`` is one page's WebSocket: ``web_messages.py`` reads what it asks, ``outbox.py``
+has what waits for it, ``streams.py`` and its neighbours what it watches, ``exports.py`` captures that go out,
 ``web_terminals.py`` its terminals.
 """

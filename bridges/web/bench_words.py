@@ -1,16 +1,17 @@
 """A bench as pages are told of it: its devices with their verbs and fields, and what can be asked."""
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from secrets import token_hex
 from typing import Any
 
-from bridges.web.web_messages import dumped
+from bridges.web.outbox import LongText
 from hil.vocab.desk_protocol import Description, Desk, DeviceInfo, Source
 from hil.vocab.faults import FAULT_KINDS, TARGETS
 from hil.vocab.operation import Operation
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Verb
+from hil.wire.json_pieces import json_text
 
 PROTOCOL = 1
 SLICE = 4
@@ -32,7 +33,7 @@ class BenchWords:
     def __init__(self, desk: Desk, version: str, message_bytes: int) -> None:
         self._desk, self._version = desk, version
         self._door = {"instance": token_hex(8), "message_bytes": message_bytes}
-        self._text: str | None = None
+        self._text: Sequence[bytes] | None = None
         self._changes = 0
         self._making = asyncio.Lock()
 
@@ -40,13 +41,14 @@ class BenchWords:
         """Note that devices were added, removed or exchanged."""
         self._text, self._changes = None, self._changes + 1
 
-    async def told(self, key: str, source: Source) -> str:
+    async def told(self, key: str, source: Source) -> LongText:
         """Message to a page of this user. ``key``: what it is, hello or changed."""
-        user = dumped({"user": source.name, "role": source.role.name.lower()})
-        return f'{{"{key}":{user[:-1]},{(await self._shared())[1:]}}}'
+        user = json_text({"user": source.name, "role": source.role.name.lower()})
+        shared = await self._shared()
+        return LongText((f'{{"{key}":{user[:-1]},'.encode(), *shared), sum(map(len, shared)))
 
-    async def _shared(self) -> str:
-        """Object of what all users are told alike."""
+    async def _shared(self) -> Sequence[bytes]:
+        """Rest of the message, which all users are told alike."""
         async with self._making:
             while self._text is None:
                 changes, text = self._changes, await self._made()
@@ -54,16 +56,16 @@ class BenchWords:
                     self._text = text
             return self._text
 
-    async def _made(self) -> str:
+    async def _made(self) -> Sequence[bytes]:
         """Make it in slices: a large bench's boards do not wait for it."""
         here = self._desk.describe()
-        devices: list[str] = []
+        devices: list[bytes] = []
         for number, (name, device) in enumerate(list(here.devices.items()), 1):
-            devices.append(dumped(_device(name, device)))
+            devices.append(("," * (number > 1) + json_text(_device(name, device))).encode())
             if number % SLICE == 0:
                 await asyncio.sleep(0)
-        rest = dumped(_bench(here, self._version) | self._door)
-        return f'{rest[:-1]},"devices":[{",".join(devices)}]}}'
+        rest = json_text(_bench(here, self._version) | self._door)
+        return (f'{rest[1:-1]},"devices":['.encode(), *devices, b"]}}")
 
 
 def _bench(here: Description, version: str) -> dict[str, Any]:

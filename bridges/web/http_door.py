@@ -12,11 +12,13 @@ from aiohttp import web
 from bridges.web.host_names import HostNames
 from bridges.web.login_sessions import LoginLimit, Sessions
 from bridges.web.page_files import PageFiles
-from bridges.web.web_messages import dumped
 from hil.vocab.desk_protocol import Source
+from hil.wire.json_pieces import json_text
 from hil.wire.json_text import JsonError, read_json
 
 SUBPROTOCOL = "hil.v1"
+WEBSOCKET_VERSION = "13"
+"""The only one of RFC 6455 (4.1); the library lets drafts pass."""
 LOGIN_BYTES = 4096
 LOGIN_S = 10.0
 """Maximum time for a browser to say who it is."""
@@ -123,6 +125,9 @@ class HttpDoor:
         offered = request.headers.get("Sec-WebSocket-Protocol", "")
         if request.headers.get("Upgrade", "").lower() != "websocket":
             return _text(426, "This is for WebSockets.", Upgrade="websocket")
+        if request.headers.get("Sec-WebSocket-Version") != WEBSOCKET_VERSION:
+            version = {"Sec-WebSocket-Version": WEBSOCKET_VERSION}
+            return _text(426, f"The version is {WEBSOCKET_VERSION}.", Upgrade="websocket", **version)
         if SUBPROTOCOL not in [each.strip() for each in offered.split(",")]:
             return _text(400, f"The subprotocol is {SUBPROTOCOL}.")
         session = request.cookies.get(self._cookie, "")
@@ -199,7 +204,7 @@ def _text(status: int, text: str, **headers: str) -> web.Response:
 
 def _json(content: Mapping[str, Any]) -> web.Response:
     headers = {"Cache-Control": "no-store"}
-    return web.Response(text=dumped(content), content_type="application/json", headers=headers)
+    return web.Response(text=json_text(content), content_type="application/json", headers=headers)
 
 
 def _empty(status: int) -> web.Response:

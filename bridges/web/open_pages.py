@@ -8,6 +8,7 @@ from contextlib import suppress
 from aiohttp import WSCloseCode, web
 
 from bridges.web.http_door import SECURITY, SUBPROTOCOL
+from bridges.web.page_connection import PageConnection
 from bridges.web.streams import FAST_S, SLOW_S
 from bridges.web.web_client import Surroundings, WebClient
 from hil.vocab.desk_protocol import Source
@@ -56,10 +57,10 @@ class OpenPages:
         )
         page.headers.update(SECURITY)
         await page.prepare(request)
-        transport = request.transport
-        if not isinstance(transport, asyncio.Transport):
+        transport, connection = request.transport, request.protocol
+        if not isinstance(transport, asyncio.Transport) or not isinstance(connection, PageConnection):
             return page  # it has gone meanwhile
-        client = WebClient(page, source, self._around, transport, self._wake.set)
+        client = WebClient(page, source, self._around, transport, connection.can_write, self._wake.set)
         self._clients[client] = session
         try:
             await client.stay()
@@ -91,9 +92,13 @@ class OpenPages:
         with suppress(asyncio.CancelledError):
             await self._turns
         self._around.ports.close()
+        self._around.turns.close()
+        for reading in self._around.shared.values():
+            reading.close()
 
     async def _give_turns(self) -> None:
-        """Give each page its turn, all of them at the rate that the fastest one wants."""
+        """Give each page its turn, all of them at the rate that the fastest one wants, in at most half of the
+        time."""
         loop = asyncio.get_running_loop()
         while True:
             watching = [client for client in self._clients if len(client.watches)]
@@ -110,7 +115,8 @@ class OpenPages:
                     client.abort()
                 await asyncio.sleep(0)
             interval_s = FAST_S if any(client.watches.is_fast for client in watching) else SLOW_S
-            await asyncio.sleep(max(started_s + interval_s - loop.time(), interval_s / 4))
+            took_s = loop.time() - started_s
+            await asyncio.sleep(max(interval_s - took_s, took_s, interval_s / 4))
 
 
 def _counters(client: WebClient) -> dict[str, int]:

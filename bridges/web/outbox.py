@@ -2,9 +2,12 @@
 
 import asyncio
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 from aiohttp import web
+
+from bridges.web.websocket_frames import FRAGMENT_BYTES, fragments
 
 FULL_BYTES = 256 * 1024
 """Bytes that wait from which streams drop what they have: a tenth of a second of a busy bench."""
@@ -12,12 +15,23 @@ ANSWERS_BYTES = 1024 * 1024
 """Bytes that wait from which no request is read: its answer would have to wait too."""
 
 
-class Outbox:
-    """Messages for one WebSocket, in order. ``in_transport``: bytes of them that the system has not taken."""
+class LongText(NamedTuple):
+    """Text in parts, which other pages may have too, or which are made as they go out. ``size``: about how
+    many bytes it holds while it waits; ``sent``: called when it has gone out, or never will."""
 
-    def __init__(self, socket: web.WebSocketResponse, in_transport: Callable[[], int]) -> None:
-        self._socket, self._in_transport = socket, in_transport
-        self._waiting: deque[str | bytes] = deque()
+    parts: Iterable[bytes]
+    size: int
+    sent: Callable[[], object] = lambda: None
+
+
+class Outbox:
+    """Messages for one WebSocket, in order. ``can_write``: set while its transport has room."""
+
+    def __init__(
+        self, socket: web.WebSocketResponse, transport: asyncio.Transport, can_write: asyncio.Event
+    ) -> None:
+        self._socket, self._transport, self._can_write = socket, transport, can_write
+        self._waiting: deque[str | bytes | LongText] = deque()
         self._bytes = 0
         self._came, self._went = asyncio.Event(), asyncio.Event()
         self.sent = 0
@@ -26,12 +40,14 @@ class Outbox:
     @property
     def is_full(self) -> bool:
         """True if streams have to drop what they have."""
-        return self._bytes + self._in_transport() > FULL_BYTES
+        return self._bytes + self._transport.get_write_buffer_size() > FULL_BYTES
 
-    def put(self, message: str | bytes) -> None:
+    def put(self, message: str | bytes | LongText) -> None:
         """Let a message wait for its turn."""
+        if isinstance(message, str) and len(message) > FRAGMENT_BYTES:
+            message = LongText((message.encode(),), len(message))
         self._waiting.append(message)
-        self._bytes += len(message)
+        self._bytes += _size(message)
         self._came.set()
 
     async def room(self) -> None:
@@ -53,8 +69,33 @@ class Outbox:
                 message = self._waiting.popleft()
                 if isinstance(message, str):
                     await self._socket.send_str(message)
-                else:
+                elif isinstance(message, bytes):
                     await self._socket.send_bytes(message)
-                self._bytes -= len(message)
+                else:
+                    await self._send_long(message)
+                self._bytes -= _size(message)
                 self.sent += 1
                 self._went.set()
+
+    async def _send_long(self, text: LongText) -> None:
+        """Send a long text. What the socket sends by itself, pings and a close, may stand between."""
+        try:
+            for frame in fragments(text.parts):
+                if self._transport.is_closing():
+                    raise ConnectionResetError
+                self._transport.write(frame)
+                await asyncio.sleep(0)
+                await self._can_write.wait()
+        finally:
+            text.sent()
+
+    def drop(self) -> None:
+        """Drop what waits: the page has gone."""
+        for message in self._waiting:
+            if isinstance(message, LongText):
+                message.sent()
+        self._waiting.clear()
+
+
+def _size(message: str | bytes | LongText) -> int:
+    return message.size if isinstance(message, LongText) else len(message)

@@ -1,10 +1,18 @@
 """Readings that all pages share: fifty pages cost the bench no more than one."""
 
-from bridges.web.web_messages import dumped
-from hil.vocab.desk_protocol import Desk, Source
+import asyncio
+from collections.abc import Sequence
+from inspect import isawaitable
+
+from hil.net.turns import SHARE
+from hil.vocab.desk_protocol import Desk, Encoded, Source
+from hil.wire.json_pieces import json_text
 
 SHORTEST_S = 0.2
-"""Minimum time between two readings."""
+"""Minimum time between two readings. One that takes long is made less often: its share of the loop is as
+small as that of requests."""
+OLDEST_S = 0.5
+"""Age from which the answer before is not told while the next one is being made: two turns of pages."""
 
 
 class SharedReading:
@@ -12,14 +20,35 @@ class SharedReading:
 
     def __init__(self, desk: Desk, source: Source, operation: str) -> None:
         self._desk, self._source, self._operation = desk, source, operation
-        self._read_at_s = float("-inf")
-        self._turn, self._text = 0, ""
+        self._begun_s = self._due_s = float("-inf")
+        self._reading: asyncio.Future[object] | None = None
+        self._turn = 0
+        self._parts: Sequence[bytes] = ()
 
-    def read(self, now_s: float) -> tuple[int, str]:
-        """Answer, and a number that is another one when the answer is."""
-        if now_s - self._read_at_s >= SHORTEST_S:
-            self._read_at_s = now_s
-            text = dumped(self._desk.ask(self._source, self._operation, "", {}))
-            if text != self._text:
-                self._turn, self._text = self._turn + 1, text
-        return self._turn, self._text
+    def read(self, now_s: float) -> tuple[int, Sequence[bytes]] | None:
+        """Answer, and a number that is another one when the answer is. None: it is being made, and the one
+        before is old. It is made again where it is due."""
+        if self._reading is None and now_s >= self._due_s:
+            answer = self._desk.ask(self._source, self._operation, "", {})
+            if isawaitable(answer):
+                self._reading = asyncio.ensure_future(answer)
+                self._reading.add_done_callback(lambda done: self._made(done, now_s))
+            else:
+                self._take(answer, now_s)
+        return (self._turn, self._parts) if not self._reading or now_s - self._begun_s <= OLDEST_S else None
+
+    def _made(self, done: "asyncio.Future[object]", begun_s: float) -> None:
+        self._reading = None
+        if not done.cancelled():
+            self._take(done.result(), begun_s)
+
+    def _take(self, answer: object, begun_s: float) -> None:
+        parts = answer.parts if isinstance(answer, Encoded) else (json_text(answer).encode(),)
+        if parts != self._parts:
+            self._turn, self._parts = self._turn + 1, parts
+        now_s = asyncio.get_running_loop().time()
+        self._begun_s, self._due_s = begun_s, begun_s + max(SHORTEST_S, (now_s - begun_s) / SHARE)
+
+    def close(self) -> None:
+        if self._reading:
+            self._reading.cancel()

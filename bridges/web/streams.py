@@ -10,11 +10,13 @@ from operator import itemgetter
 from struct import Struct
 from typing import Any, Protocol
 
+from bridges.web.outbox import LongText
 from bridges.web.shared_reading import SharedReading
-from bridges.web.web_messages import dumped, samples_head
+from bridges.web.web_messages import samples_head
 from hil.vocab.desk_protocol import AxisField, Desk, Source, Watch, Watched
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_pieces import json_text
 
 FAST_S, SLOW_S = 1 / 60, 0.25
 """Interval of a page's turns while something fast is watched, and else."""
@@ -31,7 +33,7 @@ class PageStream(Protocol):
 
     is_fast: bool
 
-    def take(self, now_s: float) -> bytes | str | None:
+    def take(self, now_s: float) -> bytes | str | LongText | None:
         """Message with what came since the last turn; None: nothing did."""
 
     def drop(self) -> None:
@@ -156,7 +158,7 @@ class PassingItems:
         if not said and self.lost == self._told_lost:
             return None
         self._told_lost = self.lost
-        return dumped({"watch": self._number, "items": said, "lost": self.lost})
+        return json_text({"watch": self._number, "items": said, "lost": self.lost})
 
     def _after_silence(self) -> Sequence[Any]:
         """What the page gets because nothing has come since."""
@@ -190,7 +192,7 @@ class RunsProgress:
             return None
         items = list(self._latest.values())
         self._latest.clear()
-        return dumped({"watch": self._number, "items": items, "lost": 0})
+        return json_text({"watch": self._number, "items": items, "lost": 0})
 
     def drop(self) -> None:
         """Nothing: there are only so many runs."""
@@ -208,15 +210,16 @@ class ToldReading:
         self._reading, self._number, self._interval_s = reading, number, 1 / rate_Hz
         self._told, self._due_s = 0, 0.0
 
-    def take(self, now_s: float) -> str | None:
-        if now_s < self._due_s:
+    def take(self, now_s: float) -> LongText | None:
+        if now_s < self._due_s or (found := self._reading.read(now_s)) is None:
             return None
         self._due_s = now_s + self._interval_s - SLOW_S / 2  # turns come a little early or late
-        turn, text = self._reading.read(now_s)
+        turn, parts = found
         if turn == self._told:
             return None
         self._told = turn
-        return f'{{"watch":{json.dumps(self._number)},"value":{text}}}'
+        head = f'{{"watch":{json.dumps(self._number)},"value":'.encode()
+        return LongText((head, *parts, b"}"), sum(map(len, parts)))
 
     def drop(self) -> None:
         """Nothing: only the latest is told."""

@@ -10,10 +10,12 @@ from typing import Any
 from aiohttp import web
 
 from bridges.web.bench_words import BenchWords
+from bridges.web.exports import Exports
 from bridges.web.host_names import ANY, HostNames
 from bridges.web.http_door import HttpDoor
 from bridges.web.locks import NoLock, PasswordLock, TokenLock
 from bridges.web.open_pages import CLOSE_S, OpenPages
+from bridges.web.page_connection import PageConnection
 from bridges.web.page_files import read_page
 from bridges.web.shared_reading import SharedReading
 from bridges.web.tls_files import context
@@ -23,6 +25,7 @@ from bridges.web.web_terminals import SharedPorts
 from bridges.web.web_users import UsersError, read_users
 from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
 from hil.net.endpoint import is_loopback
+from hil.net.turns import Turns
 from hil.net.visitors import Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, Source
@@ -45,16 +48,13 @@ _SILENT.addHandler(logging.NullHandler())
 
 
 class _Server(web.Server):
-    """Server that tells when a connection has ended."""
+    """Server of connections that tell what they do."""
 
-    def __init__(self, answer: Any, ends: Mapping[object, asyncio.Event]) -> None:
-        super().__init__(answer, access_log=None, logger=_SILENT, keepalive_timeout=KEPT_S, lingering_time=0)
-        self._ends = ends
-
-    def connection_lost(self, handler: web.RequestHandler, exc: BaseException | None = None) -> None:
-        super().connection_lost(handler, exc)
-        if end := self._ends.get(handler):
-            end.set()
+    def __call__(self) -> PageConnection:
+        loop = asyncio.get_running_loop()
+        return PageConnection(
+            self, loop=loop, access_log=None, logger=_SILENT, keepalive_timeout=KEPT_S, lingering_time=0
+        )
 
 
 class WebBridge:
@@ -64,13 +64,12 @@ class WebBridge:
         self._options, self._desk = options, desk
         self._visitors: Visitors | None = None
         self._door: HttpDoor | None = None
-        self._server: web.Server | None = None
+        self._server: _Server | None = None
         self._tls: SSLContext | None = None
         self._pages: OpenPages | None = None
         self._listen: list[str] = []
         self._visits: dict[object, Visit] = {}
-        self._ends: dict[object, asyncio.Event] = {}
-        """Visits, and events of their ends, by the connections' protocols."""
+        """Visits by the connections' protocols."""
 
     async def open(self) -> None:
         options, loop = self._options, asyncio.get_running_loop()
@@ -93,12 +92,14 @@ class WebBridge:
             shared,
             {},
             SharedPorts(),
+            Turns(),
+            Exports(),
             options.messages_per_s,
             options.samples_per_s,
         )
         self._pages = pages = OpenPages(around, options.sockets, message_bytes)
         self._door = HttpDoor(hosts, page, lock, f"hil-{port}", self._enter, pages.leave)
-        self._server = _Server(self._door.answer, self._ends)
+        self._server = _Server(self._door.answer)
         self._visitors = Visitors("web", options.sockets + HTTP_CLIENTS, loop, self._stay, log.warning)
         for listener in listeners:
             self._visitors.listen(listener)
@@ -191,7 +192,6 @@ class WebBridge:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BYTES)
         protocol = self._server()
         self._visits[protocol] = visit
-        ended = self._ends[protocol] = asyncio.Event()
         loop = asyncio.get_running_loop()
         transport: asyncio.BaseTransport | None = None
         try:
@@ -199,11 +199,11 @@ class WebBridge:
             transport, _ = await loop.connect_accepted_socket(
                 lambda: protocol, connection, ssl=self._tls, ssl_handshake_timeout=timeout_s
             )
-            await ended.wait()
+            await protocol.ended.wait()
         except OSError:
             connection.close()  # it is no TLS, or has gone already
         finally:
-            del self._visits[protocol], self._ends[protocol]
+            del self._visits[protocol]
             if isinstance(transport, asyncio.Transport):
                 transport.abort()
 

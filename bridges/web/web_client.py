@@ -2,17 +2,19 @@
 
 import asyncio
 import logging
-from base64 import b64encode
 from collections.abc import Awaitable, Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import partial
 from inspect import isawaitable
+from time import thread_time
 from typing import Any
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from bridges.web.bench_words import BenchWords, is_offered
+from bridges.web.exports import Exports
 from bridges.web.message_rate import MessageRate
-from bridges.web.outbox import Outbox
+from bridges.web.outbox import LongText, Outbox
 from bridges.web.shared_reading import SharedReading
 from bridges.web.web_messages import (
     NAME,
@@ -30,11 +32,13 @@ from bridges.web.web_messages import (
 from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
 from bridges.web.wire_streams import Records
-from hil.vocab.desk_protocol import Desk, Source
+from hil.net.turns import Turns
+from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.vocab.verbs import VerbRefused
 
 MOST_TASKS = 32
 """Requests of a page that wait for their answers at a time."""
+EXPORT = "export"
 STALLED_S = 10.0
 """Time without reading after which a page loses its socket; it comes back by itself."""
 
@@ -50,12 +54,15 @@ class Surroundings:
     shared: Mapping[str, SharedReading]
     records: Records
     ports: SharedPorts
+    turns: Turns
+    exports: Exports
     messages_per_s: float
     samples_per_s: float
 
 
 class WebClient:
-    """Page of a user. ``woken``: called when it may want turns."""
+    """Page of a user. ``can_write``: set while its transport has room; ``woken``: called when it may want
+    turns."""
 
     def __init__(
         self,
@@ -63,15 +70,16 @@ class WebClient:
         source: Source,
         around: Surroundings,
         transport: asyncio.Transport,
+        can_write: asyncio.Event,
         woken: Callable[[], None],
     ) -> None:
         self._socket, self._source, self._around, self._desk = socket, source, around, around.desk
         self._transport, self._woken = transport, woken
-        self._outbox = Outbox(socket, transport.get_write_buffer_size)
+        self._outbox = Outbox(socket, transport, can_write)
         self.watches = PageWatches(around.desk, source, around.shared, around.records, around.samples_per_s)
         self._terminals = PageTerminals(around.desk, source, around.ports, self._outbox)
         self._rate = MessageRate(around.messages_per_s)
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Future[Any]] = set()
         self._stalled_at_s: float | None = None
         self._is_greeted = False
         self.commands = self.rejected = 0
@@ -82,7 +90,6 @@ class WebClient:
             "open": self._terminals.open,
             "close": self._terminals.close,
             "send": self._send,
-            "export": self._export,
         }
 
     async def stay(self) -> None:
@@ -94,13 +101,17 @@ class WebClient:
             async for message in self._socket:
                 await self._rate.wait(asyncio.get_running_loop().time())
                 await self._outbox.room()
+                await self._around.turns.wait()
+                began_s = thread_time()
                 self._read(message)
+                self._around.turns.note(None, thread_time() - began_s)
         finally:
             self.watches.close_all()
             self._terminals.close_all()
             for task in (sending, *self._tasks):
                 task.cancel()
             await asyncio.gather(sending, *self._tasks, return_exceptions=True)
+            self._outbox.drop()
 
     def turn(self, now_s: float) -> None:
         """Give the page what came since its last turn; a page that does not read gets nothing, and goes."""
@@ -146,10 +157,13 @@ class WebClient:
 
     def _carry_out(self, asked: PageRequest) -> None:
         try:
-            if (do := self._does.get(asked.do)) is None:
-                known = ", ".join(self._does)
+            if asked.do == EXPORT:
+                answer: Any = self._export(asked.id, asked.given)
+            elif do := self._does.get(asked.do):
+                answer = do(asked.given)
+            else:
+                known = ", ".join((*self._does, EXPORT))
                 raise BadMessage(f"do: there is no {asked.do[:80]!r}; there are {known}", asked.id)
-            answer = do(asked.given)
             if isawaitable(answer):
                 self._later(asked.id, answer)
             else:
@@ -158,33 +172,40 @@ class WebClient:
             raise
         except VerbRefused as refusal:
             self._refuse(asked.id, refusal)
-        except Exception:  # hil's own error: this request is lost, all else goes on
-            self._fault_of_ours(asked.id)
+        except Exception as error:  # hil's own error: this request is lost, all else goes on
+            self._fault_of_ours(asked.id, error)
 
     def _later(self, number: int, doing: Awaitable[Any]) -> None:
-        task = asyncio.ensure_future(self._answer_later(number, doing))
+        task = asyncio.ensure_future(doing)
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(partial(self._done, number))
 
-    async def _answer_later(self, number: int, doing: Awaitable[Any]) -> None:
-        try:
-            self._answer(number, await doing)
-        except VerbRefused as refusal:
-            self._refuse(number, refusal)
-        except Exception:  # hil's own error, as in ``_carry_out``
-            self._fault_of_ours(number)
+    def _done(self, number: int, task: "asyncio.Future[Any]") -> None:
+        self._tasks.discard(task)
+        if task.cancelled():
+            return
+        match task.exception():
+            case None:
+                self._answer(number, task.result())
+            case VerbRefused() as refusal:
+                self._refuse(number, refusal)
+            case error:  # hil's own error, as in ``_carry_out``
+                self._fault_of_ours(number, error)
 
     def _answer(self, number: int, answer: Any) -> None:
         self.commands += 1
-        self._outbox.put(answer_text(number, answer))
+        if isinstance(answer, Encoded):
+            head = f'{{"id":{number},"answer":'.encode()
+            answer = LongText((head, *answer.parts, b"}"), len(answer))
+        self._outbox.put(answer if isinstance(answer, LongText) else answer_text(number, answer))
         self._woken()
 
     def _refuse(self, number: int, refusal: VerbRefused) -> None:
         self.rejected += 1
         self._outbox.put(refusal_text(number, refusal))
 
-    def _fault_of_ours(self, number: int) -> None:
-        log.exception("bridges.web: a request could not be carried out")
+    def _fault_of_ours(self, number: int, error: BaseException) -> None:
+        log.error("bridges.web: a request could not be carried out", exc_info=error)
         self._refuse(number, VerbRefused("failed", "it met a fault of hil's own; the bench's log says more"))
 
     # ---- what a page can do ----
@@ -216,8 +237,6 @@ class WebClient:
         bursts = {"bursts": [[0, values["data_hex"].replace(" ", "")]]}
         return self._desk.ask(self._source, "play", tap, bursts)
 
-    async def _export(self, given: Mapping[str, Any]) -> dict[str, Any]:
+    def _export(self, number: int, given: Mapping[str, Any]) -> LongText:
         recorded = self.watches.recorded(taken(given, {"watch": WHOLE}, {})["watch"])
-        captured = recorded.capture("hil")
-        written = await asyncio.to_thread(captured.pcapng)
-        return {"pcapng_base64": b64encode(written).decode(), "events": len(captured)}
+        return self._around.exports.begin(self, number, recorded.capture("hil"))

@@ -3,8 +3,6 @@
 What comes from a page is read here alone; nothing else of the bridge sees a text that was not checked.
 """
 
-import json
-import math
 import struct
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -12,6 +10,7 @@ from typing import Any, NamedTuple
 from hil.vocab.desk_protocol import Done
 from hil.vocab.parameters import Form
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_pieces import json_text
 from hil.wire.json_text import JsonError, read_json
 
 SAMPLES, TERMINAL = 1, 2
@@ -124,29 +123,11 @@ def taken(given: Mapping[str, Any], forms: Mapping[str, Form], defaults: Mapping
     return {**defaults, **given}
 
 
-def dumped(content: Any) -> str:
-    """Encode as JSON. What is no number there, as NaN, is null."""
-    try:
-        return json.dumps(content, allow_nan=False, separators=(",", ":"))
-    except ValueError:
-        return json.dumps(_finite(content), allow_nan=False, separators=(",", ":"))
-
-
-def _finite(content: Any) -> Any:
-    if isinstance(content, float):
-        return content if math.isfinite(content) else None
-    if isinstance(content, Mapping):
-        return {name: _finite(value) for name, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_finite(value) for value in content]
-    return content
-
-
 def answer_text(number: int, answer: Any) -> str:
     """Encode the answer of a request."""
     if isinstance(answer, Done):
         answer = {"effective_at_ns": answer.effective_at_ns, **answer.answer}
-    return dumped({"id": number, "answer": answer})
+    return json_text({"id": number, "answer": answer})
 
 
 def refusal_text(number: int | None, refusal: VerbRefused) -> str:
@@ -154,7 +135,7 @@ def refusal_text(number: int | None, refusal: VerbRefused) -> str:
     error: dict[str, Any] = {"code": refusal.code, "message": str(refusal)}
     if refusal.code in PROBLEMS:
         error["problems"] = [_problem(line) for line in str(refusal).splitlines()]
-    return dumped({"id": number, "error": error})
+    return json_text({"id": number, "error": error})
 
 
 def _problem(line: str) -> dict[str, Any]:

@@ -1,18 +1,21 @@
 """Terminals of pages at ports. All pages at a port share one client of it, so that each sees the same."""
 
 import asyncio
+import json
 import os
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
+from inspect import isawaitable
 from typing import Any
 
 from bridges.web.outbox import Outbox
-from bridges.web.web_messages import NAME, WHOLE, dumped, taken, terminal_message
+from bridges.web.web_messages import NAME, WHOLE, taken, terminal_message
 from hil.net.port_client import PortUnreachable, opened_port
-from hil.vocab.desk_protocol import Desk, Source
+from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.vocab.near_words import meant
 from hil.vocab.port_programs import is_held
 from hil.vocab.verbs import Role, VerbRefused
+from hil.wire.json_pieces import json_text
 
 MOST_TERMINALS = 32
 TYPED_BYTES = 64 * 1024
@@ -146,7 +149,7 @@ class PageTerminals:
             raise VerbRefused("forbidden", "open needs the role operator")
         if len(self._open) >= MOST_TERMINALS:
             raise VerbRefused("not_now", f"{MOST_TERMINALS} terminals are open already; close one")
-        address, clients = self._place(name)
+        address, clients = await self._place(name)
         self._last += 1
         number = self._last
 
@@ -185,11 +188,15 @@ class PageTerminals:
     def _end(self, number: int, why: str) -> None:
         if number in self._open:
             self._leave(number)
-            self._outbox.put(dumped({"closed": {"terminal": number, "why": why}}))
+            self._outbox.put(json_text({"closed": {"terminal": number, "why": why}}))
 
-    def _place(self, name: str) -> tuple[str, int]:
+    async def _place(self, name: str) -> tuple[str, int]:
         """Address of a port, and how many clients it has."""
         listed = self._desk.ask(self._source, "list", "", {})
+        if isawaitable(listed):
+            listed = await listed
+        if isinstance(listed, Encoded):
+            listed = json.loads(b"".join(listed.parts))
         rows: dict[str, Mapping[str, Any]] = {
             row["device"]: {**row, "kind": row["port"]} for row in listed["devices"] if row["address"]
         }

@@ -3,14 +3,15 @@
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from bridges.web.outbox import Outbox
+from bridges.web.outbox import LongText, Outbox
 from bridges.web.shared_reading import SharedReading
 from bridges.web.streams import AxisSamples, PageStream, PassingItems, RunsProgress, ToldReading
-from bridges.web.web_messages import NAME, NAMES, NUMBER, WHOLE, dumped, taken
+from bridges.web.web_messages import NAME, NAMES, NUMBER, WHOLE, taken
 from bridges.web.wire_streams import BusFrames, LinePackets, PortBytes, RecordedItems, Records
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_pieces import json_text
 
 MOST_WATCHES = 256
 MOST_WIRES = 16
@@ -86,7 +87,7 @@ class PageWatches:
             match stream.take(now_s):
                 case bytes(block):
                     blocks.append(block)
-                case str(text):
+                case str() | LongText() as text:
                     outbox.put(text)
         if blocks:
             outbox.put(b"".join(blocks))
@@ -101,7 +102,7 @@ class PageWatches:
         for number, (what, target, _) in list(self._streams.items()):
             if what in ("samples", "bytes") and owner_of(target) in names:
                 self._end(number)
-                outbox.put(dumped({"closed": {"watch": number, "why": f"{target} was changed"}}))
+                outbox.put(json_text({"closed": {"watch": number, "why": f"{target} was changed"}}))
 
     def close_all(self) -> None:
         for number in list(self._streams):

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 KEPT_EVENTS, KEPT_BYTES = 10_000, 2 << 20
 """Maximum of what is kept of a segment for captures: so many events, and bytes of them."""
+RECORDED_EVENTS = 100
+"""Events that are encoded at a time: some 2 ms."""
 LINE_BAUD = 38400
 """Speed of a line without a station."""
 SETTLED_NS = 100_000_000
@@ -187,7 +189,7 @@ class RecordedItems(PassingItems, ABC):
 
 
 class Captured:
-    """Events for a capture, apart from those who watch: it is written in another thread."""
+    """Events for a capture, apart from those who watch."""
 
     def __init__(
         self, head: bytes, recorded: Callable[[Any, int], bytes], events: Sequence[Any], epoch_ns: int
@@ -197,9 +199,12 @@ class Captured:
     def __len__(self) -> int:
         return len(self._events)
 
-    def pcapng(self) -> bytes:
-        """Encode as pcapng."""
-        return self._head + b"".join(self._recorded(event, self._epoch_ns) for event in self._events)
+    def pcapng(self) -> Iterator[bytes]:
+        """Encode as pcapng, some events at a time."""
+        yield self._head
+        for at in range(0, len(self._events), RECORDED_EVENTS):
+            some = self._events[at : at + RECORDED_EVENTS]
+            yield b"".join(self._recorded(event, self._epoch_ns) for event in some)
 
 
 class LinePackets(RecordedItems):

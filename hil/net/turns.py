@@ -1,4 +1,4 @@
-"""Turns of clients: how much of the event loop the door's requests may take, and who is next."""
+"""Turns of clients: how much of the event loop a door's requests may take, and who is next."""
 
 import asyncio
 from collections import deque
@@ -28,7 +28,7 @@ class Turns:
         self._queue: deque[Waiting] = deque()
         self._next: asyncio.Handle | None = None
         self._loop = asyncio.get_running_loop()
-        self._last: Waiting | None = None
+        self._last: object | None = None
         self._over_s, self._at_s = 0.0, self._loop.time()
         """Time that turns were over their share, at that time."""
 
@@ -40,9 +40,18 @@ class Turns:
         self._go_on_in_the_next_pass()
         return True
 
-    def note(self, client: Waiting, took_s: float) -> None:
-        """Note the CPU time that turns took. A client alone has no limit: it waits for each answer."""
-        if client is not self._last:
+    async def wait(self) -> None:
+        """Wait for a turn for one request, and take it."""
+        if not self._queue and self.take():
+            return
+        waiting = self._loop.create_future()
+        self.queue(_Sleeper(self, waiting))
+        await waiting
+
+    def note(self, client: object | None, took_s: float) -> None:
+        """Note the CPU time that turns took. A client alone has no limit: it waits for each answer. None: one
+        that does not, and has."""
+        if client is None or client is not self._last:
             self._over_s += took_s
         self._last = client
 
@@ -76,3 +85,14 @@ class Turns:
             client.has_turn(1 if self._queue else self._left)
         if self._queue:
             self._go_on_in_the_next_pass()
+
+
+class _Sleeper:
+    """Client that waits for a turn. The future is done when it has one."""
+
+    def __init__(self, turns: Turns, waiting: "asyncio.Future[None]") -> None:
+        self._turns, self._waiting = turns, waiting
+
+    def has_turn(self, most: int) -> None:
+        if not self._waiting.done() and self._turns.take():
+            self._waiting.set_result(None)

@@ -9,21 +9,24 @@ import asyncio
 import json
 import logging
 import os
+import select
 import socket
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from contextlib import closing, suppress
 from inspect import isawaitable
 from pathlib import Path
+from time import thread_time
 from typing import Any
 
 from hil.host.paths import STARTING
 from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
 from hil.net.control_client import already_running, listener
+from hil.net.turns import Turns
 from hil.net.visitors import Visit, Visitors
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
-from hil.vocab.desk_protocol import LOCAL, Desk, Done
+from hil.vocab.desk_protocol import LOCAL, Desk, Done, Encoded
 from hil.vocab.operation import Operation
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
@@ -33,6 +36,8 @@ _MODE = 0o660
 MAX_CLIENTS = 64
 _BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
+LOOK_S = 0.25
+"""Time between two looks whether a client that waits for an answer is still there."""
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _PROBLEMS = ("bad_run", "bad_config")
 """Codes of refusals that are answers here: the problems of a text."""
@@ -128,6 +133,7 @@ class ControlServer:
         self._desk = desk
         self._operations = desk.describe().operations
         self._is_closed = False
+        self._turns = Turns()
         self._visitors = let_in(claimed.listening, self._client, _LINE_LIMIT)
         claimed.serve()
 
@@ -135,28 +141,33 @@ class ControlServer:
         """Send everybody away: what still waits for an answer is not carried out."""
         self._is_closed = True
         self._visitors.close()
+        self._turns.close()
         await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
         while not self._is_closed and (line := await _next_line(reader)):
             visit.is_busy = visit.has_asked = True
-            answer = await self.answer(line)
+            if (answer := await _unless_gone(self.answer(line, visit), writer)) is None:
+                return
             capture = answer.pop("capture", None)
-            writer.write(json.dumps(answer).encode() + b"\n")
+            await _write(answer, writer)
             if capture:
                 await _carry(capture, reader, writer)
             visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
             await writer.drain()
 
-    async def answer(self, line: bytes | TooLong) -> dict[str, Any]:
-        """Answer a line, request or not; ``capture`` in the answer: the connection carries one from
-        now on."""
+    async def answer(self, line: bytes | TooLong, client: object | None = None) -> dict[str, Any]:
+        """Answer a line of a client, request or not; ``capture`` in the answer: the connection carries one
+        from now on."""
         name = ""
+        await self._turns.wait()
         try:
             if isinstance(line, TooLong):
                 raise VerbRefused("bad_request", f"not a request: longer than {_LINE_LIMIT} bytes")
             name, target, given = await off_loop(line, read_request, line, self._operations)
+            began_s = thread_time()
             result = self._desk.ask(LOCAL, name, target, given)
+            self._turns.note(client, thread_time() - began_s)
             if isawaitable(result):
                 result = await result
         except VerbRefused as error:
@@ -196,6 +207,41 @@ def read_request(line: bytes, operations: Mapping[str, Operation]) -> tuple[str,
             "bad_parameter", f"{argument}: write a text of at most {NAME_CHARACTERS} characters"
         )
     return name, target, request
+
+
+async def _unless_gone(
+    answering: Coroutine[Any, Any, dict[str, Any]], writer: asyncio.StreamWriter
+) -> dict[str, Any] | None:
+    """Wait for an answer as long as its client is there: what is done for it ends with it. None: it has
+    gone."""
+    task = asyncio.ensure_future(answering)
+    try:
+        while not (await asyncio.wait([task], timeout=LOOK_S))[0]:
+            if _has_gone(writer):
+                return None
+        return task.result()
+    finally:
+        task.cancel()
+
+
+def _has_gone(writer: asyncio.StreamWriter) -> bool:
+    """True if a client has closed its socket; one that only writes no more still wants its answer."""
+    if writer.is_closing():
+        return True
+    look = select.poll()
+    look.register(writer.get_extra_info("socket"), 0)
+    return bool(look.poll(0))
+
+
+async def _write(answer: dict[str, Any], writer: asyncio.StreamWriter) -> None:
+    """Write an answer; a long one as fast as it is read."""
+    if not isinstance(result := answer.get("result"), Encoded):
+        writer.write(json.dumps(answer).encode() + b"\n")
+        return
+    for part in (b'{"ok": true, "result": ', *result.parts, b"}\n"):
+        writer.write(part)
+        await writer.drain()
+        await asyncio.sleep(0)
 
 
 async def _carry(

@@ -18,6 +18,7 @@ from hil.operations.health import Health
 from hil.operations.looking_on import LookingOn
 from hil.operations.metrics import Metrics
 from hil.operations.reports import Reports, listed_segments
+from hil.operations.shared_report import SharedReport
 from hil.operations.table import Answerer
 
 
@@ -41,13 +42,14 @@ def make_desk(
     reports = Reports(
         sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health, queue
     )
+    listed, status = SharedReport(reports.listed), SharedReport(reports.status)
     of_drives = DriveOperations(sim, places.drives)
     boards = BoardOperations(sim, places, configured, runs.axes, runs.real, of_drives)
     channels = ChannelOperations(sim)
     bench = BenchOperations(faults, queue, live.reloader, stop)
     answerers: dict[str, Answerer] = {
-        "list": lambda asked: reports.listed(),
-        "status": lambda asked: reports.status(),
+        "list": lambda asked: listed.read(),
+        "status": lambda asked: status.read(),
         "health": lambda asked: reports.health_in_short(),
         "metrics": lambda asked: metrics.read(),
         "segments": lambda asked: listed_segments(sim, places),

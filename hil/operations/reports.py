@@ -52,17 +52,25 @@ class Reports:
     health: Health
     runs: RunQueue
 
-    def listed(self) -> dict[str, Any]:
-        """List the bench's devices, taps and CANopen nodes, and the addresses of their ports."""
+    def listed(self) -> Iterator[dict[str, Any] | None]:
+        """List the bench's devices, taps and CANopen nodes, and the addresses of their ports: None behind
+        each device, then the list."""
         head = {"bench": self.configured.config.bench, "pid": os.getpid(), "version": __version__}
-        kinds = port_kinds(self.configured.config)
-        devices = [self._row(name, config, kinds) for name, config in self.configured.config.devices.items()]
+        kinds, devices = port_kinds(self.configured.config), []
+        for name, config in list(self.configured.config.devices.items()):
+            if self._is_there(name):
+                devices.append(self._row(name, config, kinds))
+                yield None
         taps = [
             {"tap": name, "kind": kinds[name]}
             | {"port": tap.port.address, "clients": tap.port.stats().clients}
             for name, tap in self.places.taps.items()
         ]
-        return head | {"devices": devices, "taps": taps, "nodes": listed_nodes(self.sim)}
+        yield head | {"devices": devices, "taps": taps, "nodes": listed_nodes(self.sim)}
+
+    def _is_there(self, name: str) -> bool:
+        """True unless a reload has removed the device meanwhile."""
+        return name in self.sim.devices or name in self.places.boards or name in self.places.drives
 
     def _row(self, name: str, config: DeviceConfig, kinds: Mapping[str, str]) -> dict[str, Any]:
         place = self.places.uarts.get(name) or self.places.boards.get(name)
@@ -97,16 +105,23 @@ class Reports:
             "failed": device.failed,
         }
 
-    def status(self) -> dict[str, Any]:
-        """List the same with counters, health and all else that is known."""
-        rt, config = self.sim.core.native.rt_stats(), self.configured.config
-        listed = self.listed()
-        for row in listed["devices"]:
+    def status(self) -> Iterator[dict[str, Any] | None]:
+        """List the same with counters, health and all else that is known, in the same manner."""
+        listed: dict[str, Any] = {}
+        for each in self.listed():
+            listed = each or listed
+            yield None
+        rows = listed["devices"]
+        listed["devices"] = []
+        for row in rows:
             name = row["device"]
-            board = self.places.boards.get(name)
-            drive = self.places.drives.get(name)
-            row |= _of_drive(drive.drive) if drive else _of_board(board) if board else self._of_twin(name)
-        return listed | {
+            if self._is_there(name):
+                board, drive = self.places.boards.get(name), self.places.drives.get(name)
+                row |= _of_drive(drive.drive) if drive else _of_board(board) if board else self._of_twin(name)
+                listed["devices"].append(row)
+                yield None
+        rt, config = self.sim.core.native.rt_stats(), self.configured.config
+        yield listed | {
             "health": self.health.as_dict(),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
             "segments": listed_segments(self.sim, self.places),

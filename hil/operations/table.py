@@ -123,9 +123,11 @@ BUS, CHANNEL = Target.BUS, Target.CHANNEL
 VIEWER, OPERATOR, ADMIN = Role.VIEWER, Role.OPERATOR, Role.ADMIN
 _ROWS = (
     # What is there, and how it does.
-    _asked("list", BENCH, VIEWER, "the bench's devices, with the addresses of their ports"),
+    _asked("list", BENCH, VIEWER, "the bench's devices, with the addresses of their ports",
+           takes_time=True),
     _asked("status", BENCH, VIEWER,
-           "health, ticks, missed wakes, histograms, and for each device counters and a snapshot"),
+           "health, ticks, missed wakes, histograms, and for each device counters and a snapshot",
+           takes_time=True),
     _asked("health", BENCH, VIEWER, "whether the bench is well, and what is wrong"),
     _asked("metrics", BENCH, VIEWER, "all metrics, each read when its turn comes"),
     _asked("segments", BENCH, VIEWER, "each segment's stations, taps and counters"),

@@ -34,6 +34,17 @@ class Done:
 
 
 @dataclass(frozen=True)
+class Encoded:
+    """Long answer that is JSON already, made once for all who ask. ``parts``: its bytes, one behind the
+    other."""
+
+    parts: Sequence[bytes]
+
+    def __len__(self) -> int:
+        return sum(map(len, self.parts))
+
+
+@dataclass(frozen=True)
 class AxisField:
     """Field of an axis: name, type (f32, f64, i32, i64), unit, meaning, offset in the binary layout in bytes,
     whether it may be set from outside, and whether it belongs to the short state."""

@@ -7,7 +7,7 @@ import pytest
 from served_door import READ, Door, packet, with_door
 from simulated_loop import Simulated
 
-from bridges.modbus.turns import BURST_S, IN_A_PASS, SHARE, Turns
+from hil.net.turns import BURST_S, IN_A_PASS, SHARE, Turns
 
 
 class Asking:

@@ -16,7 +16,6 @@ from bridges.web.web_messages import (
     BadMessage,
     PageRequest,
     answer_text,
-    dumped,
     read_request,
     read_terminal,
     refusal_text,
@@ -25,6 +24,7 @@ from bridges.web.web_messages import (
 )
 from hil.vocab.desk_protocol import Done
 from hil.vocab.verbs import VerbRefused
+from hil.wire.json_pieces import json_text
 
 json_values = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
@@ -116,7 +116,7 @@ def test_all_mistakes_are_told_at_once() -> None:
 
 
 def test_what_is_no_number_in_json_is_null() -> None:
-    assert dumped({"a": [float("nan"), (1.5, float("-inf"))]}) == '{"a": [null, [1.5, null]]}'.replace(
+    assert json_text({"a": [float("nan"), (1.5, float("-inf"))]}) == '{"a": [null, [1.5, null]]}'.replace(
         " ", ""
     )
     assert answer_text(3, Done(7, {"x": float("inf")})) == '{"id":3,"answer":{"effective_at_ns":7,"x":null}}'

@@ -18,7 +18,7 @@ from bridges.web import open_pages, web_bridge, web_client
 from bridges.web.page_files import read_page
 from bridges.web.streams import MOST_ITEMS
 from bridges.web.web_watches import MOST_WIRES
-from hil.vocab.desk_protocol import Watched
+from hil.vocab.desk_protocol import Encoded, Watched
 from hil.vocab.verbs import VerbRefused
 
 
@@ -412,12 +412,71 @@ def test_a_message_is_as_long_as_the_page_is_told() -> None:
     run(use, message_kb=2)
 
 
+@pytest.mark.parametrize("version", ["7", "8", "12", "", "13, 8"])
+def test_drafts_of_websockets_are_refused(version: str) -> None:
+    async def use(door: Door) -> None:
+        headers = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": version}
+        headers |= {"Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==", "Sec-WebSocket-Protocol": "hil.v1"}
+        async with door.session.get(f"{door.url}ws", headers=headers) as answer:
+            assert answer.status == 426
+            assert answer.headers["Sec-WebSocket-Version"] == "13"
+
+    run(use)
+
+
+def test_a_long_answer_is_made_once_for_all_and_waits_in_small_pieces() -> None:
+    part = b'"' + b"a" * (8 << 20) + b'"'
+    desk = PagesDesk({"drawing": Encoded((b'{"text":', part, b"}"))})
+
+    async def use(door: Door) -> None:
+        slow = await raw_page(door.url)
+        loop = asyncio.get_running_loop()
+        ask = json.dumps({"id": 1, "do": "ask", "operation": "drawing"})
+        for _ in range(20):
+            await loop.sock_sendall(slow, frame(ask))
+        async with door.page() as page:
+            assert await page.ask("ask", operation="drawing") == {"text": "a" * (8 << 20)}
+        (connection,) = door.bridge._visits  # type: ignore[attr-defined]
+        assert connection.transport.get_write_buffer_size() < 256 << 10
+        slow.close()
+
+    run(use, desk)
+
+
+def test_what_a_page_waits_for_ends_with_it() -> None:
+    begun, ended = asyncio.Event(), asyncio.Event()
+
+    async def planning() -> None:
+        begun.set()
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended.set()
+
+    async def use(door: Door) -> None:
+        never = planning()  # one that is cancelled before it begins, too: it warns if nobody awaits it
+        door.desk._answers = {"drawing": planning(), "run": never}
+        async with door.page() as page:
+            await page.socket.send_json({"id": 1, "do": "ask", "operation": "drawing"})
+            await begun.wait()
+            await page.socket.send_json({"id": 2, "do": "ask", "operation": "run"})
+        await asyncio.wait_for(ended.wait(), 5)
+        await door.until(lambda: door.bridge.status()["links"] == 0)
+
+    run(use)
+
+
 @pytest.mark.parametrize(
     ("sent", "code"),
     [
         (frame(b"\xff\xfe"), 1007),
         (b"\xff" * 100, 1002),
         (frame(b"", opcode=3), 1002),
+        (b"\x81\x05hello", 1002),  # without a mask
+        (frame(struct.pack(">H", 1006), opcode=8), 1002),
+        (b"\x09" + frame(b"")[1:], 1002),  # a ping in fragments
+        (frame(bytes(126), opcode=9), 1002),
+        (bytes([0xC1]) + frame(b"")[1:], 1002),  # a reserved bit
     ],
 )
 def test_what_is_no_message_ends_that_page_alone(sent: bytes, code: int) -> None:

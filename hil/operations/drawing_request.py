@@ -1,0 +1,33 @@
+"""What the daemon and the process that plans a drawing tell each other."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from struct import Struct
+from typing import NamedTuple
+
+from hil.vocab.axis import AxisNow
+
+WORKER = "hil.operations.drawing_worker"
+HEAD = Struct("<?Q")
+"""Begin of the process's output: whether the drawing may be run, and the length of the answer, JSON without
+its last bracket. Behind the answer is the rest of an object of it and the texts."""
+
+
+class DrawingRequest(NamedTuple):
+    """Request for a drawing of ``axes``."""
+
+    text: str
+    machine_text: str
+    file: str
+    machine_file: str
+    feed_percent: float
+    axes: Mapping[str, AxisNow]
+
+
+def split_at(pieces: Iterable[bytes], at: int) -> tuple[Sequence[bytes], Sequence[bytes]]:
+    """Pieces of the first so many bytes, and those of the rest."""
+    first, rest = [], []
+    for piece in pieces:
+        first.append(piece[:at])
+        rest.append(piece[at:])
+        at = max(at - len(piece), 0)
+    return [each for each in first if each], [each for each in rest if each]

@@ -1,0 +1,49 @@
+"""Reports that are made in pieces, once for all who ask meanwhile."""
+
+import asyncio
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from hil.operations.shared_report import SharedReport
+from hil.wire.json_pieces import ITEMS, json_pieces
+
+
+def test_pieces_are_the_whole() -> None:
+    for content in (
+        {},
+        {"a": 1},
+        {"rows": list(range(3 * ITEMS + 1)), "few": [1, 2], "none": []},
+        {"nan": [math.nan] * (ITEMS + 1), 'quo"te': math.inf},
+        [1, 2, 3],
+    ):
+        told = json.loads(b"".join(json_pieces(content)))
+        assert told == json.loads(json.dumps(content).replace("NaN", "null").replace("Infinity", "null"))
+
+
+def test_each_asker_gets_a_report_that_was_begun_after_the_question() -> None:
+    begun = 0
+
+    def made() -> Iterator[Any]:
+        nonlocal begun
+        begun += 1
+        number = begun
+        for _ in range(5):
+            yield None
+        yield {"number": number}
+
+    async def ask(report: SharedReport) -> int:
+        encoded = await report.read()
+        return int(json.loads(b"".join(encoded.parts))["number"])
+
+    async def main() -> None:
+        report = SharedReport(made)
+        assert await asyncio.gather(*(ask(report) for _ in range(50))) == [1] * 50
+        first = asyncio.ensure_future(ask(report))
+        await asyncio.sleep(0)
+        first.cancel()  # others still get theirs
+        assert await ask(report) == 2
+
+    asyncio.run(main())
+    assert begun == 2
