@@ -19,7 +19,7 @@ from e2e_support import HIL, TERMINAL, Client
 from soak_benches import Config, changed, targets
 
 from hil.client import ClientError, connect_sync
-from hil.net.control_client import ControlError, ask
+from hil.net.control_client import BenchSilent, ControlError, ask
 from hil.vocab.faults import FAULT_KINDS
 
 ASK_S = 30.0
@@ -50,7 +50,7 @@ class Scene:
             return ask(self.control, verb, timeout_s=ASK_S, **arguments)
         except ControlError as error:
             self.counts["refused"] += 1
-            if str(error).startswith("no daemon answers") and not self.over.is_set():
+            if isinstance(error, BenchSilent) and not self.over.is_set():
                 self.troubles.append(f"{verb} {str(arguments)[:200]}: {error}")
             return None
 

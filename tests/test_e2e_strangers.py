@@ -20,7 +20,8 @@ from typer.testing import CliRunner
 from hil.cli.cli import app
 from hil.net import control_client as client
 from hil.net.answers import FORMS, misfit
-from hil.net.control_client import ControlError, ask
+from hil.net.control_client import BenchGone, BenchLate, ControlError, ask
+from hil.net.socket_owner import others_sockets
 
 SAC = {"profile": "sac", "flash": {}}
 RUN = '{"run": "r", "axes": {"m1": {}}, "steps": [{"dwell_s": 0.1}]}'
@@ -113,7 +114,7 @@ def test_a_folder_that_another_user_has_made_is_not_believed(place: Place) -> No
         assert f"{base} belongs to another user" in as_user(place, "doctor", "--json").stdout
         # Who names the folder means its owner; but then only its owner, or root, may listen there.
         named = as_user(place, "list", "--runtime-dir", str(base))
-        assert "cannot be understood" in named.stderr or named.stdout == "No bench is running here.\n"
+        assert (named.returncode, "cannot be understood" in named.stderr) == (1, True), named
     assert {request["verb"] for request in heard} <= {"list"}
 
 
@@ -133,6 +134,78 @@ def test_a_stranger_who_listens_in_ones_own_folder_is_not_asked(place: Place) ->
         ask(path, "list")
     listening.kill()
     assert b"verb" not in listening.communicate(timeout=PATIENCE_S)[0]
+
+
+@needs_stranger
+def test_a_bench_of_another_user_says_whose_it_is_and_what_helps(place: Place) -> None:
+    """A control socket without rights for others, then folders without: no command says that nothing runs."""
+    place.serve(config())
+    place.write(RUN, "run.yaml")
+    for folder in (place.folder, place.runtime, place.runtime / "t"):
+        folder.chmod(0o755)
+
+    def refused(*words: str) -> str:
+        command = [*AS_STRANGER, HIL, *words, "--runtime-dir", str(place.runtime)]
+        done = subprocess.run(command, env=os.environ | TERMINAL, capture_output=True, text=True, timeout=60)
+        assert (done.returncode, "Traceback" in done.stderr) == (1, False), done
+        return done.stdout + done.stderr
+
+    asking = [[word.format(folder=place.folder) for word in each] for each in ASKING[:4]]
+    for command in (*asking, ["list", "--json"], ["run", str(place.folder / "run.yaml")]):
+        said = refused(*command)
+        assert "bench t of root (0) refuses you: " in said, (command, said)
+        assert f"{place.runtime}/t/control.sock: Permission denied; ask as root, with `sudo`" in said
+    assert "its control socket, of root (0), refuses you" in refused("doctor", "--json")
+    for closed in (place.runtime / "t", place.runtime):
+        closed.chmod(0o700)
+        for command in ("list", "status"):
+            said = refused(command)
+            assert f"{closed} of root (0) is closed to you: ask as root" in said
+    os.chown(place.runtime / "t" / "control.sock", -1, 20)
+    for folder in (place.runtime, place.runtime / "t"):
+        folder.chmod(0o755)
+    assert "or join its group: as root `usermod -aG dialout USER`, then log in again" in refused("status")
+
+
+def test_a_bench_that_hangs_beside_one_that_answers_is_said(place: Place) -> None:
+    place.serve(config())
+    (place.runtime / "f").mkdir()
+    with answering(place.runtime / "f" / "control.sock", lambda _: b""):
+        said = place.hil("list", code=1)
+        assert "hil: what listens at" in said
+        assert "gives no answer: it hung up" in said
+        assert "m1" in said
+        alone = place.hil("list", "--json", "-b", "f", code=1)
+        assert "it hung up" in json.loads(alone)["error"]["message"]
+    assert "m1" in place.hil("list", "-b", "t")
+
+
+def test_each_silence_has_its_name(place: Place) -> None:
+    (place.runtime / "t").mkdir(parents=True)
+    path = place.runtime / "t" / "control.sock"
+    with pytest.raises(BenchGone, match="the bench has ended, or was never there"):
+        ask(path, "list")
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(path))
+        listener.listen(1)
+        with pytest.raises(BenchLate, match=r"bench t of .* within 0.1 s: .* `hil doctor` says more"):
+            ask(path, "list", timeout_s=0.1)
+    with pytest.raises(BenchGone, match=f"its bench was killed; .*`rm -r {path.parent}`"):
+        ask(path, "list")
+    assert "one was killed that had" in place.hil("status", code=1)
+    nowhere = place.runtime / "x"
+    said = place.hil("--runtime-dir", str(nowhere), "list")
+    assert said == f"No bench is running here: there is no folder {nowhere}.\n"
+
+
+def test_a_bench_elsewhere_is_said_where_nobody_named_a_folder(place: Place) -> None:
+    place.serve(config())
+    (place.folder / "empty").mkdir()
+    env = os.environ | TERMINAL | {"XDG_RUNTIME_DIR": str(place.folder / "empty")}
+    done = subprocess.run([HIL, "-b", "t", "status"], env=env, capture_output=True, text=True, timeout=60)
+    if "no bench is running here" in done.stderr:  # else a service runs on this computer
+        assert "elsewhere there is" in done.stderr
+    assert [each for each in others_sockets() if each == place.runtime / "t" / "control.sock"]
 
 
 def test_two_benches_of_one_name_are_told_apart(place: Place) -> None:
@@ -194,7 +267,7 @@ def test_any_bytes_as_an_answer_are_a_sentence(place: Place) -> None:
         with answering(place.runtime / "t" / "control.sock", lambda _, odd=odd: odd):
             for command in ASKING:
                 said = outcome(place, command, where)
-                if command[0] != "list" and b'"result": ' not in odd[:60]:
+                if b'"result": ' not in odd[:60]:
                     assert said.startswith("1 hil: "), (odd[:60], command, said)
 
 
@@ -212,7 +285,7 @@ def test_an_answer_that_never_ends_ends(place: Place, monkeypatch: pytest.Monkey
 
     with answering(path, trickle):
         begun_s = time.monotonic()
-        with pytest.raises(ControlError, match="timed out"):
+        with pytest.raises(ControlError, match=r"within 0\.3 s"):
             ask(path, "list", timeout_s=0.3)
         assert 0.2 < time.monotonic() - begun_s < PATIENCE_S
         ended.set()

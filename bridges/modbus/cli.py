@@ -62,8 +62,11 @@ def print_map(
         raise typer.Exit(2)
     found = find(runtime_dir, os.environ).running()
     meant = found.meant(bench)
+    if not found.benches:
+        typer.echo(f"hil: {found.none_runs()}", err=True)
+        raise typer.Exit(1)
     if len(meant) != 1:
-        names = ", ".join(found.called(each) for each in found.benches) or "none"
+        names = ", ".join(found.called(each) for each in found.benches)
         typer.echo(f"hil: which bench? --bench names one; running: {names}", err=True)
         raise typer.Exit(2 if meant else 1)
     try:

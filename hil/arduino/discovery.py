@@ -36,7 +36,7 @@ class Benches:
             path = here.socket
             try:
                 now[path] = _ports(ask(path, "list", timeout_s=_ANSWER_S), here.owner)
-            except ControlError:
+            except ControlError:  # the protocol has no word for one bench of several: `hil list` says why
                 with suppress(OSError):
                     if path in self._last and listener(path):
                         now[path] = self._last[path]

@@ -10,8 +10,6 @@ import typer
 if TYPE_CHECKING:
     from hil.net.benches_here import Found, Here
 
-TRUST_REMEDY = "set XDG_RUNTIME_DIR, or name a folder of yours with --runtime-dir"
-
 RuntimeDir = Annotated[
     Path | None,
     typer.Option(
@@ -64,17 +62,17 @@ def found(runtime_dir: Path | None) -> "Found":
     if here.benches and here.left_out:
         from hil.host.journal import say
 
-        for why in here.left_out:
-            say(f"hil: not looked into: {why}", sys.stderr)
+        for left_out in here.left_out:
+            say(f"hil: not looked into: {left_out}", sys.stderr)
     elif here.left_out:
-        raise fail(f"hil: {'; '.join(here.left_out)}: {TRUST_REMEDY}")
+        raise fail(f"hil: {here.none_runs()}")
     return here
 
 
 def benches_meant(bench: str | None, here: "Found") -> list["Here"]:
     """Benches that are meant, at least one, or say what is wrong and end the command."""
     if not here.benches:
-        raise fail("hil: no bench is running here")
+        raise fail(f"hil: {here.none_runs()}")
     if not (meant := here.meant(bench)):
         names = ", ".join(here.called(each) for each in here.benches)
         raise fail(f"hil: bench {bench!r} is not running here; running: {names}")

@@ -1,6 +1,7 @@
 """``hil list``, ``hil status``, ``hil replay`` and ``hil doctor``."""
 
 import json
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -27,25 +28,39 @@ def list_benches(
     """
     import os
 
-    from hil.cli.hints import all_pasteable
     from hil.cli.port_views import as_json as programs_as_json
-    from hil.net.control_client import ControlError, ask
+    from hil.host.journal import say
+    from hil.net.control_client import BenchGone, ControlError, ask
 
     here = found(runtime_dir)
-    benches, options = [], []
+    benches, options, silent = [], [], []
     for each in here.benches if bench is None else benches_meant(bench, here):
         try:
             benches.append(ask(each.socket, "list"))
             options.append(here.options(each.folder, runtime_dir, os.environ))
-        except ControlError:
-            continue  # the bench ended just now, or the socket is nobody's
+        except BenchGone:
+            continue  # it ended after it was found: it does not run
+        except ControlError as error:
+            silent.append(f"hil: {error}")
+    if silent and not benches:
+        raise fail("\n".join(silent))
+    for why in silent:
+        say(why, sys.stderr)
     if as_json:
         more = [{"programs": programs_as_json(listed)} if programs else {} for listed in benches]
         typer.echo(json.dumps([listed | each for listed, each in zip(benches, more, strict=True)]))
-        return
-    if not benches:
-        typer.echo("No bench is running here.")
-        return
+    elif not benches:
+        said = here.none_runs()
+        typer.echo(f"{said[0].upper()}{said[1:]}.")
+    else:
+        _tell_benches(benches, options, programs)
+    if silent:
+        raise typer.Exit(1)
+
+
+def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], programs: bool) -> None:
+    """Print the answers of benches to ``list``. ``options``: those with which commands ask each."""
+    from hil.cli.hints import all_pasteable
     from hil.cli.port_views import HINT, program_lines
     from hil.cli.views import device_table, long_lines
 

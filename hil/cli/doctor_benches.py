@@ -13,7 +13,8 @@ from hil.host.doctor import NO_START, Diagnosis
 from hil.host.paths import SERVICES, STARTING
 from hil.host.regular_file import NotRegularError, read_regular
 from hil.net.benches_here import find_in
-from hil.net.control_client import ControlError, ask, listener
+from hil.net.control_client import BenchLate, ControlError, ask, listener
+from hil.net.socket_owner import entry_remedy, owner_name
 from hil.vocab.address import CONTROL_SOCKET
 from hil.vocab.health_words import LATE_KINDS
 
@@ -29,9 +30,8 @@ def judge_benches(runtime_dir: Path, is_named: bool = False) -> Iterator[Diagnos
     one for each folder that commands do not look into."""
     found = find_in((runtime_dir, SERVICES), is_named)
     cost = "commands do not look into it, and `hil serve` refuses it"
-    remedy = "name a folder of yours with --runtime-dir, or set XDG_RUNTIME_DIR"
-    for why in found.left_out:
-        yield Diagnosis("bench folders", "problem", why, cost, remedy)
+    for left_out in found.left_out:
+        yield Diagnosis("bench folders", "problem", left_out.why, cost, left_out.remedy)
     for folder in sorted(here.folder for here in found.benches):
         yield from _judge(f"bench {folder.name}", folder)
 
@@ -41,9 +41,9 @@ def _judge(name: str, folder: Path) -> Iterator[Diagnosis]:
     try:
         pid = listener(socket)
     except OSError as error:
-        found = f"its control socket refuses you: {os.strerror(error.errno or 0)}"
+        found = f"its control socket, of {owner_name(socket)}, refuses you: {os.strerror(error.errno or 0)}"
         cost = "`hil status` and all commands that ask it fail"
-        yield Diagnosis(name, "problem", found, cost, "ask as root, or as the user that runs it")
+        yield Diagnosis(name, "problem", found, cost, entry_remedy(socket))
         return
     if not pid:
         remedy = f"start it again, which cleans up, or `rm -r {folder}`"
@@ -53,7 +53,7 @@ def _judge(name: str, folder: Path) -> Iterator[Diagnosis]:
         return
     try:
         status = ask(socket, "status", timeout_s=PATIENCE_S)
-    except ControlError:
+    except BenchLate:
         if (age_s := _starting_s(socket)) is not None:
             found = f"process {pid} has been starting for {age_s:.0f} s"
             cost = "its ports and commands wait until it serves: for a real board that does not answer, 5 s"
@@ -62,6 +62,10 @@ def _judge(name: str, folder: Path) -> Iterator[Diagnosis]:
         remedy = f"`systemctl restart hil`, or `kill -9 {pid}`, and start it again"
         found = f"process {pid} does not answer within {PATIENCE_S:g} s"
         yield Diagnosis(name, "problem", found, "its boards are dead", remedy)
+    except ControlError as error:
+        cost = "`hil status` and all commands that ask it fail"
+        remedy = f"ask with the hil that runs it, or end process {pid} and start it again"
+        yield Diagnosis(name, "problem", str(error), cost, remedy)
     else:
         yield from _judge_running(name, pid, status)
 

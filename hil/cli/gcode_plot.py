@@ -4,8 +4,8 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hil.cli.ask import ask_bench, fail
-from hil.cli.exit_codes import Exit
+from hil.cli.ask import ask_bench, bench_meant, fail
+from hil.cli.exit_codes import Exit, exit_of
 
 if TYPE_CHECKING:
     from hil.cli.gcode_files import PlannedFile
@@ -39,7 +39,7 @@ class FollowedAxes:
     """Samples of a machine's axes, taken in a thread between ``begin`` and ``end``."""
 
     def __init__(self, machine: "Machine", bench: str | None, runtime_dir: Path | None) -> None:
-        self._machine, self._where = machine, (bench, runtime_dir)
+        self._machine, self._socket = machine, bench_meant(bench, runtime_dir).socket
         self._watches: list[int] = []
         self._rows: list[list[list[float]]] = [[] for _ in machine.axes]
         self._is_over = threading.Event()
@@ -49,7 +49,7 @@ class FollowedAxes:
     def begin(self) -> None:
         for axis in self._machine.axes:
             given: dict[str, Any] = {"signals": ["position_deg"], "interval_ns": INTERVAL_NS}
-            told = ask_bench(*self._where, "watch", device=axis.bench_axis, **given)
+            told = self._ask("watch", device=axis.bench_axis, **given)
             self._watches.append(told["watch"])
         self._thread.start()
 
@@ -59,22 +59,38 @@ class FollowedAxes:
         while not self._is_over.wait(TAKE_S):
             try:
                 self._take()
-            except (ControlError, SystemExit):  # the bench has gone: the program's own end says so
+            except ControlError:  # `end` asks once more, and says so
                 return
 
+    def _ask(self, verb: str, **arguments: Any) -> Any:
+        """Ask the bench, or say what is wrong and end the command."""
+        from hil.net.control_client import ControlError, ask
+
+        try:
+            return ask(self._socket, verb, **arguments)
+        except ControlError as error:
+            raise fail(f"hil: {error}", exit_of(error)) from None
+
     def _take(self) -> None:
+        from hil.net.control_client import ask
+
         for rows, watch in zip(self._rows, self._watches, strict=True):
-            told = ask_bench(*self._where, "samples", watch=watch)
+            told = ask(self._socket, "samples", watch=watch)
             rows += told["rows"]
             self.lost += told["lost"]
 
     def end(self) -> list[tuple[float, ...]]:
         """End it; answers the machine's positions, one place after the other."""
+        from hil.net.control_client import ControlError
+
         self._is_over.set()
         self._thread.join()
-        self._take()
+        try:
+            self._take()
+        except ControlError as error:
+            raise fail(f"hil: no picture: {error}", exit_of(error)) from None
         for watch in self._watches:
-            ask_bench(*self._where, "unwatch", watch=watch)
+            self._ask("unwatch", watch=watch)
         columns = [{row[0]: row[1] for row in rows} for rows in self._rows]
         times = sorted(set(columns[0]).intersection(*columns[1:]))
         return [

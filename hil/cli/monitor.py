@@ -65,7 +65,7 @@ def _copy(port: int, quiet_s: float) -> bool:
             with suppress(BlockingIOError):
                 if writable:
                     waiting = waiting[os.write(port, waiting) :]
-        except OSError:
+        except OSError:  # EIO of a terminal, or a reset: its bench has gone
             return True
         while data:
             data = data[os.write(1, data) :]

@@ -109,17 +109,15 @@ def _told(
 
 
 def _is_free(control: Path, device: str) -> bool:
-    """Answer whether nobody has a device's terminal open; one that has just closed it is counted a while."""
+    """Answer whether nobody has a device's terminal open; one that has just closed it is counted a while.
+    Raises ControlError: the bench does not answer."""
     import time
 
-    from hil.net.control_client import ControlError, ask
+    from hil.net.control_client import ask
 
     for look in range(LOOKS):
         time.sleep(LOOK_S if look else 0)
-        try:
-            rows = {row["device"]: row for row in ask(control, "list")["devices"]}
-        except ControlError:
-            return False
+        rows = {row["device"]: row for row in ask(control, "list")["devices"]}
         if device in rows and not rows[device]["clients"]:
             return True
     return False
@@ -143,7 +141,8 @@ def _read_back(
     here = bench_meant(bench, runtime_dir)
     try:
         listed, segments = ask(here.socket, "list"), ask(here.socket, "segments")
-    except ControlError:
+    except ControlError as error:
+        typer.echo(f"hil: nothing is read back: {error}", err=True)
         return {}
     of_line = [row["stations"] for row in segments if place.name.startswith(row["segment"] + ".")]
     stations = {name.partition(".")[0] for each in of_line for name in each}
@@ -152,14 +151,14 @@ def _read_back(
         address = row["address"]
         if address is None or row["device"] not in stations:
             continue
-        if not address.startswith("socket://") and not _is_free(here.socket, row["device"]):
-            typer.echo(f"hil: {row['device']}: not read back: another program has it open", err=True)
-            continue  # it would get some of the answers
         try:
+            if not address.startswith("socket://") and not _is_free(here.socket, row["device"]):
+                typer.echo(f"hil: {row['device']}: not read back: another program has it open", err=True)
+                continue  # it would get some of the answers
             with SerialTalk(port_of(address, bench, runtime_dir), place.baud, place.speed) as talk:
                 unit = talk.run(place.nodes.address_at_terminal())
                 if unit in units:
                     found[unit] = talk.run(upload.differences())
-        except DialogueError as error:
+        except (ControlError, DialogueError) as error:
             typer.echo(f"hil: {row['device']}: not read back: {error}", err=True)
     return found

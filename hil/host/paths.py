@@ -69,6 +69,13 @@ def control_sockets(base: Path) -> list[Path]:
     ]
 
 
+def closed_folders(base: Path) -> list[Path]:
+    """Folders below a directory, or itself, that this user may not look into, so that ``control_sockets``
+    does not see what is in them."""
+    below = [base, *sorted(base.glob("*/")), *sorted(base.glob("*/*/"))]
+    return [each for each in below if each.is_dir() and not os.access(each, os.R_OK | os.X_OK)]
+
+
 def _service_directory(name: str, env: Mapping[str, str]) -> Path | None:
     """First directory of a service's variable: systemd.exec(5) separates several by colons."""
     first = env.get(name, "").partition(":")[0]

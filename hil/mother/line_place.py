@@ -106,7 +106,7 @@ def bench_here(line: str, bench: str | None, runtime_dir: Path | None) -> Here:
     benches = found.meant(bench or os.environ.get("HIL_BENCH") or None)
     if len(benches) != 1:
         names = ", ".join(found.called(each) for each in benches)
-        why = f"several benches are running: {names}" if benches else "no bench is running here"
+        why = f"several benches are running: {names}" if benches else found.none_runs()
         raise LineUnreachable(f"{line}: {why}", is_mistake=bool(benches))
     return benches[0]
 

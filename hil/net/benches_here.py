@@ -3,15 +3,18 @@
 import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hil.host.paths import SERVICES, control_sockets, runtime_bases
+from hil.host.paths import SERVICES, closed_folders, control_sockets, runtime_bases
 from hil.host.trust import distrust, user_name
 from hil.net.control_client import listener
+from hil.net.socket_owner import entry_remedy, others_sockets, owner_name
 
 SERVICE = "service:"
 """Prefix of the name of a service's bench."""
+_MOST_OTHERS = 3
+"""Benches elsewhere that one line says."""
 
 
 @dataclass(frozen=True)
@@ -41,15 +44,46 @@ class Here:
 
 
 @dataclass(frozen=True)
+class LeftOut:
+    """Folder that is not looked into: why, and what helps."""
+
+    why: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.why}: {self.remedy}"
+
+
+TRUST_REMEDY = "set XDG_RUNTIME_DIR, or name a folder of yours with --runtime-dir"
+
+
+@dataclass(frozen=True)
 class Found:
-    """Control sockets that were found. ``left_out``: folders that are not looked into, and why."""
+    """Control sockets that were found. ``left_out``: folders that are not looked into. ``named``: the folder
+    that the user named, if he did. ``killed``: folders that killed benches left behind."""
 
     benches: list[Here]
-    left_out: list[str]
+    left_out: list[LeftOut]
+    named: Path | None = None
+    killed: Sequence[Path] = ()
 
     def running(self) -> "Found":
         """Leave out the sockets that killed benches left behind."""
-        return Found([each for each in self.benches if not _is_left_behind(each.socket)], self.left_out)
+        killed = [each.folder for each in self.benches if _is_left_behind(each.socket)]
+        return replace(self, benches=[e for e in self.benches if e.folder not in killed], killed=killed)
+
+    def none_runs(self) -> str:
+        """Say that no bench runs here, and where one could be instead."""
+        said = "no bench is running here"
+        if self.left_out:
+            return f"{said}, but not all was seen: {'; '.join(map(str, self.left_out))}"
+        if self.killed:
+            remedy = "start it again, which cleans up, or remove the folder"
+            return f"{said}; one was killed that had {self.killed[0]}: {remedy}"
+        if self.named:
+            return said if self.named.is_dir() else f"{said}: there is no folder {self.named}"
+        others = [f"{each.parent} of {owner_name(each)} ({_way_to(each)})" for each in others_sockets()]
+        return f"{said}; elsewhere there is {', '.join(others[:_MOST_OTHERS])}" if others else said
 
     def meant(self, said: str | None) -> list[Here]:
         """Benches that ``--bench`` can mean: a name, ``service:NAME`` or a folder; None: all."""
@@ -88,23 +122,33 @@ def find(option: Path | None, env: Mapping[str, str]) -> Found:
 def find_in(bases: Sequence[Path], is_named: bool) -> Found:
     """Find as ``find``, below these folders; ``is_named``: the user said so."""
     benches: dict[Path, Here] = {}
-    left_out: list[str] = []
+    left_out: list[LeftOut] = []
     for base in bases:
         # Who names a folder means its owner. /run is root's, who says whose /run/hil is, and what is in it.
         is_service = base.is_relative_to(SERVICES)
         owners = {_owner(base)} if is_named or is_service else set()
         if why := distrust(base, owners):
-            left_out.append(why)
+            left_out.append(LeftOut(why, TRUST_REMEDY))
             continue
+        for folder in closed_folders(base):
+            why = f"{folder} of {owner_name(folder)} is closed to you"
+            left_out.append(LeftOut(why, entry_remedy(folder)))
         for socket in control_sockets(base):
             owner = _owner(socket.parent)
             # Root has given it to him, as the service manager does.
             given = {owner} if is_service and _owner(socket.parent.parent) == 0 else set()
             if why := distrust(socket.parent, owners | given):
-                left_out.append(why)
+                left_out.append(LeftOut(why, TRUST_REMEDY))
             else:
                 benches.setdefault(socket, Here(socket, owner, socket.is_relative_to(SERVICES)))
-    return Found(list(benches.values()), left_out)
+    return Found(list(benches.values()), left_out, bases[0] if is_named else None)
+
+
+def _way_to(socket: Path) -> str:
+    """Word with which a command asks a bench that it does not find by itself."""
+    if os.access(socket, os.W_OK):
+        return f"--runtime-dir {socket.parent.parent}"
+    return entry_remedy(socket)
 
 
 def _owner(folder: Path) -> int:

@@ -32,6 +32,18 @@ class ControlError(Exception):
         self.is_mistake = is_mistake
 
 
+class BenchSilent(ControlError):
+    """Error of a request that was not answered, or not in order: says whose bench it is and what helps."""
+
+
+class BenchGone(BenchSilent):
+    """Nobody listens there: the bench has ended, or was killed."""
+
+
+class BenchLate(BenchSilent):
+    """A process listens there, and does not answer in time."""
+
+
 def already_running(bench: str, pid: int) -> str:
     """Reason why a bench is not started a second time."""
     return f"bench {bench} is running already, as process {pid}"
@@ -56,7 +68,8 @@ def ask(path: Path, verb: str, *, timeout_s: float = _TIMEOUT_S, **arguments: An
     """Send one request to the daemon behind a control socket; answers its result.
 
     Raises:
-        ControlError: nobody answers there, or not in order, or the request was refused.
+        BenchSilent: nobody answers there, or not in order.
+        ControlError: the request was refused.
     """
     client, result = begin(path, verb, timeout_s=timeout_s, **arguments)
     client.close()
@@ -83,11 +96,34 @@ def begin(
         client.settimeout(None)
     except (OSError, ValueError) as error:
         client.close()
-        raise ControlError(f"no daemon answers at {path}: {error}") from error
+        raise _no_answer(path, error, timeout_s) from error
     except BaseException:
         client.close()
         raise
     return client, result
+
+
+def _no_answer(path: Path, error: OSError | ValueError, timeout_s: float) -> BenchSilent:
+    """Error of a request by what Linux said, or what is wrong with the answer."""
+    from hil.net.socket_owner import entry_remedy, owner_name
+
+    if isinstance(error, FileNotFoundError):
+        return BenchGone(f"nobody listens at {path}: the bench has ended, or was never there")
+    if isinstance(error, ConnectionRefusedError):
+        remedy = f"start it again, which cleans up, or `rm -r {path.parent}`"
+        return BenchGone(f"nobody listens at {path} any more: its bench was killed; {remedy}")
+    if isinstance(error, BlockingIOError | TimeoutError):
+        return BenchLate(
+            f"bench {path.parent.name} of {owner_name(path)} does not answer within {timeout_s:g} s:"
+            " it starts, hangs, or this computer has too much to do; `hil doctor` says more"
+        )
+    if isinstance(error, PermissionError) and error.errno:
+        return BenchSilent(
+            f"bench {path.parent.name} of {owner_name(path)} refuses you: {path}: {error.strerror}; "
+            + entry_remedy(path)
+        )
+    what = error.strerror or str(error) if isinstance(error, OSError) else str(error)
+    return BenchSilent(f"what listens at {path}, of {owner_name(path)}, gives no answer: {what}")
 
 
 def _connect(client: socket.socket, path: Path, until_s: float) -> None:
@@ -112,7 +148,7 @@ def _check_peer(client: socket.socket, path: Path) -> None:
     """Check that the listener is this user, root, or the folder's owner: see ``benches_here.py``."""
     uid = _peer(client)[1]
     if uid not in (0, os.geteuid(), path.parent.stat().st_uid):
-        raise PermissionError(f"user {uid} listens there, who has no business in {path.parent}")
+        raise ValueError(f"user {uid} listens there, who has no business in {path.parent}")
 
 
 def _line(client: socket.socket, until_s: float) -> bytes:
@@ -132,6 +168,8 @@ def _line(client: socket.socket, until_s: float) -> bytes:
 
 
 def _result(line: bytes, verb: str, path: Path) -> Any:
+    if not line:
+        raise ValueError("it hung up")
     try:
         answer = json.loads(line)
     except RecursionError:
