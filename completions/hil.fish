@@ -41,7 +41,7 @@ complete -c hil -e
 complete -c hil -f
 
 complete -c hil -n '__hil_at \'\' -eq 0' -a init -d 'Write a commented configuration, and its schema for editors beside it.'
-complete -c hil -n '__hil_at \'\' -eq 0' -a check -d 'Check a configuration and list all its problems.'
+complete -c hil -n '__hil_at \'\' -eq 0' -a check -d 'Check a bench\'s configuration, or another document, and list all its problems.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a serve -d 'Run a bench until Ctrl-C or SIGTERM.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a list -d 'List running benches with their ports; with --bench that one alone.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a status -d 'Show the state of a bench: time, clients, lost bytes.'

@@ -48,6 +48,7 @@ def test_a_drawing_is_planned_and_its_problems_have_places(using: Using) -> None
         assert bad["of"] == "program"
         assert [each.split(" ")[0] for each in bad["problems"]] == [
             "part.ngc:2:1:",
+            "part.ngc:3:1:",
             "part.ngc:4:1:",
             "part.ngc:4:3:",
         ]

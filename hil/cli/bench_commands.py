@@ -30,7 +30,7 @@ def list_benches(
 
     from hil.cli.port_views import as_json as programs_as_json
     from hil.host.journal import say
-    from hil.net.control_client import BenchGone, ControlError, ask
+    from hil.net.control_client import BenchEnded, ControlError, ask
 
     here = found(runtime_dir)
     benches, options, silent = [], [], []
@@ -38,7 +38,7 @@ def list_benches(
         try:
             benches.append(ask(each.socket, "list"))
             options.append(here.options(each.folder, runtime_dir, os.environ))
-        except BenchGone:
+        except BenchEnded:
             continue  # it ended after it was found: it does not run
         except ControlError as error:
             silent.append(f"hil: {error}")

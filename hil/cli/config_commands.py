@@ -7,28 +7,43 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil.cli.ask import fail
-from hil.cli.serve_command import Config, read_config
+from hil.cli.serve_command import config_of, read_config
 from hil.cli.shown_numbers import counted
 from hil.cli.told import CommandAnswer
 
 if TYPE_CHECKING:
     from hil.config import BenchConfig
+    from hil.config.document_kinds import OtherKindError
+
+
+Checked = Annotated[
+    Path,
+    typer.Argument(help="A bench's configuration, a run, a machine, or a map of a Modbus drive, in YAML."),
+]
 
 
 def check(
-    config: Config,
+    config: Checked,
     diff: Annotated[
         Path | None,
         typer.Option("--diff", help="An older configuration: say what a reload would do.", metavar="OLD"),
     ] = None,
 ) -> CommandAnswer:
-    """Check a configuration and list all its problems.
+    """Check a bench's configuration, or another document, and list all its problems.
 
-    Each comes with file:line:column, a remedy, and the line with a caret at the place.
+    Each comes with file:line:column, a remedy, and the line with a caret at the place. A run, a machine and a
+    map of a Modbus drive are recognised. What of a run depends on its bench, `hil run --check` compares.
 
     Example: hil check bench.yaml
     """
-    bench = read_config(config)
+    from hil.config.document_kinds import OtherKindError
+
+    try:
+        bench = config_of(config)
+    except OtherKindError as error:
+        if diff is not None:
+            raise fail(str(error), 2) from None
+        return _other_kind(error, config)
     if problems := _table_problems(bench, config):
         raise fail("\n".join(problems), 2)
     if diff is None:
@@ -49,6 +64,33 @@ def check(
         for each in changes
     ]
     return CommandAnswer({"bench": bench.bench, "changes": rows}, "\n".join(lines))
+
+
+def _other_kind(other: "OtherKindError", file: Path) -> CommandAnswer:
+    """Check a document that is no bench's configuration."""
+    from hil.config.document_kinds import MACHINE, RUN
+    from hil.config.drive_map_text import read_drive_map
+    from hil.runs import parse_run
+    from hil.toolpath.machine import parse_machine
+    from hil.vocab.problem import ConfigError
+
+    kind, text, answer = other.kind, other.text, dict[str, object]()
+    try:
+        if kind is RUN:
+            run, _ = parse_run(text, str(file))
+            what = f"run {run.run}, {counted(len(run.steps), 'step')}"
+            answer = {"run": run.run, "steps": len(run.steps)}
+        elif kind is MACHINE:
+            machine = parse_machine(text, str(file))
+            letters = [axis.letter.upper() for axis in machine.axes]
+            what, answer = f"machine {machine.name}, axes {' '.join(letters)}", {"machine": machine.name}
+        else:
+            values = read_drive_map(text, str(file)).values
+            what = f"map of a Modbus drive, {counted(len(values), 'value')}"
+            answer = {"modbus_map": list(values)}
+    except ConfigError as error:
+        raise fail(str(error), 2, {str(file): text}) from None
+    return CommandAnswer(answer | {"problems": []}, f"{file}: {what}, no problems")
 
 
 def _what_boards_say(bench: "BenchConfig") -> dict[str, list[str]]:

@@ -14,7 +14,7 @@ from hil.host.paths import SERVICES, STARTING
 from hil.host.regular_file import NotRegularError, read_regular
 from hil.net.benches_here import find_in
 from hil.net.control_client import BenchLate, ControlError, ask, listener
-from hil.net.socket_owner import entry_remedy, owner_name
+from hil.net.socket_owner import entry_remedy
 from hil.vocab.address import CONTROL_SOCKET
 from hil.vocab.health_words import LATE_KINDS
 
@@ -41,7 +41,7 @@ def _judge(name: str, folder: Path) -> Iterator[Diagnosis]:
     try:
         pid = listener(socket)
     except OSError as error:
-        found = f"its control socket, of {owner_name(socket)}, refuses you: {os.strerror(error.errno or 0)}"
+        found = f"its control socket refuses you: {os.strerror(error.errno or 0)}"
         cost = "`hil status` and all commands that ask it fail"
         yield Diagnosis(name, "problem", found, cost, entry_remedy(socket))
         return

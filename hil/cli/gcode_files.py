@@ -30,7 +30,7 @@ def planned_file(
     file: Path, machine_file: Path, at: str, *, override: float = 1.0, is_block_delete: bool = False
 ) -> PlannedFile:
     """Read and plan a program; all problems of both files end the command."""
-    machine = read_machine(machine_file)
+    machine = read_machine(machine_file, file)
     return planned_at(
         file, machine, position_of(at, machine), override=override, is_block_delete=is_block_delete
     )
@@ -42,20 +42,20 @@ def planned_at(
     """Read and plan a program for a machine that stands there; all its problems end the command."""
     from hil.gcode.canonical import Settings
     from hil.gcode.reader import read_program
-    from hil.toolpath.path_plan import plan_path
+    from hil.toolpath.path_plan import plan_program
 
     settings = Settings(str(file), begin, is_block_delete=is_block_delete)
     program = read_program(_bytes_of(file), settings)
-    if program.problems:
-        raise fail("\n".join(map(str, program.problems)), Exit.MISTAKE)
-    plan = plan_path(program.motions, machine, str(file), begin, override)
+    plan = plan_program(program, machine, str(file), begin, override)
     if plan.problems:
         raise fail("\n".join(map(str, plan.problems)), Exit.MISTAKE)
     return PlannedFile(program, machine, plan)
 
 
-def read_machine(file: Path) -> "Machine":
-    """Read a machine's document; its problems end the command."""
+def read_machine(file: Path, program: Path) -> "Machine":
+    """Read a machine's document; its problems end the command, with those of the program for it."""
+    from hil.gcode.canonical import Settings
+    from hil.gcode.reader import read_program
     from hil.toolpath.machine import parse_machine
     from hil.vocab.problem import ConfigError, not_text
 
@@ -64,7 +64,8 @@ def read_machine(file: Path) -> "Machine":
     except UnicodeDecodeError as error:
         raise fail(str(not_text(str(file), error)), Exit.MISTAKE) from None
     except ConfigError as error:
-        raise fail(str(error), Exit.MISTAKE) from None
+        read = read_program(_bytes_of(program), Settings(str(program)), is_somewhere=True)
+        raise fail("\n".join(map(str, [*error.problems, *read.problems])), Exit.MISTAKE) from None
 
 
 def position_of(text: str, machine: "Machine") -> "Point":

@@ -96,7 +96,7 @@ def gcode(
     from hil.cli.gcode_plot import FollowedAxes, check_plot, plotted
     from hil.cli.problem_lines import problems_shown
 
-    made = read_machine(machine)
+    made = read_machine(machine, file)
     by = by or (Executor.LINE if made.text.line is not None and made.has_nodes else Executor.RUNS)
     if by is Executor.RUNS and not dry_run:
         if at or block_delete:

@@ -97,13 +97,27 @@ def serve(
 def read_config(path: Path, *, opens_bridges: bool = True) -> Any:
     """Read a configuration. Raises typer.Exit: it has problems, which were said. ``opens_bridges``: whether
     its bridges are to be opened."""
+    from hil.config.document_kinds import OtherKindError
+
+    try:
+        return config_of(path, opens_bridges=opens_bridges)
+    except OtherKindError as error:
+        raise fail(str(error), 2) from None
+
+
+def config_of(path: Path, *, opens_bridges: bool = True) -> Any:
+    """Read a configuration as ``read_config``. Raises OtherKindError: it is a document of another kind."""
     from hil.compose import find_catalogue
     from hil.config import ConfigError, parse
+    from hil.config.document_kinds import OtherKindError
 
     text = ""
     try:
         text = path.read_text("utf-8-sig")  # also from a shell's `<(...)`, which is a pipe
         return parse(text, str(path), find_catalogue(), opens_bridges=opens_bridges)
+    except OtherKindError as error:
+        error.text = text
+        raise
     except ConfigError as error:
         raise fail(str(error), 2, {str(path): text}) from None
     except UnicodeDecodeError as error:

@@ -109,11 +109,14 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     under_way = [Text(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
     if (more := len(status["runs"]) - RUNS) > 0:
         under_way.append(Text(pasteable(f"and {more} more runs wait; see `hil runs`")))
-    remarks += [(kind, [_bridge_line(row)]) for kind, row in status["bridges"].items()]
+    doors = [
+        Text(f"{kind}: {_bridge_line(row)}", style="red" if row["insecure"] else "")
+        for kind, row in status["bridges"].items()
+    ]
     drives = [
         Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
     ]
-    return Group(head, Text(), table, wires, *drives, *under_way, *_remarks(remarks))
+    return Group(head, Text(), table, wires, *drives, *under_way, *doors, *_remarks(remarks))
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:

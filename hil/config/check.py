@@ -12,6 +12,7 @@ from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_device import DeviceCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.document import Document, Finding, document_from_mapping
+from hil.config.document_kinds import BENCH, check_kind
 from hil.config.explain import findings_of
 from hil.config.fault_findings import fault_findings
 from hil.config.framing_findings import framing_findings
@@ -41,6 +42,7 @@ def parse(text: str, file: str, catalogue: Catalogue, *, opens_bridges: bool = F
     if document.value is None and not document.findings:
         remedy = 'begin with "bench: NAME" and "devices:"'
         raise document.error([Finding((), "the file is empty", remedy)])
+    check_kind(document, BENCH)
     return _check(document, catalogue, opens_bridges=opens_bridges)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from hil.config.document import Document, Finding, KeyPath
+from hil.config.document_kinds import DRIVE_MAP, check_kind
 from hil.config.drive_map_model import TABLES, VERSION, MapText, PlaceText
 from hil.config.drive_map_overlaps import overlap_findings
 from hil.config.explain import findings_of, no_such
@@ -40,6 +41,7 @@ def read_map_text(text: str, file: str, parameters: Collection[str] | None = Non
     document = document_from_yaml(text, file)
     if document.value is None and not document.findings:
         raise document.error([Finding((), "the file is empty", f'begin with "modbus_map: {VERSION}"')])
+    check_kind(document, DRIVE_MAP)
     findings = [*document.findings, *map_findings(document, (), parameters)]
     if findings:
         raise document.error(findings)

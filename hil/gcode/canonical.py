@@ -145,10 +145,12 @@ class Program(NamedTuple):
     """What a text says.
 
     ``motions`` is empty if there is a problem: a program is whole or does not move. ``problems`` are in the
-    order of the text. ``remarks`` tell what is read and does nothing here.
+    order of the text. ``remarks`` tell what is read and does nothing here. ``understood``: the motions, in a
+    program with problems those that are what they would be without them; for checks alone.
     """
 
     motions: tuple[Canonical, ...]
     problems: tuple[Problem, ...]
     remarks: tuple[Problem, ...] = ()
     line_count: int = 0
+    understood: tuple[Canonical, ...] = ()

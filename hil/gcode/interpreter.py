@@ -1,5 +1,7 @@
 """Interpreter of lines: one after the other, to canonical motions and problems."""
 
+import re
+
 from hil.gcode.arc_words import arc_of
 from hil.gcode.arcs import ArcMistake
 from hil.gcode.block import LIMIT, Block, read_block
@@ -35,6 +37,9 @@ SLOWEST = 1e-6
 NOWHERE = 1e-9
 """An axis that would move by less stays: sums of inches leave it, in millimetres or degrees."""
 
+_MEANINGS = re.compile(r"[#l]|g0*(10|20|21|28|30|5[2-9]|9[0-2])")
+"""Words of code after which the same words mean another place: parameters, units, offsets, distances."""
+
 _NO_FEED = Feed("per_minute", 0.0)
 """In a program with a problem, which moves nothing."""
 
@@ -58,6 +63,9 @@ class Interpreter:
         self._is_silent = False
         self.doubts: set[str] = set()
         """Axes, ``feed`` and ``motion``, of which a problem has left the state in doubt."""
+        self.understood_count: int | None = None
+        """Number of motions before the first that would be another one without a problem before it; None: of
+        all."""
 
     def do(self, line: CodeLine) -> None:
         """Carry out a line. If it has a problem, it changes modes as far as it was read."""
@@ -70,6 +78,8 @@ class Interpreter:
         block = read_block(line.code, self.state)
         if line.code:
             self._carry_out(block)
+        if (line.problem or block.faults) and _MEANINGS.search(line.code):
+            self._lose()
         if line.problem or block.faults:
             self.doubts.update(AXES, ["feed"] if "f" in line.code or "g9" in line.code else [])
             self.doubts.update(["motion"] if "g" in line.code else [])
@@ -90,12 +100,19 @@ class Interpreter:
         self._is_silent = len(self.problems) > before
         if self._is_silent:
             self.doubts.update(AXES)
+            if _MEANINGS.search(self._line.code):
+                self._lose()
         self._feed_and_speed(block)
         self._switches(block)
         self._modes(block)
         self._one_shot(block)
         self._motion(block, intent)
         self._stop(block)
+
+    def _lose(self) -> None:
+        """Note that what the next motions would be is not known."""
+        if self.understood_count is None:
+            self.understood_count = len(self.motions)
 
     def _problem(self, index: int, message: str, remedy: str) -> None:
         if not self._is_silent:
@@ -244,6 +261,8 @@ class Interpreter:
         for index, value in self._axis_words(block):
             if state.is_incremental:
                 end[index] += value
+                if AXES[index] in self.doubts:
+                    self._lose()
             else:
                 end[index] = value if is_of_machine else value + state.offset[index]
                 self.doubts.discard(AXES[index])

@@ -4,19 +4,23 @@ from hil.gcode.canonical import End, Place, Program, Settings
 from hil.gcode.interpreter import Interpreter
 from hil.gcode.program_text import CodeLine, lines_of
 from hil.gcode.usual_lines import do_usual_line
+from hil.gcode.words import AXES
 from hil.vocab.problem import Problem
 
 MOST_PROBLEMS = 1000
 """Reading ends with so many: a file that is no program has one in each line."""
 
 
-def read_program(text: bytes, settings: Settings | None = None) -> Program:
-    """Read a program. All its problems are found, up to ``MOST_PROBLEMS``, each with its place and remedy."""
+def read_program(text: bytes, settings: Settings | None = None, *, is_somewhere: bool = False) -> Program:
+    """Read a program. All its problems are found, up to ``MOST_PROBLEMS``, each with its place and remedy.
+    ``is_somewhere``: where the machine begins is not known, and nothing that depends on it is a problem."""
     settings = settings or Settings()
     lines, problems = lines_of(text, settings.file)
     if problems:
         return Program((), tuple(problems))
     interpreter = Interpreter(settings)
+    if is_somewhere:
+        interpreter.doubts.update(AXES)
     count = _read_lines(lines, interpreter)
     problems = interpreter.problems
     if interpreter.has_ended:
@@ -26,7 +30,8 @@ def read_program(text: bytes, settings: Settings | None = None) -> Program:
         column = len(lines[-1].rstrip()) + 1 if lines else 1
         problems.append(Problem(settings.file, max(len(lines), 1), column, "the program has no end", remedy))
     motions = () if problems else tuple(interpreter.motions)
-    return Program(motions, tuple(problems[:MOST_PROBLEMS]), tuple(interpreter.remarks), count)
+    understood = tuple(interpreter.motions[: interpreter.understood_count])
+    return Program(motions, tuple(problems[:MOST_PROBLEMS]), tuple(interpreter.remarks), count, understood)
 
 
 def _read_lines(lines: list[str], interpreter: Interpreter) -> int:

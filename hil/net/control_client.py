@@ -36,7 +36,7 @@ class BenchSilent(ControlError):
     """Error of a request that was not answered, or not in order: says whose bench it is and what helps."""
 
 
-class BenchGone(BenchSilent):
+class BenchEnded(BenchSilent):
     """Nobody listens there: the bench has ended, or was killed."""
 
 
@@ -108,10 +108,10 @@ def _no_answer(path: Path, error: OSError | ValueError, timeout_s: float) -> Ben
     from hil.net.socket_owner import entry_remedy, owner_name
 
     if isinstance(error, FileNotFoundError):
-        return BenchGone(f"nobody listens at {path}: the bench has ended, or was never there")
+        return BenchEnded(f"nobody listens at {path}: the bench has ended, or was never there")
     if isinstance(error, ConnectionRefusedError):
         remedy = f"start it again, which cleans up, or `rm -r {path.parent}`"
-        return BenchGone(f"nobody listens at {path} any more: its bench was killed; {remedy}")
+        return BenchEnded(f"nobody listens at {path} any more: its bench was killed; {remedy}")
     if isinstance(error, BlockingIOError | TimeoutError):
         return BenchLate(
             f"bench {path.parent.name} of {owner_name(path)} does not answer within {timeout_s:g} s:"

@@ -10,9 +10,9 @@ from hil.runs.board_bounds import bounds_of
 from hil.runs.clock_offset import ClockOffset
 from hil.runs.execute import Execution, Soon, Told
 from hil.runs.plan import Plan
-from hil.runs.planner import plan_run
+from hil.runs.planner import all_problems, plan_run
 from hil.runs.progress import AxisReport, BenchReport, Progress
-from hil.runs.run_document import RunDocument, parse_run, run_from_data
+from hil.runs.run_document import RunDocument, RunTextError, parse_run, run_from_data
 from hil.runs.twin_axes import TwinAxes
 
 __all__ = [
@@ -23,9 +23,11 @@ __all__ = [
     "Plan",
     "Progress",
     "RunDocument",
+    "RunTextError",
     "Soon",
     "Told",
     "TwinAxes",
+    "all_problems",
     "bounds_of",
     "parse_run",
     "plan_run",

@@ -20,11 +20,21 @@ from hil.core.trajectory import (
 from hil.runs.board_bounds import WHOLE_RPM, bound_findings, fitted
 from hil.runs.path_rows import PathReading
 from hil.runs.plan import Phrases, Plan
-from hil.runs.run_document import STEPS, AxisRules, RunDocument, SplinePoint, Step, TimedPath, WaitUntil
+from hil.runs.run_document import (
+    STEPS,
+    AxisRules,
+    RunDocument,
+    RunTextError,
+    SplinePoint,
+    Step,
+    TimedPath,
+    WaitUntil,
+)
 from hil.vocab.address import no_input, pin_of
 from hil.vocab.axis import AxisNow
 from hil.vocab.parameters import plain
 from hil.vocab.path import DEG_PER_S
+from hil.vocab.problem import ConfigError
 from hil.vocab.time import NS_PER_S
 
 SPLINE_LOOKS = 1000
@@ -42,18 +52,45 @@ def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) 
     Raises:
         ConfigError: it cannot be done as it is; with all problems and their places.
     """
-    findings = list(_axis_findings(run, axes))
-    if findings:
+    planner, steps = _planned(run, document, axes)
+    if findings := [*_axis_findings(run, axes), *planner.findings]:
         raise document.error(findings)
-    run = fitted(run, axes)
-    planner = StepPlanner(run, document, axes)
+    return Plan(planner.run, tuple(planner.phrases.ended), steps, planner.phrases.position_deg, axes)
+
+
+def all_problems(error: RunTextError, axes: Mapping[str, AxisNow]) -> ConfigError:
+    """Problems of a run's text, with those of the rest of it on a bench with these axes: without those that a
+    wrong step before could be the cause of."""
+    if error.rest is None:
+        return error
+    planner, _ = _planned(error.rest, error.document, axes)
+    found = [each for each in planner.findings if _DEPENDS.isdisjoint(each.path)]
+    return error.document.error([*error.findings, *_axis_findings(error.rest, axes), *found])
+
+
+_DEPENDS = frozenset({"in_s", "move_by", "line_by", "path", "spline"})
+"""Keys of a step whose problems can come from where the step before it ends."""
+
+
+class _Anything(tuple[str, ...]):
+    """Names of a device that there is not, for which the device alone is to be told."""
+
+    def __contains__(self, name: object) -> bool:
+        return True
+
+
+def _planned(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> tuple["StepPlanner", int]:
+    """Plan the steps of a run; answers the planner, with its findings, and the number of steps."""
+    unknown = AxisNow(0.0, True, _Anything(), _Anything())
+    known = {name: axes.get(name, unknown) for name in run.axes}
+    run = fitted(run, known)
+    planner = StepPlanner(run, document, known)
     order = list(_unrolled(run.steps, planner.findings))
     for index in order if not planner.findings else ():
         planner.step(index, run.steps[index])
     planner.phrases.end()
-    if findings := [*bound_findings(run, axes), *planner.findings]:
-        raise document.error(findings)
-    return Plan(run, tuple(planner.phrases.ended), len(order), planner.phrases.position_deg, axes)
+    planner.findings += bound_findings(run, known)
+    return planner, len(order)
 
 
 def _axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Finding]:
@@ -62,7 +99,7 @@ def _axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Fi
         if name not in axes:
             yield Finding(path, f"there is no device {name!r}", suggestion(name, axes), at_key=True)
         elif why := axes[name].why_not:
-            yield Finding(path, why, "leave it out, or wait", at_key=True)
+            yield Finding(path, why, axes[name].remedy, at_key=True)
         elif not axes[name].tells_position and run.axes[name].following_error_deg is not None:
             why = f"{name} is a real board, whose terminal tells no position while it moves"
             yield Finding((*path, "following_error_deg"), why, "leave it out")
@@ -105,7 +142,7 @@ class StepPlanner:
     """Plans the steps of a run, one after the other, and notes the mistakes in them."""
 
     def __init__(self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> None:
-        self._run, self._document = run, document
+        self.run, self._document = run, document
         self._axes = axes
         self._said: set[KeyPath] = set()
         self.findings: list[Finding] = []
@@ -164,11 +201,11 @@ class StepPlanner:
     ) -> Trajectory:
         here = [self.phrases.position_deg[name] for name in followers]
         there = [targets_deg[name] for name in followers]
-        limits = [_limits(self._run.axes[name]) for name in followers]
+        limits = [_limits(self.run.axes[name]) for name in followers]
         try:
             if kind.startswith("line"):
-                return plan_line(here, there, limits, self._run.profile, duration_ns)
-            return plan_joint([PointState(p) for p in here], there, limits, self._run.profile, duration_ns)
+                return plan_line(here, there, limits, self.run.profile, duration_ns)
+            return plan_joint([PointState(p) for p in here], there, limits, self.run.profile, duration_ns)
         except PlanError as error:
             if error.problem is PlanProblem.TOO_SHORT and error.least_ns is not None:
                 least_s = ceil(error.least_ns / 1e6) / 1e3
@@ -181,7 +218,7 @@ class StepPlanner:
     def _send(self, path: KeyPath, name: str, target_deg: float, planned_ns: int, is_given: bool) -> None:
         """Plan a motion by an axis's own ramps, at a speed that takes about as long as the others."""
         bound = self._axes[name].bounds.get("velocity_rpm", WHOLE_RPM)
-        rpm = most_rpm = max(self._run.axes[name].velocity_rpm, bound.minimum)  # less was found already
+        rpm = most_rpm = max(self.run.axes[name].velocity_rpm, bound.minimum)  # less was found already
         if planned_ns:
             angle_deg = abs(target_deg - self.phrases.position_deg[name])
             wanted_rpm = angle_deg / (planned_ns / NS_PER_S) / DEG_PER_S
@@ -218,7 +255,7 @@ class StepPlanner:
         times_s: Sequence[float | None],
     ) -> Trajectory:
         """Plan a spline through rows of positions, at the times or as soon as can be. Raises PlanError."""
-        limits = [_limits(self._run.axes[name]) for name in names]
+        limits = [_limits(self.run.axes[name]) for name in names]
         if times_s[0] is None:
             return plan_spline_within(rows, limits)
         trajectory = plan_spline(rows, [0, *(round((at_s or 0.0) * NS_PER_S) for at_s in times_s)])
@@ -231,7 +268,7 @@ class StepPlanner:
     def _path(self, place: KeyPath, path: TimedPath) -> None:
         for number, name in enumerate(path.axes):
             where = (*place, "axes", number)
-            if name not in self._run.axes:
+            if name not in self.run.axes:
                 self._find(*self._no_axis(where, name))
             elif name in path.axes[:number]:
                 self._find(where, f"{name} is there twice", "leave it out")
@@ -240,7 +277,7 @@ class StepPlanner:
         if any(found.path[: len(place)] == place for found in self.findings):
             raise _Impossible
         here = [self.phrases.position_deg[name] for name in path.axes]
-        reading = PathReading(path, place, self._document, here, self._run.axes)
+        reading = PathReading(path, place, self._document, here, self.run.axes)
         if reading.findings:
             if place not in self._said:
                 self._said.add(place)
@@ -257,7 +294,7 @@ class StepPlanner:
         findings = []
         for name, target_deg in targets_deg.items():
             place = (*path, name)
-            if (rules := self._run.axes.get(name)) is None:
+            if (rules := self.run.axes.get(name)) is None:
                 findings.append(self._no_axis(place, name))
                 continue
             least_deg, most_deg = self._range_deg(name, rules)
@@ -292,14 +329,14 @@ class StepPlanner:
         every_ns = max(trajectory.duration_ns // SPLINE_LOOKS, 1)
         looks = trajectory.positions_deg(0, every_ns, SPLINE_LOOKS + 1)
         for number, name in enumerate(names):
-            rules, way = self._run.axes[name], looks[number :: len(names)]
+            rules, way = self.run.axes[name], looks[number :: len(names)]
             if min(way) < rules.min_deg or max(way) > rules.max_deg:
                 said = f"{name} would go from {min(way):.4g} to {max(way):.4g} deg between the points"
                 raise _Impossible(place, said, _range(rules.min_deg, rules.max_deg))
 
     def _wait(self, place: KeyPath, wait: WaitUntil) -> None:
         self.phrases.end(wait)
-        if wait.axis not in self._run.axes:
+        if wait.axis not in self.run.axes:
             self._find(*self._no_axis((*place, "axis"), wait.axis))
         elif wait.field not in (known := self._axes[wait.axis].fields):
             self._find((*place, "field"), f"{wait.axis} has no {wait.field!r}", suggestion(wait.field, known))
@@ -312,7 +349,7 @@ class StepPlanner:
         for which, level in pins.items():
             axis, pin = pin_of(which)
             place = (*path, which)
-            if axis not in self._run.axes:
+            if axis not in self.run.axes:
                 self._find(*self._no_axis(place, axis))
             elif pin not in self._axes[axis].pins:
                 self._find(place, *no_input(axis, pin, self._axes[axis].pins))
@@ -320,7 +357,7 @@ class StepPlanner:
                 self.phrases.drive(axis, pin, level)
 
     def _no_axis(self, place: KeyPath, name: str) -> tuple[KeyPath, str, str]:
-        return place, f"{name!r} is none of the run's axes", suggestion(name, self._run.axes)
+        return place, f"{name!r} is none of the run's axes", suggestion(name, self.run.axes)
 
     def _find(self, path: KeyPath, message: str, remedy: str) -> None:
         """Note a mistake once, however often the step is repeated."""

@@ -1,18 +1,20 @@
 """Document of a run: axes with limits, and steps. YAML or JSON, checked with the place of each mistake."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 from hil.config.document import Document, Finding, document_from_mapping
+from hil.config.document_kinds import RUN, check_kind
 from hil.config.explain import StrictModel, findings_of
 from hil.config.port_model import Name
 from hil.config.reference_page import keys_table
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.parameters import filled
+from hil.vocab.problem import ConfigError
 from hil.vocab.verbs import HOW_TO_STOP
 
 DOCUMENT_BYTES = 1 << 20
@@ -213,17 +215,45 @@ def run_from_data(data: Mapping[str, object]) -> tuple[RunDocument, Document]:
 
 
 def _checked(document: Document) -> tuple[RunDocument, Document]:
-    if isinstance(document.value, dict) and {"bench", "devices"} <= document.value.keys():
-        message = "this is a bench's configuration, not a run"
-        remedy = f"`hil serve {document.file}` starts the bench"
-        raise document.error([Finding(("bench",), message, remedy, at_key=True)])
+    check_kind(document, RUN)
     try:
         run = RunDocument.model_validate(document.value)
     except ValidationError as error:
-        raise document.error([*document.findings, *findings_of(error, RunDocument, (), document)]) from None
+        findings = [*document.findings, *findings_of(error, RunDocument, (), document)]
+        raise RunTextError(document, findings, _rest(document.value, error)) from None
     if document.findings:
-        raise document.error(document.findings)
+        raise RunTextError(document, document.findings, run)
     return run, document
+
+
+class RunTextError(ConfigError):
+    """Error of a run's text. ``rest``: the run with a pause in the place of each step that is wrong, so that
+    what else is wrong can be found; None: too little of it is a run."""
+
+    def __init__(self, document: Document, findings: Sequence[Finding], rest: RunDocument | None) -> None:
+        super().__init__(document.error(findings).problems)
+        self.document, self.findings, self.rest = document, findings, rest
+
+
+def _rest(value: object, error: ValidationError) -> RunDocument | None:
+    """Run that is left without what is wrong."""
+    if not isinstance(value, dict):
+        return None
+    left: dict[str, Any] = {"run": "run"} | value
+    for name, *inner in (each["loc"] for each in error.errors(include_url=False)):
+        if name == "steps" and inner and isinstance(left["steps"], list):
+            number, step = int(inner[0]), left["steps"][int(inner[0])]
+            label = step.get("label") if isinstance(step, dict) else None
+            pause = {"dwell_s": 0.0} | ({"label": label} if label else {})
+            left["steps"] = [*left["steps"][:number], pause, *left["steps"][number + 1 :]]
+        elif name == "axes" and inner and isinstance(left["axes"], dict):
+            left["axes"] = left["axes"] | {inner[0]: {}}
+        else:
+            left.pop(str(name), None)
+    try:
+        return RunDocument.model_validate({"run": "run"} | left)
+    except ValidationError:
+        return None
 
 
 def run_reference() -> str:

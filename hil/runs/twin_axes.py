@@ -1,6 +1,7 @@
 """Twins as axes of runs, on a bench in real or in virtual time."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 from hil.core import CoreAxis
 from hil.runs.board_bounds import bounds_of
@@ -17,9 +18,10 @@ from hil.vocab.verbs import VerbRefused
 
 SAMPLE_NS = 1_000_000
 """Interval of samples while a run has the axis."""
-RAMPS_MOVE = "it moves; stop it first"
-PATHS_MOVE = "it follows a path or turns; let it end, or stop it"
-LOOP_OFF = "its control loop is off; enable it first"
+RAMPS_MOVE = "it moves"
+PATHS_MOVE = "it follows a path or turns"
+LOOP_OFF = "its control loop is off"
+MOTOR_OFF = "its motor is off"
 NO_VERBS = "it has no verbs to be moved by"
 NO_SHAFT = "it has pins alone, and no shaft"
 
@@ -80,23 +82,28 @@ class TwinAxis:
         fields, pins = tuple(kind.fields), tuple(kind.inputs)
         if at_deg is None:
             return AxisNow(0.0, False, fields, pins, NO_SHAFT)
-        why_not = self._why_not(state)
-        return AxisNow(at_deg, self._follows_paths, fields, pins, why_not, bounds=self._bounds)
+        now = AxisNow(at_deg, self._follows_paths, fields, pins, bounds=self._bounds)
+        why_not, remedy = self._obstacle(state)
+        return replace(now, why_not=why_not, remedy=remedy) if why_not else now
 
     @property
     def _bounds(self) -> dict[str, Parameter]:
         return bounds_of(self._device.verbs, follows_paths=self._follows_paths)
 
-    def _why_not(self, state: AxisState) -> str | None:
+    def _obstacle(self, state: AxisState) -> tuple[str | None, str]:
+        """Reason why the axis cannot take part, if there is one, and what helps."""
         device = self._device
         if why := device.failed:
-            return why
+            return why, f"`hil reset {device.name}`, or leave it out"
+        if not state.is_on and "enable" in device.verbs:
+            return LOOP_OFF, f"`hil axis {self._name} enable` first"
         if not state.is_on:
-            return LOOP_OFF
+            return MOTOR_OFF, "let its board power and enable it first"
         if state.is_moving or state.is_under_way:
-            return PATHS_MOVE if self._follows_paths else RAMPS_MOVE
+            why = PATHS_MOVE if self._follows_paths else RAMPS_MOVE
+            return why, f"wait for its end, or `hil axis {self._name} stop` first"
         wanted = {"stop"} if self._follows_paths else {"stop", "move_abs"}
-        return None if wanted <= set(device.verbs) else NO_VERBS
+        return (None if wanted <= set(device.verbs) else NO_VERBS), "leave it out"
 
     def state(self) -> AxisState:
         return self._axis.kind.motion(self._bench.snapshot(self._name))

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING
 from hil.compose import bench_runtime, find_catalogue, read_text, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.config import BenchConfig, from_dict, parse
-from hil.runs import Execution, Progress, Soon, TwinAxes, parse_run, plan_run, run_from_data
+from hil.runs import (
+    Execution,
+    Progress,
+    RunTextError,
+    Soon,
+    TwinAxes,
+    all_problems,
+    parse_run,
+    plan_run,
+    run_from_data,
+)
 from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
 from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
@@ -174,10 +184,12 @@ class Bench:
         Raises:
             ConfigError: it cannot be done, with all problems.
         """
-        document = parse_run(run, "<run>") if isinstance(run, str) else run_from_data(run)
-        return Execution(
-            plan_run(*document, self._run_axes.axes()), self._run_axes, Soon(self._run_axes, RUN_LEAD_NS)
-        )
+        axes = self._run_axes.axes()
+        try:
+            document = parse_run(run, "<run>") if isinstance(run, str) else run_from_data(run)
+        except RunTextError as error:
+            raise all_problems(error, axes) from None
+        return Execution(plan_run(*document, axes), self._run_axes, Soon(self._run_axes, RUN_LEAD_NS))
 
     def perform(self, run: Mapping[str, object] | str | Execution) -> Progress:
         """Carry out a run to its end, in simulated time.

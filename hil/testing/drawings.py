@@ -14,7 +14,7 @@ from hil.toolpath.bench_runs import BenchRuns, machine_problems
 from hil.toolpath.deviation import Deviation, asked_path, deviation
 from hil.toolpath.machine import Machine, parse_machine
 from hil.toolpath.path_items import Position
-from hil.toolpath.path_plan import plan_path
+from hil.toolpath.path_plan import plan_program
 from hil.vocab.problem import ConfigError
 
 
@@ -66,9 +66,9 @@ def draw_by_runs(
         }
     )
     read = read_program(data, Settings(file, begin))
-    plan = plan_path(read.motions, made, file, begin, override)
+    plan = plan_program(read, made, file, begin, override)
     runs = BenchRuns(plan, axes)
-    if problems := [*read.problems, *plan.problems, *runs.problems]:
+    if problems := [*plan.problems, *runs.problems]:
         raise ConfigError(problems)
     progress: list[Progress] = []
 

@@ -10,7 +10,7 @@ from hil.toolpath.bench_runs import BenchRuns, machine_problems
 from hil.toolpath.deviation import FINE_MM
 from hil.toolpath.machine import Machine, parse_machine
 from hil.toolpath.motion_check import arc_points
-from hil.toolpath.path_plan import PathPlan, plan_path
+from hil.toolpath.path_plan import PathPlan, plan_program
 from hil.vocab.axis import AxisNow
 from hil.vocab.problem import ConfigError, Problem
 
@@ -35,9 +35,7 @@ def planned_drawing(
         return _refused("machine", problems)
     begin = _begin(machine, axes)
     program = read_program(text.encode(errors="surrogatepass"), Settings(file, begin))
-    if program.problems:
-        return _refused("program", program.problems)
-    plan = plan_path(program.motions, machine, file, begin, override, MOST_PIECES)
+    plan = plan_program(program, machine, file, begin, override, MOST_PIECES)
     if plan.problems:
         return _refused("program", plan.problems)
     followers = {name for name, axis in axes.items() if axis.follows_paths}

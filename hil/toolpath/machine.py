@@ -7,6 +7,7 @@ from functools import cached_property
 from pydantic import Field, ValidationError
 
 from hil.config.document import Document, Finding, KeyPath, document_from_mapping
+from hil.config.document_kinds import MACHINE, check_kind
 from hil.config.explain import StrictModel, findings_of
 from hil.config.port_model import Name
 from hil.config.reference_page import keys_table
@@ -250,9 +251,7 @@ def machine_from_data(data: Mapping[str, object]) -> Machine:
 
 
 def _checked(document: Document) -> Machine:
-    if isinstance(document.value, dict) and {"bench", "devices"} <= document.value.keys():
-        message = "this is a bench's configuration, not a machine"
-        raise document.error([Finding(("bench",), message, "write a machine's document", at_key=True)])
+    check_kind(document, MACHINE)
     try:
         text = MachineText.model_validate(document.value)
     except ValidationError as error:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from hil.gcode.canonical import Canonical, Dwell, Place, Point
+from hil.gcode.canonical import Arc, Canonical, Dwell, Place, Point, Program, Straight
 from hil.toolpath.line_load import LineLoad, line_load
 from hil.toolpath.machine import Machine
 from hil.toolpath.motion_check import LONGEST_S, MOST_CHORDS, check_motions
@@ -162,6 +162,31 @@ def _place_at(planned: PlannedStretch, at_s: float) -> Place:
         if at_s < 0:
             return chord.place
     return planned.stretch.chords[-1].place
+
+
+def plan_program(
+    program: Program,
+    machine: Machine,
+    file: str,
+    begin: Point = ORIGIN,
+    override: float = 1.0,
+    most_chords: int = MOST_CHORDS,
+) -> PathPlan:
+    """Plan a program as ``plan_path``. The plan of one with problems has these, and what the machine cannot
+    do of the motions that were understood, in the order of the text."""
+    if not program.problems:
+        return plan_path(program.motions, machine, file, begin, override, most_chords)
+    checkable = [_plain(motion) for motion in program.understood]
+    found = [*program.problems, *check_motions(checkable, machine, file, begin, most_chords).problems]
+    found.sort(key=lambda problem: (problem.line, problem.column))
+    return PathPlan(machine, file, override, problems=found)
+
+
+def _plain(motion: Canonical) -> Canonical:
+    """Motion for a check of its end alone, where its feed was not understood."""
+    if isinstance(motion, Arc) and not motion.feed.value:
+        return Straight(motion.place, is_rapid=True, end=motion.end, feed=None)
+    return motion
 
 
 def planned(stretch: Stretch, machine: Machine, override: float = 1.0) -> PlannedStretch:

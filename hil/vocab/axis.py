@@ -27,7 +27,7 @@ Sample = tuple[float, ...]
 
 @dataclass(frozen=True)
 class AxisNow:
-    """Axis before a run. ``why_not``: the reason why it cannot take part, or None."""
+    """Axis before a run. ``why_not``: the reason why it cannot take part, or None; ``remedy``: what helps."""
 
     position_deg: float
     """Angle from which its motion is planned: its set-point where it has one."""
@@ -39,6 +39,7 @@ class AxisNow:
     pins: Sequence[str] = ()
     """Names of inputs that a run may drive."""
     why_not: str | None = None
+    remedy: str = "leave it out"
     tells_position: bool = True
     """True if the axis tells where it is while it moves; if not, the end of its motion is awaited."""
     bounds: Mapping[str, Parameter] = field(default_factory=dict)

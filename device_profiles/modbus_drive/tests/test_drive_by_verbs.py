@@ -127,7 +127,7 @@ def test_a_run_moves_it(master: Make) -> None:
 
 def test_a_run_does_not_begin_with_the_loop_off(master: Make) -> None:
     run = {"run": "there", "axes": {"m1": {"velocity_rpm": 120}}, "steps": [{"move": {"m1": 90}}]}
-    with pytest.raises(ConfigError, match="its control loop is off; enable it first"):
+    with pytest.raises(ConfigError, match=r"its control loop is off \(`hil axis m1 enable` first\)"):
         master().bench.perform(run)
 
 

@@ -57,6 +57,20 @@ def test_the_status_has_the_shafts_angle_and_the_boards() -> None:
     ]
 
 
+def test_a_door_is_red_only_where_it_is_open_to_all() -> None:
+    door = dict.fromkeys(("links", "commands", "rejected", "dropped"), 0) | {"listen": ["x"], "connect": []}
+    doors = {
+        "metrics": door | {"root": "a", "insecure": False},
+        "zenoh": door | {"root": "b", "insecure": True},
+    }
+    out = io.StringIO()
+    console = Console(file=out, width=200, force_terminal=True, color_system="standard")
+    console.print(status_view(status(m1=SERVO) | {"bridges": doors}))
+    healthy, open_to_all = out.getvalue().splitlines()[-2:]
+    assert healthy == "metrics: a at x: 0 links, 0 commands, 0 rejected"
+    assert "\x1b[31mzenoh: b at x: " in open_to_all
+
+
 @pytest.mark.parametrize("far_deg", [-2_452_127.14, 60_000_000.0])
 def test_far_angles_fit_80_columns(far_deg: float) -> None:
     dragged = SERVO | {"position_deg": far_deg, "velocity_rpm": -10_000.0, "loop_on": 0}

@@ -45,7 +45,10 @@ class DriveAxes:
         found = {name: control.axis.now() for name, control in self._drives.items()}
         if (speed := self._configured.config.speed) != 1:
             why = f"the bench goes at {speed:g} times the speed of its real drives"
-            return {name: replace(now, why_not=why) for name, now in found.items()}
+            return {
+                name: replace(now, why_not=why, remedy="write `speed: 1` in its configuration")
+                for name, now in found.items()
+            }
         return found
 
     def __getitem__(self, name: str) -> Axis:

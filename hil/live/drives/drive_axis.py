@@ -24,7 +24,6 @@ LEAD_NS = 250_000_000
 """Time to prepare a drive before a phrase: three writes, also on a serial line with others."""
 OLD_NS = 500_000_000
 """Age of a state, beside the time for an answer, at which a run does not go on with it."""
-LOOP_OFF = "its loop is off; enable it first"
 TURNS_RPM = 5.0
 """Speed below which a shaft whose drive does not say whether it moves stands."""
 
@@ -64,7 +63,8 @@ class DriveAxis:
             self._planned_from_deg(),
             self.follows_paths,
             tuple(self.drive.fields),
-            why_not=self._why_not(),
+            (),
+            *self._obstacle(),
             bounds=bounds_of(self.drive.verbs, follows_paths=self.follows_paths),
             is_awaited=True,
         )
@@ -82,15 +82,17 @@ class DriveAxis:
         self._start_deg = here_deg
         return here_deg
 
-    def _why_not(self) -> str | None:
+    def _obstacle(self) -> tuple[str | None, str]:
+        """Reason why the axis cannot take part, if there is one, and what helps."""
         drive = self.drive
         if not drive.link.is_there:
-            return f"it is a real drive, and not there: {drive.link.why}"
+            return f"it is a real drive, and not there: {drive.link.why}", "connect it, or leave it out"
         if drive.fault:
-            return f"{drive.fault}; clear it first"
+            return drive.fault, f"`hil axis {drive.name} clear-fault` first"
         if not drive.is_on:
-            return LOOP_OFF
-        return "it moves; stop it first" if self._is_moving else None
+            return "its loop is off", f"`hil axis {drive.name} enable` first"
+        stop = f"wait for its end, or `hil axis {drive.name} stop` first"
+        return ("it moves", stop) if self._is_moving else (None, "")
 
     @property
     def _is_moving(self) -> bool:

@@ -86,7 +86,11 @@ class Parts:
         axes = self._axes.axes()
         for device, run in taken.items():
             if device in axes:
-                axes[device] = replace(axes[device], why_not=f"it is in the run {run}")
+                axes[device] = replace(
+                    axes[device],
+                    why_not=f"it is in the run {run}",
+                    remedy="wait for its end, or cancel it",
+                )
         return {
             "axes": {name: axis_told(axis) for name, axis in axes.items()},
             "speed": self._configured.config.speed,

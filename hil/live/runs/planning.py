@@ -9,9 +9,10 @@ from hil.live.off_loop import off_loop
 from hil.live.runs.axis_names import device_names, other_benches, taken_twice
 from hil.live.runs.lead import Together
 from hil.live.runs.other_benches import OtherBenches
-from hil.runs import Plan, RunDocument, parse_run, plan_run
+from hil.runs import Plan, RunDocument, RunTextError, all_problems, parse_run, plan_run
 from hil.vocab.axis import Axes, AxisNow
 from hil.vocab.desk_protocol import Source
+from hil.vocab.problem import ConfigError
 from hil.vocab.verbs import VerbRefused
 
 FoundAxes = Callable[[], Mapping[str, AxisNow]]
@@ -33,8 +34,21 @@ class Planning:
         run, document = parse_run(text, file)
         run = run.model_copy(update={"run": name}) if name else run
         if findings := taken_twice(run, self._configured.config.bench):
-            raise document.error(findings)
+            raise RunTextError(document, findings, run)
         return run, document
+
+    def read_all(self, text: str, file: str, name: str, axes: FoundAxes) -> tuple[RunDocument, Document]:
+        """Read a short run's text as ``read``; an error has all problems that the axes would make, too."""
+        try:
+            return self.read(text, file, name)
+        except RunTextError as error:
+            raise self._with_the_rest(error, axes()) from None
+
+    def _with_the_rest(self, error: RunTextError, axes: Mapping[str, AxisNow]) -> ConfigError:
+        """Problems of a text, with those of the rest of the run, where that is of this bench alone."""
+        if error.rest is None or self.is_shared(error.rest):
+            return error
+        return all_problems(error, self._as_named(error.rest, axes))
 
     def names(self, run: RunDocument) -> dict[str, str]:
         """Devices of this bench that take part, by their names in the run."""
@@ -62,7 +76,10 @@ class Planning:
         name: str = "",
     ) -> Plan:
         """Plan any run, in a thread if it is long. Raises ConfigError: it cannot be done."""
-        run, document = await off_loop(text, self.read, text, file, name)
+        try:
+            run, document = await off_loop(text, self.read, text, file, name)
+        except RunTextError as error:
+            raise self._with_the_rest(error, axes()) from None
         others: dict[str, AxisNow] = {}
         if self.is_shared(run):
             others = await (together or self.together(source, run)).look(document)
@@ -82,7 +99,7 @@ class Planning:
         axes = self._axes.axes()
         for name, device in self.names(plan.run).items():
             if why := axes[device].why_not:
-                raise VerbRefused("not_now", f"{name}: {why}")
+                raise VerbRefused("not_now", f"{name}: {why}; {axes[device].remedy}")
             if axes[device].position_deg != plan.axes[name].position_deg:
                 raise VerbRefused("not_now", f"{name} was moved while the run was planned")
         return plan

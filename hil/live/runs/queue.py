@@ -85,7 +85,7 @@ class RunQueue:
         """
         _refuse(text, self._entries.values())
         if len(text) <= SHORT:
-            run, document = self._planning.read(text, file, name)
+            run, document = self._planning.read_all(text, file, name, self._expected)
             if not self._planning.is_shared(run):
                 if known := self._known(run.run, text, fresh):
                     return known

@@ -80,7 +80,7 @@ class RealAxes:
             now = replace(now, bounds=bounds_of(verbs, follows_paths=now.follows_paths))
             if (speed := self._configured.config.speed) != 1:
                 why = f"the bench goes at {speed:g} times the speed of its real boards"
-                return replace(now, why_not=why)
+                return replace(now, why_not=why, remedy="write `speed: 1` in its configuration")
             return now
         profile = self._configured.config.devices[name].profile
         why = f"a real {profile} has nothing for runs at its terminal"

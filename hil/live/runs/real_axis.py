@@ -79,15 +79,17 @@ class RealAxis:
     def now(self) -> AxisNow:
         """The axis as a plan begins with it."""
         at_deg, follows_paths = self._terminal.commanded_deg or 0.0, self._terminal.kind == "servo"
-        return AxisNow(at_deg, follows_paths, why_not=self._why_not(), tells_position=False)
+        why_not, remedy = self._obstacle()
+        return AxisNow(at_deg, follows_paths, why_not=why_not, remedy=remedy, tells_position=False)
 
-    def _why_not(self) -> str | None:
+    def _obstacle(self) -> tuple[str | None, str]:
+        """Reason why the axis cannot take part, if there is one, and what helps."""
         if self._away:
-            return f"it is a real board, and {self._away}"
+            return f"it is a real board, and {self._away}", "connect it, or leave it out"
         if self._known_as != self._line() or self._terminal.commanded_deg is None:
-            name = self.through.name
-            return f"what this real board does is not known; `hil axis {name} {self.taken_by}` first"
-        return None
+            remedy = f"`hil axis {self.through.name} {self.taken_by}` first"
+            return "what this real board does is not known", remedy
+        return None, ""
 
     @property
     def failure(self) -> str | None:

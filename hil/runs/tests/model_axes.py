@@ -49,7 +49,12 @@ class ModelAxis:
         why_not = "it is held" if self.is_held else self.failure
         pins = ("in",) if self.tells_position else ()
         return AxisNow(
-            self._at(self.clock.now_ns), self.follows_paths, ("v",), pins, why_not, self.tells_position
+            self._at(self.clock.now_ns),
+            self.follows_paths,
+            ("v",),
+            pins,
+            why_not,
+            tells_position=self.tells_position,
         )
 
     def _at(self, at_ns: int) -> float:

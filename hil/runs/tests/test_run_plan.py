@@ -6,7 +6,7 @@ import pytest
 
 from hil.config import ConfigError
 from hil.firmware.set_point_paths import at, length_ns
-from hil.runs import Plan, parse_run, plan_run, run_from_data
+from hil.runs import Plan, RunTextError, all_problems, parse_run, plan_run, run_from_data
 from hil.runs.plan import Level, Move
 from hil.vocab.axis import AxisNow
 
@@ -228,8 +228,10 @@ def test_a_path_goes_through_its_rows_at_their_times() -> None:
 
 def test_an_axis_that_cannot_take_part_is_said() -> None:
     run = {"run": "r", "axes": {"m1": {}}, "steps": [{"move": {"m1": 1.0}}]}
-    off = {"m1": AxisNow(0.0, True, why_not="its control loop is off; enable it first")}
-    with pytest.raises(ConfigError, match=r"axes\.m1: its control loop is off"):
+    off = {"m1": AxisNow(0.0, True, why_not="its control loop is off", remedy="`hil axis m1 enable` first")}
+    with pytest.raises(
+        ConfigError, match=r"axes\.m1: its control loop is off \(`hil axis m1 enable` first\)"
+    ):
         plan_run(*run_from_data(run), off)
 
 
@@ -277,3 +279,25 @@ def test_ways_to_stop_have_two_words_each(said: str, means: str) -> None:
     data = {"run": "r", "axes": {"m1": {}}, "on_fault": said, "steps": [{"dwell_s": 0.1}]}
     document, _ = run_from_data(data)
     assert document.on_fault == means
+
+
+def test_all_problems_of_a_text_and_of_its_bench_are_listed_at_once() -> None:
+    run = {
+        "run": "r",
+        "axes": {"m1": {"velocity_rpm": -1}, "m9": {}, "m2": {}},
+        "steps": [{"moov": {"m1": 1.0}}, {"move": {"m1": 1.0, "m7": 2.0}}, {"pins": {"m2.nix": 1}}],
+    }
+    axes = {"m1": SERVO, "m2": SERVO}
+    with pytest.raises(RunTextError) as caught:
+        run_from_data(run)
+    said = str(all_problems(caught.value, axes))
+    for part in ("velocity_rpm", "there is no device 'm9'", "moov", "'m7' is none of", "no input 'nix'"):
+        assert part in said, said
+    del run["axes"]["m1"]["velocity_rpm"]
+    run["steps"][0] = {"wait_until": {"axis": "m9", "field": "any", "above": 1.0}}
+    with pytest.raises(ConfigError) as planned:
+        plan_run(*run_from_data(run), axes)
+    said = str(planned.value)
+    assert "there is no device 'm9'" in said
+    assert "'m7' is none of" in said
+    assert "any" not in said, "what a device has that there is not is not known"

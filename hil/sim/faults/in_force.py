@@ -77,8 +77,9 @@ class Faults:
         wanted = FAULT_KINDS[fault.kind].target
         if not place.has(wanted):
             places = {name: self._roster.place(name) for name in self._roster.targets()}
-            choice = ", ".join(name for name, p in places.items() if p and p.has(wanted)) or "none here"
-            raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}, as {choice}; not on {fault.target}")
+            choice = ", ".join(name for name, p in places.items() if p and p.has(wanted))
+            there = f", as {choice}; not on {fault.target}" if choice else "; this bench has none"
+            raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}{there}")
         if place.bus and fault.kind == "wire_noise":
             self._check_noises(fault.target)
         if place.segment and wanted in (STATION, SEGMENT, ON_LINE) and fault.kind in OF_FRAMINGS:

@@ -113,9 +113,9 @@ def test_faults_of_all_kinds_begin_and_end_on_their_targets() -> None:
         (
             "wire_swapped",
             TAP,
-            "wire_swapped is on a twin's port on a segment, a Modbus node, or a tap, as none",
+            "wire_swapped is on a twin's port on a segment, a Modbus node, or a tap; this bench has none",
         ),
-        ("modbus_late", NODE, "modbus_late is on an axis's Modbus node, as none here; not on m1.canopen"),
+        ("modbus_late", NODE, "modbus_late is on an axis's Modbus node; this bench has none"),
         ("shaft_jam", NODE, "shaft_jam is on a twin with a motor, as m1; not on m1.canopen"),
         (
             "bus_off",

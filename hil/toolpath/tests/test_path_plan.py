@@ -7,9 +7,10 @@ from time import process_time
 import pytest
 from small_mill import mill, planned, said
 
-from hil.gcode.canonical import Feed, Place, Point, Straight
+from hil.gcode.canonical import Feed, Place, Point, Settings, Straight
+from hil.gcode.reader import read_program
 from hil.toolpath.line_load import line_load
-from hil.toolpath.path_plan import plan_path
+from hil.toolpath.path_plan import plan_path, plan_program
 
 
 def segments_of(plan):
@@ -122,3 +123,29 @@ def test_ten_thousand_motions_in_a_second():
     plan = plan_path(motions, mill(), "d")
     assert plan.line_load
     assert process_time() - begin_s < 1.0
+
+
+def listed(text):
+    """Places and messages of all problems of a program for a mill from -100 to 100 mm."""
+    program = read_program(text.encode(), Settings("p.ngc"))
+    assert program.problems
+    assert not program.motions
+    return [(p.line, p.message) for p in plan_program(program, mill(), "p.ngc").problems]
+
+
+def test_problems_of_words_and_of_ways_are_listed_at_once():
+    found = listed("G21 G90 G17 F600\nG1 X500\nG1 X10 Q7\nG1 X20 Y20\nG2 X30 Y20 I99 J0\nG1 Y700\nM2\n")
+    assert [line for line, _ in found] == [2, 3, 5, 6], found
+
+
+def test_a_way_that_a_problem_has_made_unknown_is_none():
+    inch = listed("G21 G90 F600\nG20 Q7\nG1 X50\nG1 X500\nM2\n")
+    assert [line for line, _ in inch] == [2], inch
+    step = listed("G21 G91 F600\nG1 X60 Q7\nG1 X60\nG1 X60\nM2\n")
+    assert [line for line, _ in step] == [2], step
+
+
+def test_where_a_program_begins_is_not_known_without_a_machine():
+    text = b"G21 G90 G17 F600\nG2 X30 Y20 I99 J0\nG1 X10 Q7\nM2\n"
+    assert [p.line for p in read_program(text, Settings()).problems] == [2, 3]
+    assert [p.line for p in read_program(text, Settings(), is_somewhere=True).problems] == [3]
