@@ -246,8 +246,8 @@ VERBS = (
     ),
     Verb(
         "calibrate",
-        "make and store the look-up table, as the letter c: 26 s in which the shaft turns, and before it 0.11 s"
-        " back for each step since the reset: 49 s the second time",
+        "make and store the look-up table, as the letter c: 26 s in which the shaft turns, and before it"
+        " 0.11 s back for each step since the reset: 49 s the second time",
         run=calibrate,
         effect=Effect.ENDS,
         types=b"c",

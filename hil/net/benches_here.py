@@ -44,8 +44,8 @@ class Here:
 
 
 @dataclass(frozen=True)
-class LeftOut:
-    """Folder that is not looked into: why, and what helps."""
+class ClosedPlace:
+    """Place that is not looked into: why, and what helps."""
 
     why: str
     remedy: str
@@ -63,7 +63,7 @@ class Found:
     that the user named, if he did. ``killed``: folders that killed benches left behind."""
 
     benches: list[Here]
-    left_out: list[LeftOut]
+    left_out: list[ClosedPlace]
     named: Path | None = None
     killed: Sequence[Path] = ()
 
@@ -122,23 +122,23 @@ def find(option: Path | None, env: Mapping[str, str]) -> Found:
 def find_in(bases: Sequence[Path], is_named: bool) -> Found:
     """Find as ``find``, below these folders; ``is_named``: the user said so."""
     benches: dict[Path, Here] = {}
-    left_out: list[LeftOut] = []
+    left_out: list[ClosedPlace] = []
     for base in bases:
         # Who names a folder means its owner. /run is root's, who says whose /run/hil is, and what is in it.
         is_service = base.is_relative_to(SERVICES)
         owners = {_owner(base)} if is_named or is_service else set()
         if why := distrust(base, owners):
-            left_out.append(LeftOut(why, TRUST_REMEDY))
+            left_out.append(ClosedPlace(why, TRUST_REMEDY))
             continue
         for folder in closed_folders(base):
             why = f"{folder} of {owner_name(folder)} is closed to you"
-            left_out.append(LeftOut(why, entry_remedy(folder)))
+            left_out.append(ClosedPlace(why, entry_remedy(folder)))
         for socket in control_sockets(base):
             owner = _owner(socket.parent)
             # Root has given it to him, as the service manager does.
             given = {owner} if is_service and _owner(socket.parent.parent) == 0 else set()
             if why := distrust(socket.parent, owners | given):
-                left_out.append(LeftOut(why, TRUST_REMEDY))
+                left_out.append(ClosedPlace(why, TRUST_REMEDY))
             else:
                 benches.setdefault(socket, Here(socket, owner, socket.is_relative_to(SERVICES)))
     return Found(list(benches.values()), left_out, bases[0] if is_named else None)
