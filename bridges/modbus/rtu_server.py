@@ -173,7 +173,7 @@ class RtuServer:
             except Refused as error:
                 return exception(request.function, error.code)
         if request and request.function == Function.REPORT_SERVER_ID:
-            return report(unit.info.profile.encode("ascii", "replace"), is_running=True)
+            return report(unit.number, unit.info.profile.encode("ascii", "replace"), is_running=True)
         self._forget_old_halves(asker, request)
         return self._handler.answer_of(asker, unit, pdu)
 

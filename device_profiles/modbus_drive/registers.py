@@ -60,8 +60,8 @@ def _check_start_is_no_repeat(
     board: ModbusDrive, bits: Mapping[str, int], given: Mapping[str, float]
 ) -> None:
     """Refuse a start that would do nothing, where the master means one: a start bit that is 1 already, alone,
-    behind a new set-point, while the axis stands. Whoever writes in a cycle has written the bit again before,
-    and is not meant."""
+    behind a new set-point, while the axis stands. A master that writes in a cycle has written the bit again
+    before, and is not refused."""
     if not given.get("start") or not board.bits["start"]:
         return
     is_alone = given.keys() <= set(BITS) and bits == board.bits

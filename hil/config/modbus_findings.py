@@ -23,8 +23,11 @@ def modbus_findings(
             continue
         yield from _format(name, segment)
         modbus = segment.get("modbus")
-        units = modbus.get("units") if isinstance(modbus, dict) else None
-        yield from _nodes(name, units if isinstance(units, dict) else {}, devices, real, taken)
+        if not isinstance(modbus, dict):
+            continue
+        units, may_repeat = modbus.get("units"), modbus.get("duplicate_units") is True
+        units = units if isinstance(units, dict) else {}
+        yield from _nodes(name, units, devices, real, taken, may_repeat=may_repeat)
 
 
 def _format(name: str, segment: Mapping[str, Any]) -> Iterator[Finding]:
@@ -41,8 +44,11 @@ def _nodes(
     devices: Mapping[str, ProfileInfo],
     real: Collection[str],
     taken: dict[str, str],
+    *,
+    may_repeat: bool,
 ) -> Iterator[Finding]:
-    """Findings about the nodes of one segment. ``taken``: axes that have a node, with its segment."""
+    """Findings about the nodes of one segment. ``taken``: axes that have a node, with its segment;
+    ``may_repeat``: several may have one number."""
     numbers: dict[int, str] = {}
     for axis, number in units.items():
         path = ("segments", segment, "modbus", "units", axis)
@@ -51,11 +57,15 @@ def _nodes(
             continue
         device, part = address_of(str(axis))
         label = DeviceParts(devices[device].axes).label(device, part)
-        if (where := taken.setdefault(label, segment)) != segment or label in numbers.values():
-            message = f"{label} has a node on {where} already"
+        if label in taken:
+            message = f"{label} has a node on {taken[label]} already"
             yield Finding(path, message, "an axis has one: take one of them out", at_key=True)
-        elif isinstance(number, int) and (other := numbers.setdefault(number, label)) != label:
-            yield Finding(path, f"unit {number} is {other} already", "give each a number of its own")
+            continue
+        taken[label] = segment
+        other = numbers.setdefault(number, label) if isinstance(number, int) else label
+        if other != label and not may_repeat:
+            remedy = 'give each a number of its own, or add "duplicate_units: true" to modbus'
+            yield Finding(path, f"unit {number} is {other} already", remedy)
 
 
 def _axis_finding(

@@ -18,6 +18,11 @@ class ModbusConfig(StrictModel):
         description="Numbers of the nodes by axis, as in `{m1: 1, arm.elbow: 3}`. A node is a station of its"
         " own beside the board's UARTs, `m1.modbus`, with the registers of that axis; an axis has one.",
     )
+    duplicate_units: bool = Field(
+        default=False,
+        description="Allow several nodes with one number, as new devices have: they answer at the same time,"
+        " and their answers collide.",
+    )
     word_order: Literal["high_first", "low_first"] = Field(
         default="high_first", description="Order of the registers of a value that takes several."
     )

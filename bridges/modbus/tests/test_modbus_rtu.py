@@ -114,7 +114,7 @@ def test_diagnosis() -> None:
         assert await count(12) == 1  # errors of the line
         assert await count(13) == 1  # exceptions
         assert await count(11) == 4  # frames since they were cleared, this one too
-        assert await line.ask(good(b"\x11")) == encode(1, 17, b"\x09specimen\xff")
+        assert await line.ask(good(b"\x11")) == encode(1, 17, b"\x0a\1\xffspecimen")
         line.port.host.received(asks(4))  # listens only from now on
         line.port.host.received(b"")
         await asyncio.sleep(0.05)

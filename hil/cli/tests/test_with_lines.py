@@ -97,6 +97,31 @@ def test_programs_that_it_starts_have_lines_too() -> None:
         os.close(master)
 
 
+def test_a_pty_has_an_rs485_mode_and_a_latency() -> None:
+    """As pyserial sets them: what was set is read back, and each pty has its own."""
+    script = (
+        "import fcntl, os, pty, struct, sys, termios\n"
+        "GET_485, SET_485 = 0x542E, 0x542F\n"
+        "a, b = pty.openpty()[1], pty.openpty()[1]\n"
+        "mode = struct.pack('8I', 0b10111, 5, 7, *[0] * 5)\n"
+        "fcntl.ioctl(a, SET_485, mode)\n"
+        "print([struct.unpack('8I', fcntl.ioctl(each, GET_485, bytes(32)))[:3] for each in (a, b)])\n"
+        "def latency(fd):\n"
+        "    return struct.unpack_from('5i', fcntl.ioctl(fd, termios.TIOCGSERIAL, bytes(72)))[4]\n"
+        "port = bytearray(72)\n"
+        "struct.pack_into('i', port, 16, 0x2000)\n"
+        "fcntl.ioctl(a, termios.TIOCSSERIAL, port)\n"
+        "print(hex(latency(a)), hex(latency(b)))\n"
+        "struct.pack_into('i', port, 16, 0x0030)\n"  # a divisor of its own
+        "try: fcntl.ioctl(a, termios.TIOCSSERIAL, port)\n"
+        "except OSError as error: print(error.strerror)\n"
+        "try: fcntl.ioctl(os.open('/dev/null', os.O_RDWR), GET_485, bytes(32))\n"
+        "except OSError as error: print(error.strerror)\n"
+    )
+    said = "[(23, 5, 7), (0, 0, 0)]\n0x2000 0x0\nInvalid argument\nInappropriate ioctl for device\n"
+    assert ended(sys.executable, "-c", script) == (0, said, "")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -73,6 +73,19 @@ def test_nodes_taps_and_a_format() -> None:
     assert config.segments["c"].modbus is None
 
 
+def test_equal_numbers_are_a_mistake_unless_they_are_wanted() -> None:
+    text = HEAD + "  b: {modbus: {units: {m1: 1, s1: 1}%s}}\n"
+    with pytest.raises(ConfigError) as caught:
+        parse(text % "", "b.yaml", CATALOGUE)
+    said = 'unit 1 is m1 already (give each a number of its own, or add "duplicate_units: true" to modbus)'
+    assert said in str(caught.value)
+    with pytest.raises(ConfigError, match="unit 1 is m1 already"):
+        parse(text % ", duplicate_units: false", "b.yaml", CATALOGUE)
+    modbus = parse(text % ", duplicate_units: true", "b.yaml", CATALOGUE).segments["b"].modbus
+    assert modbus
+    assert modbus.units == {"m1": 1, "s1": 1}
+
+
 def test_boards_without_a_framing_may_be_on_a_line_with_nodes() -> None:
     with pytest.raises(ConfigError):
         from_dict(

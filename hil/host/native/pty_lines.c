@@ -1,10 +1,11 @@
 /* Modem lines of pseudo-terminals, for a program that loads this library before libc (LD_PRELOAD): `hil with-lines`.
 
    The kernel is always asked first. Only where it knows no modem lines (ENOTTY), and the file is the end of a pty that
-   programs open, the answer is given here: DTR and RTS as the program set them, CTS, DSR and carrier on, no changes. All
-   else passes unchanged: other files, other requests, other errors. A break needs nothing: the kernel takes it on a pty.
+   programs open, the answer is given here: DTR and RTS as the program set them, CTS, DSR and carrier on, no changes; the
+   RS485 mode and the low latency that the program set. All else passes unchanged: other files, other requests, other
+   errors. A break needs nothing: the kernel takes it on a pty.
 
-   Threads and signal handlers may call at the same time: the state of a pty is one atomic byte. */
+   Threads and signal handlers may call at the same time: the state of a pty is a few atomic numbers. */
 #define _GNU_SOURCE
 #undef _FILE_OFFSET_BITS /* they would give `ioctl` another name in a library of 32 bits */
 #undef _TIME_BITS
@@ -34,6 +35,11 @@ enum { FIRST_MAJOR = 136, LAST_MAJOR = 143, MINORS = 1 << 20 };
    memory. */
 static _Atomic unsigned char outputs_off[MINORS];
 _Static_assert((OUTPUTS & ~0xff) == 0, "the outputs fit into a byte");
+
+/* RS485 mode as the program set it: flags, and two delays in ms. On a bench the driver's direction needs no care. */
+static _Atomic unsigned rs485[MINORS][3];
+/* Low latency as the program set it: what hil writes to a pty is there at once, with or without it. */
+static _Atomic unsigned char low_latency[MINORS];
 
 static _Atomic(ioctl_function *) next_ioctl;
 
@@ -78,11 +84,49 @@ static int wait_for_change(int fd)
     return refuse(port.revents & POLLNVAL ? EBADF : EIO);
 }
 
-static int answer(int fd, unsigned request, void *argument, _Atomic unsigned char *off)
+/* TIOCGRS485, TIOCSRS485: the kernel gives back what it has taken, too. */
+static int answer_rs485(unsigned request, struct serial_rs485 *mode, _Atomic unsigned *kept)
 {
+    enum { KNOWN = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND | SER_RS485_RTS_AFTER_SEND | SER_RS485_RX_DURING_TX };
+    if (request == TIOCSRS485) {
+        atomic_store(&kept[0], mode->flags & KNOWN);
+        atomic_store(&kept[1], mode->delay_rts_before_send);
+        atomic_store(&kept[2], mode->delay_rts_after_send);
+    }
+    memset(mode, 0, sizeof *mode);
+    mode->flags = atomic_load(&kept[0]);
+    mode->delay_rts_before_send = atomic_load(&kept[1]);
+    mode->delay_rts_after_send = atomic_load(&kept[2]);
+    return 0;
+}
+
+/* TIOCGSERIAL, TIOCSSERIAL: a port without a chip that is known, of which the latency alone can be set. A divisor of its
+   own (ASYNC_SPD_MASK) would be a speed that nobody hears. */
+static int answer_serial(unsigned request, struct serial_struct *port, long number)
+{
+    if (request == TIOCSSERIAL) {
+        if (port->flags & ASYNC_SPD_MASK) return refuse(EINVAL);
+        atomic_store(&low_latency[number], (unsigned char)((port->flags & ASYNC_LOW_LATENCY) != 0));
+        return 0;
+    }
+    memset(port, 0, sizeof *port);
+    port->line = (int)number;
+    port->flags = atomic_load(&low_latency[number]) ? ASYNC_LOW_LATENCY : 0;
+    return 0;
+}
+
+static int answer(int fd, unsigned request, void *argument, long number)
+{
+    _Atomic unsigned char *off = &outputs_off[number];
     if (request == TIOCMIWAIT) return wait_for_change(fd); /* its argument is a mask */
     if (!argument) return refuse(EFAULT);
     switch (request) {
+    case TIOCGRS485:
+    case TIOCSRS485:
+        return answer_rs485(request, argument, rs485[number]);
+    case TIOCGSERIAL:
+    case TIOCSSERIAL:
+        return answer_serial(request, argument, number);
     case TIOCMGET:
         *(int *)argument = INPUTS | (OUTPUTS & ~atomic_load(off));
         break;
@@ -104,7 +148,8 @@ static int answer(int fd, unsigned request, void *argument, _Atomic unsigned cha
 static int is_about_lines(unsigned request)
 {
     return request == TIOCMGET || request == TIOCMSET || request == TIOCMBIS || request == TIOCMBIC ||
-           request == TIOCGICOUNT || request == TIOCMIWAIT;
+           request == TIOCGICOUNT || request == TIOCMIWAIT || request == TIOCGRS485 || request == TIOCSRS485 ||
+           request == TIOCGSERIAL || request == TIOCSSERIAL;
 }
 
 static int with_lines(int fd, request_number request, void *argument)
@@ -115,7 +160,7 @@ static int with_lines(int fd, request_number request, void *argument)
     long number = pty_number(fd);
     if (number < 0) return refuse(ENOTTY);
     errno = before;
-    return answer(fd, (unsigned)request, argument, &outputs_off[number]);
+    return answer(fd, (unsigned)request, argument, number);
 }
 
 EXPORTED int ioctl(int fd, request_number request, ...)

@@ -41,6 +41,9 @@ EXCEPTIONS = {
 """Words of exception codes. Modbus Application Protocol V1.1b3, 7."""
 
 
+ILLEGAL_FUNCTION = 1
+
+
 class Excepted(Denied):
     """Exception that a drive answered with; ``code`` is the protocol's."""
 
@@ -60,6 +63,8 @@ class ModbusClient:
         self._lost = lost
         self._client: AsyncModbusTcpClient | AsyncModbusSerialClient | None = None
         self._is_asking = False
+        self._several_only: set[tuple[int, int]] = set()
+        """Units and functions 05 and 06 that they have not: they are written by 15 and 16."""
 
     @property
     def is_open(self) -> bool:
@@ -74,6 +79,7 @@ class ModbusClient:
     async def open(self) -> None:
         """Connect. Raises PlaceLost: that cannot be done now."""
         self.close()
+        self._several_only.clear()  # another drive may be there
         client = self._client = self._make()
         try:
             async with asyncio.timeout(self._timeout_s):
@@ -124,11 +130,27 @@ class ModbusClient:
         return [int(word) for word in words[: span.count]]
 
     async def write(self, unit: int, write: RegisterWrite) -> None:
-        """Write words or bits. Raises as ``read``: they may have been written, or not."""
-        client, count = self._opened(), len(write.words)
+        """Write words or bits. Raises as ``read``: they may have been written, or not.
+
+        A drive without the function for one of them (exception 01) is written by the one for several, from
+        then on; many have one of the two alone.
+        """
+        one, several = (5, 15) if write.table in _BITS else (6, 16)
+        if len(write.words) > 1 or (unit, one) in self._several_only:
+            await self._write(several, unit, write)
+            return
+        try:
+            await self._write(one, unit, write)
+        except Excepted as error:
+            if error.code != ILLEGAL_FUNCTION:
+                raise
+            await self._write(several, unit, write)
+            self._several_only.add((unit, one))
+
+    async def _write(self, code: int, unit: int, write: RegisterWrite) -> None:
+        client, count, is_one = self._opened(), len(write.words), code in (5, 6)
         asked = f"a write of {write.table.value} {write.address}"
         is_bits = write.table in _BITS
-        code = (5 if is_bits else 6) if count == 1 else (15 if is_bits else 16)
         ask: Any = {
             5: client.write_coil,
             6: client.write_register,
@@ -136,10 +158,10 @@ class ModbusClient:
             16: client.write_registers,
         }[code]
         words: Any = [bool(word) for word in write.words] if is_bits else list(write.words)
-        given = words[0] if count == 1 else words
+        given = words[0] if is_one else words
         answer = await self._answer(ask(write.address, given, device_id=unit), code, asked)
-        said = (list(answer.bits) if is_bits else list(answer.registers)) if count == 1 else answer.count
-        if answer.address != write.address or said != (words if count == 1 else count):
+        said = (list(answer.bits) if is_bits else list(answer.registers)) if is_one else answer.count
+        if answer.address != write.address or said != (words if is_one else count):
             raise Garbled(f"{asked} was answered as another")
 
     def _opened(self) -> "AsyncModbusTcpClient | AsyncModbusSerialClient":

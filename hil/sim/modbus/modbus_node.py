@@ -144,7 +144,7 @@ class ModbusNode:
     def _done(self, request: Request, now_ns: SimTimeNs) -> bytes | None:
         if request.function == Function.REPORT_SERVER_ID:
             is_running = self.device.failed is None
-            return report(self.device.profile.encode("ascii", "replace"), is_running=is_running)
+            return report(self.unit, self.device.profile.encode("ascii", "replace"), is_running=is_running)
         if request.function != Function.DIAGNOSTICS:
             return self._server.answer(request, now_ns)
         self._count_line()

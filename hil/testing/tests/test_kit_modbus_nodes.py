@@ -11,7 +11,7 @@ from hil.testing import Bench
 from hil.wire.modbus import client_side as client
 from hil.wire.modbus.identification import ReadDeviceId
 from hil.wire.modbus.pdu import Code, Refused, Table
-from hil.wire.modbus_rtu.frame import encode, silence_ns
+from hil.wire.modbus_rtu.frame import Frame, encode, silence_ns
 from hil.wire.serial_line import character_ns
 
 HOLDING, INPUT, COILS, BITS = (
@@ -49,6 +49,17 @@ def test_an_answer_begins_at_its_nanosecond(baud: int, form: str, size: int) -> 
     assert (asked.at_ns, asked.who, answered.who) == (began_ns, MASTER, "m1.modbus")
     end_ns = began_ns + character_ns(8, baud, size)
     assert answered.at_ns == end_ns + silence_ns(baud, size) + MS, "one millisecond by default"
+
+
+def test_the_answers_of_two_nodes_with_one_number_collide() -> None:
+    """One shaft stands at 0, the other at 90 deg."""
+    x1, x2 = ({"profile": "modbus_drive", "axis": {"start_deg": at_deg}} for at_deg in (0.0, 90.0))
+    both = {"units": {"x1": 1, "x2": 1}, "duplicate_units": True}
+    with Bench(config({"x1": x1, "x2": x2}, modbus=both)) as bench:
+        line = Line(bench, boot_ms=500)
+        raw = line.send(encode(1, 4, client.encode(client.read(INPUT, 0, 2))[1:]))
+        assert Frame(0, raw).fault == "CRC"
+        assert bench.segment("bus0").counters(bench.now_ns)["collisions"] == 1
 
 
 def test_the_moment_of_a_read_is_the_end_of_its_request(line: Line) -> None:
@@ -144,7 +155,7 @@ def test_every_function_is_there(line: Line) -> None:
     assert line.ask(1, client.read(HOLDING, first)).values == (f32(12.5)[0] & 0xFF00 | 0x11,)
     both = client.read_write(first, 2, first, f32(-3.0))
     assert line.ask(1, both).values == f32(-3.0)
-    assert line.ask(1, client.ask_report()).data == b"mechaduino\xff"
+    assert line.ask(1, client.ask_report()).data == b"\1\xffmechaduino"
     said = line.ask(2, client.ask_identification(ReadDeviceId.REGULAR)).identification
     assert said
     assert said.objects[6] == b"t/s1"
@@ -248,7 +259,7 @@ def test_several_axes_of_a_board_and_several_segments() -> None:
         for master in masters:
             master.write(encode(1, 17))
         bench.run(ms=50)
-        assert [master.read()[3:-3] for master in masters] == [b"mechaduino", b"sac"]
+        assert [master.read()[5:-2] for master in masters] == [b"mechaduino", b"sac"]
         masters[1].write(encode(1, 4, b"\0\4\0\2"))
         bench.run(ms=50)
         low_first = masters[1].read()[3:-2]
@@ -262,7 +273,7 @@ def test_a_frame_in_pieces_and_two_too_close() -> None:
         ask = encode(1, 17)
         line.master.write(ask[:2])
         bench.run(ms=3 * 11 / 19.2)  # the second piece comes half a character after the first
-        assert line.send(ask[2:]) == encode(1, 17, b"\x0bmechaduino\xff")
+        assert line.send(ask[2:]) == encode(1, 17, b"\x0c\1\xffmechaduino")
         line.master.write(ask[:2])
         bench.run(ms=4 * 11 / 19.2)  # two characters of silence, more than 1.5
         assert line.send(ask[2:]) == b""

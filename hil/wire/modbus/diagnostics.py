@@ -199,13 +199,15 @@ def _is_restart(request: Request | None) -> bool:
     return request.data in (_NOTHING, _CLEAR_LOG)
 
 
-def report(server_id: bytes, is_running: bool, more: bytes = b"") -> bytes:
-    """Make the answer to function 17: an identification, whether the device runs, and what it adds.
+def report(server_id: int, more: bytes = b"", *, is_running: bool) -> bytes:
+    """Make the answer to function 17: an identification of one byte, whether the device runs, and what it
+    adds, as a text. The protocol leaves the length of the first to the device; masters take the two bytes
+    behind the count for it and for the state.
 
     Raises:
         ValueError: more than fits into an answer.
     """
-    said = server_id + (b"\xff" if is_running else b"\0") + more
+    said = bytes((server_id, 0xFF if is_running else 0)) + more
     if len(said) > _REPORT_BYTES_MAX:
         raise ValueError(f"a report of {len(said)} bytes; {_REPORT_BYTES_MAX} fit into an answer")
     return bytes((Function.REPORT_SERVER_ID, len(said))) + said

@@ -280,3 +280,30 @@ def test_a_drive_that_begins_to_refuse_is_not_believed_to_be_there() -> None:
         assert x.drive.link.session == 2
 
     with_hostile(odd, doing)
+
+
+@pytest.mark.parametrize("refuses_both", [False, True])
+def test_a_drive_without_the_function_for_one_register_is_written_by_that_for_several(
+    refuses_both: bool,
+) -> None:
+    registers = Registers()
+
+    async def answer(request: bytes, writer: asyncio.StreamWriter) -> None:
+        code = request[7]
+        is_refused = code == 6 or (refuses_both and code == 16)
+        writer.write(framed(request, bytes((code | 0x80, 1)) if is_refused else registers.pdu(request)))
+
+    async def doing(world: DriveWorld, hostile: HostileDrive, at: str) -> None:
+        control = await world.there(world.add("x", at))
+        if refuses_both:
+            with pytest.raises(VerbRefused, match=r"exception 01 \(illegal function\)"):
+                await control.do("enable", {})
+        else:
+            await control.do("enable", {})
+            await control.do("enable", {})
+        written = [request[7] for request in hostile.heard if request[7] in WRITES]
+        assert written[0] == 6
+        assert written.count(6) == 1, "it is remembered"
+        assert 16 in written
+
+    with_hostile(answer, doing)

@@ -170,9 +170,9 @@ def test_a_restart_with_other_data_is_refused() -> None:
 
 
 def test_a_report() -> None:
-    assert report(b"hil", True, b"m1") == bytes.fromhex("11 06 68696c ff 6d31")
-    assert report(b"\x42", False) == bytes.fromhex("11 02 42 00")
-    assert parse_answer(ask_report(), report(b"\x42", True, b"x")).data == b"\x42\xffx"
-    assert len(report(bytes(250), True)) == 253
+    assert report(3, b"m1", is_running=True) == bytes.fromhex("11 04 03 ff 6d31")
+    assert report(0x42, is_running=False) == bytes.fromhex("11 02 42 00")
+    assert parse_answer(ask_report(), report(0x42, b"x", is_running=True)).data == b"\x42\xffx"
+    assert len(report(1, bytes(249), is_running=True)) == 253
     with pytest.raises(ValueError, match="a report of 252 bytes; 251 fit"):
-        report(bytes(251), True)
+        report(1, bytes(250), is_running=True)
