@@ -45,14 +45,14 @@ class BoardLoop:
         """Switch the motors' 24 V."""
         self._do("power", float(is_on))
 
-    def take_pass(self) -> Generator[Request, Any, int]:
-        """Wait for the next pass and take it; answers when it began, in ms. It is taken a nanosecond late:
-        what comes just as it begins belongs to it."""
-        at_us = int(self._do("next_pass"))
+    def take_pass(self) -> Generator[Request, Any, tuple[int, int]]:
+        """Wait for the next pass and take it; answers the ms that the pass before it went by, and the ms in
+        which it began. It is taken a nanosecond late: what comes just as it begins belongs to it."""
+        at_us, before_ms = int(self._do("next_pass")), int(self._do("pass_before"))
         if (left_ns := at_us * NS_PER_US + 1 - int(self._do("clock_ns"))) > 0:
             yield Delay(left_ns)
         self._do("stop")
-        return at_us // US_PER_MS
+        return before_ms, at_us // US_PER_MS
 
     def poll(self, *, is_first: bool = False) -> Steps:
         """Make the pulses that are due; they take time. ``is_first``: of the pass, whose timers go by the

@@ -194,7 +194,7 @@ class Controller:
         self._servo_ms = first_pass_ms
 
     def note_pass(self, ms: int) -> None:
-        """Note that a pass began: where the servos have nothing to do, nobody looks at their timer."""
+        """Note the ms of the latest pass that was not looked at: the servos' timer ran in it, too."""
         self._servo_ms += (ms - self._servo_ms) // SERVO_MS * SERVO_MS
 
     def service_due_ms(self, now_ms: int) -> int | None:

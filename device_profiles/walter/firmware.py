@@ -94,8 +94,8 @@ class Cortex:
 
     def _pass(self) -> Steps:
         """Take the next pass."""
-        pass_ms = yield from self.loop.take_pass()
-        self.controller.note_pass(pass_ms - (self.loop.us % US_PER_MS < 10))
+        before_ms, pass_ms = yield from self.loop.take_pass()
+        self.controller.note_pass(before_ms)
         yield from self._read()
         yield from self._late_save.step(pass_ms)
         now_ms = self.loop.ms

@@ -282,77 +282,79 @@ class WalterCall(IntEnum):
     """the first joint: the board has its power, and its clocks begin"""
     next_pass = 1
     """nothing; answers when the loop's next pass begins"""
-    stop = 2
+    pass_before = 2
+    """nothing; answers the ms that the pass before the next one went by"""
+    stop = 3
     """nothing; nothing runs until the next call"""
-    hold = 3
+    hold = 4
     """ms after which a second wait begins, or 0; pulses alone go on, until the next call"""
-    poll = 4
+    poll = 5
     """nothing; one look for pulses, and the time that timers go by"""
-    poll_again = 5
+    poll_again = 6
     """nothing; one more look for pulses"""
-    finish = 6
+    finish = 7
     """nothing; what a pass does after that, and passes from then on"""
-    go_on = 7
+    go_on = 8
     """nothing; poll and finish"""
-    know = 8
+    know = 9
     """1: the loop knows its joints, 0: it does not"""
-    power = 9
+    power = 10
     """1: the motors have their 24 V"""
-    clock = 10
+    clock = 11
     """nothing; answers the microseconds since start"""
-    set_min = 11
+    set_min = 12
     """deg"""
-    set_max = 12
+    set_max = 13
     """deg"""
-    set_null = 13
+    set_null = 14
     """deg, as the encoder counts"""
-    set_speed = 14
+    set_speed = 15
     """rpm; for the next set_up"""
-    set_acceleration = 15
+    set_acceleration = 16
     """rpm/s"""
-    set_p = 16
+    set_p = 17
     """gain"""
-    set_i = 17
+    set_i = 18
     """gain"""
-    passed = 18
+    passed = 19
     """1: its encoder is to be read"""
-    enable = 19
+    enable = 20
     """1: its driver is on"""
-    set_up = 20
+    set_up = 21
     """nothing; ends its motion, and sets its step generator up"""
-    due = 21
+    due = 22
     """nothing; its next sample is due at once"""
-    place = 22
+    place = 23
     """deg; a servo has gone there"""
-    move = 23
+    move = 24
     """to_deg, duration_ms; within its limits"""
-    move_by = 24
+    move_by = 25
     """by_deg, duration_ms"""
-    ramp = 25
+    ramp = 26
     """from_deg, to_deg, duration_ms"""
-    ramp_at = 26
+    ramp_at = 27
     """ahead_ms; answers the ramp's angle then"""
-    rest = 27
+    rest = 28
     """nothing; it has no ramp any more"""
-    measure = 28
+    measure = 29
     """deg; what it takes its angle for"""
-    settle = 29
+    settle = 30
     """nothing; its encoder's angle is where it is, and where it is to be"""
-    answers = 30
+    answers = 31
     """nothing; answers 1 if encoder or servo would answer now"""
-    connect = 31
+    connect = 32
     """nothing; looks for its encoder, and answers its angle, or -1"""
-    read = 32
+    read = 33
     """nothing; reads its encoder without filter; answers 0, or -1"""
-    where = 33
+    where = 34
     """nothing; answers where the joint is, deg"""
-    read_deg = 34
+    read_deg = 35
     """nothing; answers the encoder's angle as it was read last, without the offset"""
-    full_speed = 35
+    full_speed = 36
     """nothing; answers what its settings make of it, micro-steps/s"""
-    full_acceleration = 36
+    full_acceleration = 37
     """nothing; the same, micro-steps/s2"""
-    clock_ns = 37
+    clock_ns = 38
     """nothing; answers the nanoseconds since start"""
 
 

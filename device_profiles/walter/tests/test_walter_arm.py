@@ -1,7 +1,9 @@
 """The arm as users know it: moved by its port and by verbs, with things missing, stuck and nonsense typed."""
 
+import math
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -52,6 +54,54 @@ def test_a_stream_of_targets_moves_all_axes(bench: Bench) -> None:
         assert say(bench, f"MOVETO {now} 100", ms=100) == ">ok\r\n>"
     bench.run(ms=1000)
     assert positions(bench) == pytest.approx(targets, abs=0.5)
+
+
+def test_the_servos_get_a_round_every_56_ms_whatever_moves(bench: Bench) -> None:
+    switch_on(bench)
+    begun_ns = bench.now_ns
+    for step in range(100):
+        angles = [30 * math.sin(2 * math.pi * (step + 1) / 40 + joint) for joint in range(5)]
+        servos = 60 * math.sin(step / 10), 30 + 20 * math.sin(step / 10)
+        said = " ".join(f"{deg:.2f}" for deg in (*angles, *servos))
+        bench.port("w1").write(f"MOVETO {said} 100\r".encode())
+        bench.run(ms=100)
+    sent = [(at_ns, data) for at_ns, data in bench.port("w1.servo").timeline if at_ns > begun_ns]
+    rounds_ms = [at_ns / 1e6 for at_ns, data in sent if data[3:5] == b"\xfd\x06"]
+    assert len(rounds_ms) == pytest.approx(10_000 / 56, abs=1)
+    late = [ms - rounds_ms[0] - 56 * place for place, ms in enumerate(rounds_ms)]
+    # A round waits for the end of a pass: its pulses take 2 us each.
+    assert all(-0.03 < each < 0.03 for each in late)
+
+
+@pytest.mark.parametrize(("backwards", "sign"), [(None, -1), (0, 1), (1, -1)])
+def test_the_elbow_counts_its_own_pulses_backwards(backwards: int | None, sign: int) -> None:
+    setting = {} if backwards is None else {"axes": {"ellbow": {"axis": {"counts_backwards": backwards}}}}
+    with arm(**setting) as bench:
+        switch_on(bench)
+        ellbow = bench.axis("w1.ellbow")
+        bench.port("w1").write(b"MOVETO 0 0 0 30 0 0 0 1000\r")
+        seen = [ellbow.snapshot()]
+        for _ in range(2000):
+            bench.run(ms=0.05)
+            seen.append(ellbow.snapshot())
+        counted = [
+            b.measured_deg - a.measured_deg
+            for a, b in pairwise(seen)
+            if b.step_position == a.step_position + 1
+            and b.drive_integral == a.drive_integral  # no sample between
+        ]
+        assert len(counted) > 10
+        assert counted == pytest.approx([sign * 1.8 / 4 / 7.4375] * len(counted), rel=1e-3)
+
+
+def test_the_elbow_runs_away_without_its_encoder_and_the_wrist_does_not(bench: Bench) -> None:
+    switch_on(bench)
+    for name in ("ellbow", "wrist"):
+        bench.fault("bus_no_answer", f"w1.{name}")
+    bench.run(ms=200)
+    say(bench, "MOVETO 0 0 0 10 10 0 0 1000", ms=3000)
+    assert bench.axis("w1.ellbow").snapshot().position_deg > 100
+    assert bench.axis("w1.wrist").snapshot().position_deg == pytest.approx(10, abs=0.5)
 
 
 def test_verbs_move_a_joint_within_its_limits(bench: Bench) -> None:

@@ -158,6 +158,14 @@ static int64_t turn_at_us(const walter_board *b, int64_t due_us)
     return b->cursor_us + (due_us - b->cursor_us + WALTER_PASS_US - 1) / WALTER_PASS_US * WALTER_PASS_US;
 }
 
+/* The ms that the turn before the next one at or after a time goes by. Turns with nothing to do are not taken: they are
+   as long as each other, and a turn with pulses is longer. */
+static int64_t ms_before(const walter_board *b, int64_t due_us)
+{
+    int64_t turn_us = turn_at_us(b, due_us);
+    return turn_us > b->cursor_us ? (turn_us - WALTER_PASS_US) / 1000 : b->now_ms;
+}
+
 /* When something happens in the loop from a time on that its turns count from; -1: never. */
 static int64_t next_from_us(const walter_board *b)
 {
@@ -317,6 +325,7 @@ static double run_loop(hil_core *c, hil_axis *first, int call, double x, int64_t
     walter_board *b = &of(first)->board;
     switch (call) {
     case HIL_WALTER_NEXT_PASS: return (double)turn_at_us(b, now_us);
+    case HIL_WALTER_PASS_BEFORE: return (double)ms_before(b, now_us);
     case HIL_WALTER_STOP:
     case HIL_WALTER_HOLD:
         b->mode = call == HIL_WALTER_HOLD ? WALTER_POLLS : WALTER_STOPPED;
@@ -372,7 +381,7 @@ static void open_joint(hil_axis *a, const hil_axis_params *params)
 {
     walter_axis *w = a->own;
     walter_setting is = {.gear = (float)params->gear_ratio, .microsteps = params->driver_microsteps,
-                         .offset_deg = (float)params->encoder_offset_deg, .counts_backwards = params->driver != 0};
+                         .offset_deg = (float)params->encoder_offset_deg, .counts_backwards = params->counts_backwards};
     walter_joint_init(&w->joint, &is);
     w->is_stepper = params->driver_microsteps > 0;
     w->step_deg = w->is_stepper ? (double)1.8f / params->driver_microsteps / (double)is.gear : 0;
