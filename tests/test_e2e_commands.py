@@ -222,7 +222,7 @@ def test_pin_steps_the_setpoint(place: Place) -> None:
         for _ in range(4):
             place.cli("pin", "m1", "D1", "1")
             place.cli("pin", "m1", "D1", "0")
-        assert server.status()["snapshot"]["r"] == pytest.approx(setpoint_deg + 4 * 0.05625, abs=1e-3)
+        assert server.status()["snapshot"]["r"] == pytest.approx(setpoint_deg - 4 * 0.05625, abs=1e-3)
     assert "m1 has no input 'D9'; there are D0, D1, D2, D3" in place.cli("pin", "m1", "D9", "1", code=2)
     assert "level: write 0 or 1" in place.cli("pin", "m1", "D1", "2", code=2)
 

@@ -38,7 +38,6 @@ class Mechaduino:
         address = board.facts.get("lookup_address", DEFAULT_LOOKUP_ADDRESS)
         self.table = LookupTable(board.axis, board.nvm, address)
         self._step_number = 0
-        self._dir = False
         self.path: Path = ()
         """Path that the set-point follows, or followed last."""
         self.path_from_ns = 0
@@ -75,7 +74,7 @@ class Mechaduino:
         yield from self.print_angle()
 
     def toggle_dir(self) -> None:
-        self._dir = not self._dir
+        self.axis.set("dir", not self.axis.get("dir"))
 
     def print_angle(self) -> Steps:
         self.serial.print(f"stepNumber: {self._step_number} , Angle: ")
@@ -87,17 +86,17 @@ class Mechaduino:
         """Step through all 200 full steps and store the table made from the readings."""
         self.serial.println(text.CALIBRATION_BEGIN)
         before = encoder.read_count(self.axis)
-        self._dir = True
+        self.axis.set("dir", 1)
         yield from self._one_step()
         yield delay_ms(500)
         if encoder.read_count(self.axis) - before < 0:
             self.serial.println(text.WIRED_BACKWARDS)
             return
         while self._step_number != 0:
-            self._dir = self._step_number > 0
+            self.axis.set("dir", self._step_number > 0)
             yield from self._one_step()
             yield delay_ms(100)
-        self._dir = True
+        self.axis.set("dir", 1)
         means = []
         for step in range(calibration.STEPS_PER_REV):
             yield delay_ms(20)
@@ -112,7 +111,7 @@ class Mechaduino:
         self.serial.println(*text.CALIBRATION_DONE)
 
     def _one_step(self) -> Steps:
-        self._step_number += -1 if self._dir else 1
+        self._step_number += -1 if self.axis.get("dir") else 1
         effort = int(0.33 * self.axis.get("uMAX"))
         self.axis.output(float32(STEP_DEG * self._step_number), effort)
         yield delay_ms(10)

@@ -16,6 +16,8 @@ _MOVE = (
     Parameter("acceleration_rpm_per_s", "of both ramps", "rpm/s", 0.01, 1e6, 600.0),
 )
 _ANGLE_DEG = 1e6
+_DIR_NS = 1000
+"""Time in which the direction is told before the first pulse: chosen."""
 GAINS = ("pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF")
 
 Answer = Mapping[str, float | str | int]
@@ -145,8 +147,10 @@ def starve(board: Mechaduino, policy: str, acceleration_rpm_per_s: float) -> Non
 def pulses(board: Mechaduino, count: float, rate_Hz: float, direction: str) -> Answer:
     duration_ns = round(count / rate_Hz * NS_PER_S)
     level = 0 if direction == "up" else 1
-    board.axis.drive([(0, "dir", level, 0, 0), (1000, "step", 0, int(count), duration_ns)])
-    return {"ends_after_ns": duration_ns + 1000}
+    # The firmware knows edges of its dir input, and no level.
+    edges = [(0, "dir", 1 - level, 0, 0), (_DIR_NS // 2, "dir", level, 0, 0)]
+    board.axis.drive([*edges, (_DIR_NS, "step", 0, int(count), duration_ns)])
+    return {"ends_after_ns": duration_ns + _DIR_NS}
 
 
 def _letter(board: Mechaduino) -> str:

@@ -84,7 +84,8 @@ def _run_problem(steps: int, duration_ns: int) -> str | None:
 
 def generate(steps: int, rate_hz: float, acceleration_hz_per_s: float | None = None) -> Train:
     """Generate a move of ``steps`` (negative: towards smaller counts, direction input high) at ``rate_hz``;
-    with an acceleration (steps/s per s), up to the rate and down from it as far as the steps reach.
+    with an acceleration (steps/s per s), up to the rate and down from it as far as the steps reach. A
+    Mechaduino takes edges of the direction input, and no level that was there before.
 
     Raises:
         TrainError: a number is out of range.

@@ -310,6 +310,7 @@ def test_a_reset_forgets_what_was_typed() -> None:
 def test_each_rising_edge_of_step_moves_the_set_point_by_a_32nd_of_a_step() -> None:
     bench = board()
     device = bench.device("m1")
+    pulse_dir(bench)
     for _ in range(32):
         device.pin("D1", 1)
         device.pin("D1", 1)  # no edge
@@ -322,9 +323,83 @@ def test_each_rising_edge_of_step_moves_the_set_point_by_a_32nd_of_a_step() -> N
     assert state(bench).r == pytest.approx(-1.8, abs=1e-5)
 
 
+def pulse_dir(bench: Bench) -> None:
+    """Let the firmware know that the level of its dir input is low."""
+    bench.device("m1").pin("D0", 1)
+    bench.device("m1").pin("D0", 0)
+
+
+def stepped_deg(bench: Bench) -> float:
+    """What a pulse at the step input adds to the set-point."""
+    before = state(bench).r
+    bench.device("m1").pin("D1", 1)
+    bench.device("m1").pin("D1", 0)
+    return round(state(bench).r - before, 5)
+
+
+def test_dir_is_one_variable_of_the_pin_and_of_the_letters() -> None:
+    bench = board()
+    assert stepped_deg(bench) == -0.05625  # false at power-up, whatever the level is
+    typed(bench, b"d", 10)
+    assert stepped_deg(bench) == 0.05625
+    bench.device("m1").pin("D0", 1)
+    assert stepped_deg(bench) == -0.05625
+    assert b"stepNumber: 1 ," in typed(bench, b"s", 200)
+    bench.device("m1").pin("D0", 0)
+    assert stepped_deg(bench) == 0.05625
+    assert b"stepNumber: 0 ," in typed(bench, b"s", 200)
+    typed(bench, b"d", 10)
+    assert stepped_deg(bench) == -0.05625
+    bench.device("m1").pin("D0", 0)  # no edge
+    assert stepped_deg(bench) == -0.05625
+
+
+def test_a_calibration_leaves_dir_true() -> None:
+    bench = board(None)
+    typed(bench, b"c", 30_000)
+    assert stepped_deg(bench) == 0.05625
+
+
+def test_a_reset_makes_dir_false_and_leaves_the_level() -> None:
+    bench = board()
+    bench.device("m1").pin("D0", 1)
+    bench.device("m1").pin("D0", 0)
+    bench.device("m1").reset()
+    bench.run(5000)
+    assert (stepped_deg(bench), state(bench).pin_dir) == (-0.05625, 0)
+
+
+@pytest.mark.parametrize("how", ["n", "D2"])
+def test_a_disabled_board_lets_the_shaft_go(how: str) -> None:
+    bench = board(None)
+    typed(bench, b"xyr30\n", 2000)
+    if how == "n":
+        typed(bench, b"n", 50)
+    else:
+        bench.device("m1").pin("D2", 1)
+        bench.run(50)
+    off = state(bench)
+    assert (off.loop_on, off.current_a_A, off.current_b_A) == (0, 0, 0)
+    bench.axis("m1").load_torque_Nm = 0.02
+    bench.run(500)
+    assert abs(state(bench).position_deg - off.position_deg) > 90
+
+
+def test_an_enable_pin_that_goes_low_starts_the_loop_again() -> None:
+    bench = board(None)
+    typed(bench, b"xyr30\n", 2000)
+    bench.device("m1").pin("D2", 1)
+    bench.run(50)
+    bench.device("m1").pin("D2", 0)
+    bench.run(500)
+    assert state(bench).loop_on == 1
+    assert state(bench).position_deg == pytest.approx(30, abs=0.5)
+
+
 def test_step_pulses_turn_the_motor_in_closed_loop() -> None:
     bench = board(None)
     typed(bench, b"xy", 500)
+    pulse_dir(bench)
     start = state(bench).position_deg
     for _ in range(320):
         bench.device("m1").pin("D1", 1)
@@ -340,8 +415,8 @@ def test_the_enable_input_is_active_low() -> None:
     typed(bench, b"xyr90\n", 300)
     bench.device("m1").pin("D2", 1)
     assert state(bench).loop_on == 0
-    # The stock interrupt routine leaves the power-up current, (int)(0.33 * 115), in both coils.
-    assert pins(bench)[:2] == (37, 37)
+    # 0.1.4 left the power-up current, (int)(0.33 * 115), in both coils.
+    assert pins(bench)[:2] == (0, 0)
     bench.run(10)
     bench.device("m1").pin("D2", 0)
     assert state(bench).loop_on == 1

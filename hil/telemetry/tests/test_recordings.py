@@ -111,6 +111,7 @@ def test_every_watcher_has_its_own_grid_and_none_disturbs_the_run() -> None:
 
 def test_a_pulse_train_is_followed() -> None:
     bench = holding()
+    bench.device("m1").pin("dir", 1)  # its firmware knows edges of dir alone
     start = bench.axis("m1").snapshot().r
     recording = bench.axis("m1").record("r", "yw", "e")
     bench.device("m1").drive(generate(6400, 20_000, 100_000))

@@ -33,10 +33,14 @@ def test_a_sac_drives_a_mechaduinos_step_and_dir() -> None:
         bench.run(3000)
         clk = bench.device("s1").pin("clk").edges()
         assert len(clk) == 2 * 200  # two pulses a step
-        assert bench.axis("m1").snapshot().r - before == pytest.approx(200 * 1.8 / 32, abs=1e-3)
+        # Its firmware has not seen an edge at dir yet.
+        assert bench.axis("m1").snapshot().r - before == pytest.approx(-200 * 1.8 / 32, abs=1e-3)
         send(bench, "s1", "m-50v60")
         bench.run(3000)
-        assert bench.axis("m1").snapshot().r - before == pytest.approx(100 * 1.8 / 32, abs=1e-3)
+        assert bench.axis("m1").snapshot().r - before == pytest.approx(-300 * 1.8 / 32, abs=1e-3)
+        send(bench, "s1", "m50v60")
+        bench.run(3000)
+        assert bench.axis("m1").snapshot().r - before == pytest.approx(-200 * 1.8 / 32, abs=1e-3)
 
 
 def test_an_edge_acts_at_its_own_nanosecond() -> None:

@@ -71,13 +71,15 @@ void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int3
     mechaduino_drive(m, a, b);
 }
 
-void mechaduino_step_pin(mechaduino *m, int dir_level)
+void mechaduino_step_pin(mechaduino *m)
 {
-    if (dir_level)
-        m->r -= stepangle;
-    else
+    if (m->dir)
         m->r += stepangle;
+    else
+        m->r -= stepangle;
 }
+
+void mechaduino_dir_pin(mechaduino *m, int level) { m->dir = !level; }
 
 static void position_control(mechaduino *m)
 {

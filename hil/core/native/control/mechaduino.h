@@ -23,6 +23,7 @@ typedef struct mechaduino {
     float PA;
     int32_t uMAX;
     int32_t print_yw, print_counter;
+    int32_t dir; /* 1: a step at the input is towards larger counts, a step by letter towards smaller ones */
     mechaduino_pins pins;
 } mechaduino;
 
@@ -45,6 +46,8 @@ static inline void mechaduino_drive(mechaduino *m, int32_t a, int32_t b)
 void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int32_t effort);
 /* One control interrupt. Returns 1 when the step response print is due. y_measured: the calibrated angle. */
 int mechaduino_step(mechaduino *m, const int16_t *sine, const float *table, int raw, float *y_measured);
-void mechaduino_step_pin(mechaduino *m, int dir_level);
+/* Interrupts of the step and dir inputs: a rising edge, and an edge to a level. */
+void mechaduino_step_pin(mechaduino *m);
+void mechaduino_dir_pin(mechaduino *m, int level);
 
 #endif

@@ -108,17 +108,18 @@ static void set_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
     servo *s = a->own;
     switch (pin) {
     case HIL_SERVO_IN_DIR:
+        if (level != s->pins.dir) mechaduino_dir_pin(&s->law, level);
         s->pins.dir = level;
         break;
     case HIL_SERVO_IN_STEP:
-        if (level && !s->pins.step) mechaduino_step_pin(&s->law, s->pins.dir);
+        if (level && !s->pins.step) mechaduino_step_pin(&s->law);
         s->pins.step = level;
         break;
     case HIL_SERVO_IN_ENABLE:
         if (level == s->pins.enable) break;
         s->pins.enable = level;
         set_loop(a, s, !level, at_ns);
-        if (level) set_vref(a, s, (int)(0.33 * s->law.uMAX), (int)(0.33 * s->law.uMAX), at_ns);
+        if (level) set_vref(a, s, 0, 0, at_ns);
         core_post(c, (int)(a - c->axes), at_ns, HIL_EVENT_ENABLE, level);
         break;
     default:
@@ -191,6 +192,7 @@ int servo_set(mechaduino *m, hil_field field, double value)
     case HIL_FIELD_vLPF: mechaduino_set_vLPF(m, (float)value); return 0;
     case HIL_FIELD_PA: m->PA = (float)value; return 0;
     case HIL_FIELD_uMAX: m->uMAX = to_i32(value); return 0;
+    case HIL_FIELD_dir: m->dir = value != 0; return 0;
     case HIL_FIELD_print_yw: m->print_yw = value != 0; return 0;
     default: return -1;
     }

