@@ -2,10 +2,12 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-NATIVE := $(shell find hil/core/native hil/host/native device_profiles/sac/native virtual_ports/can/native -name '*.[ch]' -o -name '*.def') hil/core/_native.pyx hil/core/_trajectory.pyx device_profiles/sac/_packet.pyx hil/wire/_byte_faults.pyx hil/wire/modbus_rtu/_crc16.pyx hil/wire/can/_wire_bits.pyx virtual_ports/can/_bit_wire.pyx
+TREES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py))
+PYX := $(shell find $(TREES) -name '*.pyx')
+NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -name '*.def' \) -not -path '*/build/*')
 
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
-BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ hil device_profiles virtual_ports bridges
+BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES)
 
 .PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
@@ -21,7 +23,7 @@ test: $(VENV)/.dev
 # Those beside the code, without those that are marked as long.
 test-quick: $(VENV)/.dev
 	@echo "The quick tests: about a minute on two cores."
-	@$(SIDE_BY_SIDE) -n $$(nproc) -m "not long" hil device_profiles virtual_ports bridges
+	@$(SIDE_BY_SIDE) -n $$(nproc) -m "not long" $(TREES)
 
 SIDE_BY_SIDE = $(BIN)/python -m pytest -q --dist loadfile --no-loadscope-reorder
 
@@ -170,7 +172,9 @@ bench: $(VENV)/.dev
 	  [ -z "$$failed" ] || { echo "did not do their work:$$failed"; exit 1; }
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info hil/core/_native.c hil/core/_trajectory.c device_profiles/sac/_packet.c hil/wire/_byte_faults.c hil/wire/modbus_rtu/_crc16.c hil/wire/can/_wire_bits.c virtual_ports/can/_bit_wire.c hil/core/*.so hil/host/*.so hil/wire/*.so hil/wire/*/*.so virtual_ports/can/*.so device_profiles/*/*.so
+	rm -rf $(VENV) build dist *.egg-info $(PYX:.pyx=.c)
+	find $(TREES) -name '*.so' -delete
+	$(MAKE) -s --no-print-directory -C hil/core/native/tests clean
 
 # What a compiler would say of it is pages long.
 $(VENV)/bin/python:

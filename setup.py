@@ -15,6 +15,7 @@ from setuptools.command.sdist import sdist
 from setuptools.errors import FileError
 
 NATIVE = "hil/core/native"
+PLANNER = [f"{NATIVE}/motion/{name}.c" for name in ("course", "shape", "spline", "trajectory")]
 LINES = "hil.host.libhil_lines"
 """Library that is loaded into other programs, and no module of Python: its file has no tag of a Python."""
 ROOT = Path(__file__).parent
@@ -42,6 +43,12 @@ def tracked() -> set[str] | None:
     except (OSError, subprocess.CalledProcessError) as error:
         raise FileError(f"git has to say which files of this checkout belong to hil: {error}") from None
     return set(listed.decode().strip("\0").split("\0"))
+
+
+def native_sources(folder: str) -> list[str]:
+    """C below a folder, without its tests."""
+    found = (path.relative_to(ROOT) for path in (ROOT / folder).rglob("*.c"))
+    return sorted(path.as_posix() for path in found if "tests" not in path.parts)
 
 
 def headers(folder: str) -> list[str]:
@@ -114,40 +121,7 @@ setup(
             "hil.core._native",
             [
                 "hil/core/_native.pyx",
-                f"{NATIVE}/arena.c",
-                f"{NATIVE}/axis.c",
-                f"{NATIVE}/batch.c",
-                f"{NATIVE}/batch_any.c",
-                f"{NATIVE}/batch_avx2.c",
-                f"{NATIVE}/control/joint.c",
-                f"{NATIVE}/control/mechaduino.c",
-                f"{NATIVE}/core.c",
-                f"{NATIVE}/encoder.c",
-                f"{NATIVE}/fault.c",
-                f"{NATIVE}/follow.c",
-                f"{NATIVE}/group.c",
-                f"{NATIVE}/joint_replay.c",
-                f"{NATIVE}/law/a3967.c",
-                f"{NATIVE}/law/pin_bank.c",
-                f"{NATIVE}/law/servo.c",
-                f"{NATIVE}/law/stepper.c",
-                f"{NATIVE}/law/walter.c",
-                f"{NATIVE}/laws.c",
-                f"{NATIVE}/motion/motion.c",
-                f"{NATIVE}/motion/profile.c",
-                f"{NATIVE}/motion/queue.c",
-                f"{NATIVE}/motion/ramp.c",
-                f"{NATIVE}/outputs.c",
-                f"{NATIVE}/pins.c",
-                f"{NATIVE}/plant/full.c",
-                f"{NATIVE}/plant/simple.c",
-                f"{NATIVE}/replay.c",
-                f"{NATIVE}/rt/lock.c",
-                f"{NATIVE}/rt/thread.c",
-                f"{NATIVE}/rt/watchdog.c",
-                f"{NATIVE}/source.c",
-                f"{NATIVE}/view.c",
-                f"{NATIVE}/watch.c",
+                *(file for file in native_sources(NATIVE) if file not in PLANNER),
             ],
             depends=["hil/core/hil_core.pxd", *headers(NATIVE)],
             include_dirs=["hil/core"],
@@ -159,10 +133,7 @@ setup(
             "hil.core._trajectory",
             [
                 "hil/core/_trajectory.pyx",
-                f"{NATIVE}/motion/course.c",
-                f"{NATIVE}/motion/shape.c",
-                f"{NATIVE}/motion/spline.c",
-                f"{NATIVE}/motion/trajectory.c",
+                *PLANNER,
             ],
             depends=headers(f"{NATIVE}/motion"),
             include_dirs=["hil/core"],
@@ -186,7 +157,7 @@ setup(
         ),
         Extension(
             LINES,
-            ["hil/host/native/pty_lines.c"],
+            native_sources("hil/host/native"),
             libraries=["dl"],  # dlsym, where the libc has it elsewhere: before glibc 2.34
             extra_compile_args=[
                 "-std=gnu11",
@@ -201,11 +172,7 @@ setup(
             "virtual_ports.can._bit_wire",
             [
                 "virtual_ports/can/_bit_wire.pyx",
-                "virtual_ports/can/native/can_errors.c",
-                "virtual_ports/can/native/can_node.c",
-                "virtual_ports/can/native/can_odd.c",
-                "virtual_ports/can/native/can_reader.c",
-                "virtual_ports/can/native/can_wire.c",
+                *native_sources("virtual_ports/can/native"),
             ],
             depends=headers("virtual_ports/can/native"),
             include_dirs=["virtual_ports/can"],
@@ -213,7 +180,7 @@ setup(
         ),
         Extension(
             "device_profiles.sac._packet",
-            ["device_profiles/sac/_packet.pyx", "device_profiles/sac/native/packet.c"],
+            ["device_profiles/sac/_packet.pyx", *native_sources("device_profiles/sac/native")],
             depends=headers("device_profiles/sac/native"),
             include_dirs=["device_profiles/sac"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],

@@ -36,6 +36,8 @@ cdef extern from "native/can_wire.h":
     int64_t can_at(const can_wire *w, int64_t bit)
     void can_wake(can_wire *w, int64_t now_ns)
     void can_tick(can_wire *w, int64_t limit_ns)
+
+cdef extern from "native/can_errors.h":
     void can_go_off(can_node *n)
 
 cdef int64_t NEVER_NS = (<int64_t>1 << 62)

@@ -11,8 +11,8 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
-HIL = Path(__file__).parent.parent.parent
-PUBLIC = "core/native/hil_core"
+ROOT = Path(__file__).parents[3]
+PUBLIC = "hil/core/native/hil_core"
 INCLUDE = re.compile(r'^#\s*include "([^"]+)"', re.M)
 NOT_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\])*"', re.S)
 HEAD = r"^(?!static\b|INLINE\b|typedef\b)[A-Za-z_][\w \t*]*?\b([a-z]\w*)\([^;{}]*\)"
@@ -20,15 +20,21 @@ DEFINITION = re.compile(HEAD + r"\s*\{", re.M)
 DECLARATION = re.compile(HEAD + r";", re.M)
 
 Sources = dict[str, str]
-"""Text by path below ``hil``."""
+"""Text by path below the project."""
 Graph = dict[str, set[str]]
 """Modules that each module depends on."""
 
 
+def native_folders() -> list[Path]:
+    """Folders ``native`` of the project: all that have C of their own."""
+    tops = [init.parent for init in ROOT.glob("*/__init__.py")]
+    return sorted(folder for top in tops for folder in top.rglob("native") if folder.is_dir())
+
+
 def native_sources() -> Sources:
-    files = [file for room in ("core", "wire") for file in (HIL / room / "native").rglob("*.*")]
+    files = [file for folder in native_folders() for file in folder.rglob("*.*")]
     kept = [file for file in files if file.suffix in {".c", ".h", ".def"} and "tests" not in file.parts]
-    return {file.relative_to(HIL).as_posix(): file.read_text() for file in kept}
+    return {file.relative_to(ROOT).as_posix(): file.read_text() for file in kept}
 
 
 def module_of(path: str) -> str:
@@ -36,14 +42,14 @@ def module_of(path: str) -> str:
 
 
 def includes(sources: Sources) -> Graph:
-    """Includes of each module, resolved as the compiler does it: beside the file, then in the folder that
-    ``-I`` names."""
+    """Includes of each module, resolved as the compiler does it: beside the file, then in the folder
+    ``native``, which ``-I`` names."""
     graph: Graph = {module_of(path): set() for path in sources}
     for path, text in sources.items():
-        folder = (HIL / path).parent
-        roots = (folder, HIL / "core/native")
+        folder = (ROOT / path).parent
+        roots = (folder, ROOT / path[: path.index("/native/")] / "native")
         for name in INCLUDE.findall(text):
-            found = [(root / name).resolve().relative_to(HIL.resolve()).as_posix() for root in roots]
+            found = [(root / name).resolve().relative_to(ROOT.resolve()).as_posix() for root in roots]
             graph[module_of(path)] |= {next(module_of(file) for file in found if file in sources)}
     return without_itself(graph)
 
@@ -118,10 +124,11 @@ def test_the_sources_are_read() -> None:
 @pytest.mark.parametrize(
     ("file", "line"),
     [
-        ("core/native/encoder.h", '#include "axis.h"'),
-        ("core/native/law/servo.c", "static void ahead(hil_core *c) { hil_group_advance(c, 0, 0); }"),
-        ("core/native/law/stepper.c", "static void *const next = axis_advance;"),
-        ("core/native/motion/profile.c", "static int run(motion *m) { return motion_run(m); }"),
+        ("hil/core/native/encoder.h", '#include "axis.h"'),
+        ("hil/core/native/law/servo.c", "static void ahead(hil_core *c) { hil_group_advance(c, 0, 0); }"),
+        ("hil/core/native/law/stepper.c", "static void *const next = axis_advance;"),
+        ("hil/core/native/motion/profile.c", "static int run(motion *m) { return motion_run(m); }"),
+        ("virtual_ports/can/native/can_odd.c", "static void again(can_wire *w) { can_tick(w, 0); }"),
     ],
 )
 def test_a_planted_circle_is_found(file: str, line: str) -> None:
@@ -132,5 +139,5 @@ def test_a_planted_circle_is_found(file: str, line: str) -> None:
 
 def test_a_planted_declaration_is_found() -> None:
     sources = native_sources()
-    sources["core/native/core.h"] += "int axis_is_idle(const hil_axis *a);\n"
-    assert strangers(sources) == ["core/native/core.h: axis_is_idle"]
+    sources["hil/core/native/core.h"] += "int axis_is_idle(const hil_axis *a);\n"
+    assert strangers(sources) == ["hil/core/native/core.h: axis_is_idle"]

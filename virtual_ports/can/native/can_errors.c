@@ -1,5 +1,5 @@
 /* Error and overload frames, and the counters. */
-#include "can_wire.h"
+#include "can_errors.h"
 
 int can_is_passive(const can_node *n) { return n->tec >= CAN_PASSIVE || n->rec >= CAN_PASSIVE; }
 

@@ -1,5 +1,9 @@
 /* A controller in a frame, between frames, and off the bus. */
-#include "can_wire.h"
+#include "can_node.h"
+
+#include "can_chance.h"
+#include "can_errors.h"
+#include "can_reader.h"
 
 static const uint8_t *sent_from(const can_node *n) { return n->places + n->place * CAN_BITS_MAX; }
 

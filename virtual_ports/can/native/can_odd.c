@@ -1,5 +1,7 @@
 /* Nodes with a clock of their own. */
-#include "can_wire.h"
+#include "can_odd.h"
+
+#include "can_node.h"
 
 static int level_with_odd(const can_wire *w, int level)
 {
@@ -70,11 +72,10 @@ static void go_on(can_wire *w, int others, int64_t now_ns, int64_t until_ns)
 }
 
 /* Let them have what falls into a bit, with the level that the others drive; answers the level in the middle. */
-int can_tick_odd(can_wire *w, int level, int64_t start_ns)
+int can_tick_odd(can_wire *w, int level, int64_t start_ns, int64_t middle_ns, int64_t end_ns)
 {
-    int64_t middle_ns = w->origin_ns + (2 * w->bit + 1) * CAN_SECOND_NS / (2 * w->rate);
     go_on(w, level, start_ns, middle_ns);
     int in_the_middle = level_with_odd(w, level);
-    go_on(w, level, middle_ns, can_at(w, w->bit + 1));
+    go_on(w, level, middle_ns, end_ns);
     return in_the_middle;
 }

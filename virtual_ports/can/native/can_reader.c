@@ -1,5 +1,5 @@
 /* The stuffed part of a frame, as it is read. */
-#include "can_wire.h"
+#include "can_reader.h"
 
 enum { POLYNOMIAL = 0x4599, CRC_BITS = 15 };
 

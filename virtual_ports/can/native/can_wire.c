@@ -1,16 +1,13 @@
 /* The wire: bits of all nodes in step, and leaps over frames that nothing disturbs. */
 #include "can_wire.h"
 
-/* As Chance.bits of hil/wire/byte_faults.py. */
-uint64_t can_draw(uint64_t *state)
-{
-    uint64_t z = *state += UINT64_C(0x9E3779B97F4A7C15);
-    z = (z ^ z >> 30) * UINT64_C(0xBF58476D1CE4E5B9);
-    z = (z ^ z >> 27) * UINT64_C(0x94D049BB133111EB);
-    return z ^ z >> 31;
-}
+#include "can_chance.h"
+#include "can_node.h"
+#include "can_odd.h"
 
 int64_t can_at(const can_wire *w, int64_t bit) { return w->origin_ns + bit * CAN_SECOND_NS / w->rate; }
+
+static int64_t middle_ns(const can_wire *w) { return w->origin_ns + (2 * w->bit + 1) * CAN_SECOND_NS / (2 * w->rate); }
 
 /* True if everybody only waits, so that the next bit may begin at any time. */
 static int is_quiet(const can_wire *w)
@@ -178,7 +175,7 @@ void can_tick(can_wire *w, int64_t limit_ns)
     }
     if (begins && w->leaps && leap(w, limit_ns)) return;
     int level = drive(w, now_ns, &is_busy);
-    if (w->odd) level = can_tick_odd(w, level, now_ns);
+    if (w->odd) level = can_tick_odd(w, level, now_ns, middle_ns(w), can_at(w, w->bit + 1));
     if (is_busy || !level) {
         w->busy_bits++;
         for (int i = 0; i < w->noises; i++) level ^= can_draw(&w->noise[i].state) <= w->noise[i].most;

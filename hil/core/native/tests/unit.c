@@ -1,43 +1,16 @@
+/* Runs the tests of every file that the Makefile has found. */
 #include "check.h"
 
 check_counts check_state;
 
-void law_tests(void);
-void plant_tests(void);
-void full_tests(void);
-void axis_tests(void);
-void groups_tests(void);
-void batch_tests(void);
-void follow_tests(void);
-void source_tests(void);
-void motion_tests(void);
-void stepper_tests(void);
-void watchdog_tests(void);
-void packet_tests(void);
-void fault_tests(void);
-void trajectory_tests(void);
-void spline_tests(void);
-void joint_tests(void);
-void pty_lines_tests(void);
+#define SUITE(name) void name##_tests(void);
+#include "suites.def"
+#undef SUITE
 
 int main(int argc, char **argv)
 {
-    law_tests();
-    plant_tests();
-    full_tests();
-    axis_tests();
-    groups_tests();
-    batch_tests();
-    follow_tests();
-    source_tests();
-    motion_tests();
-    stepper_tests();
-    watchdog_tests();
-    packet_tests();
-    fault_tests();
-    trajectory_tests();
-    spline_tests();
-    joint_tests();
-    pty_lines_tests();
+#define SUITE(name) name##_tests();
+#include "suites.def"
+#undef SUITE
     return check_report("unit", argc > 1 ? argv[1] : NULL);
 }

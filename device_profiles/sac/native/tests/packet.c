@@ -1,5 +1,5 @@
 /* The packet codec: bounds of its memory, under the sanitizers. What it reads is checked from Python. */
-#include "../../../../device_profiles/sac/native/packet.h"
+#include "../packet.h"
 
 #include <string.h>
 
