@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parent.parent
+_MADE = {"build", "dist", "node_modules"}
+"""Folders of what others have made."""
 _PART = re.compile(r"^(?:#+ (?P<heading>[^\n]+)|```(?P<language>\w*)\n(?P<text>.*?)^```)$", re.M | re.S)
 CUT = "..."
 """A line that stands for any number of lines."""
@@ -44,3 +46,11 @@ def fits(shown: str, printed: str, *varies: str) -> bool:
 
     lines = (r"(?:.*\n)*" if line == CUT else re.escape(line + "\n") for line in masked(shown).split("\n"))
     return re.fullmatch("".join(lines), masked(printed) + "\n") is not None
+
+
+def all_pages() -> list[Path]:
+    """All pages of the project."""
+    below = (page for top in ROOT.glob("[a-z]*/") for page in top.rglob("*.md"))
+    return sorted(
+        page for page in (*ROOT.glob("*.md"), *below) if not _MADE & set(page.relative_to(ROOT).parts)
+    )

@@ -8,7 +8,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-ROOTS = ("hil", "device_profiles", "virtual_ports", "bridges")
+ROOTS = sorted(init.parent.name for init in ROOT.glob("*/__init__.py"))
 ALLOWED = {
     "*/__init__.py": "a package",
     "device_profiles/*/board.py": "hil looks for it: what the board says of itself",

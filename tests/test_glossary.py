@@ -12,7 +12,7 @@ from mentions import MENTION, is_defined
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "glossary.md"
-ROOTS = ("hil", "device_profiles", "virtual_ports", "bridges")
+ROOTS = sorted(init.parent.name for init in ROOT.glob("*/__init__.py"))
 ENDINGS = "Endings of class names"
 SINGULAR = {"axes": "axis"}
 LONGEST = 160

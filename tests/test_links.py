@@ -4,16 +4,16 @@ import re
 from pathlib import Path
 
 import pytest
+from markdown_blocks import ROOT, all_pages
 from mentions import MENTION, is_defined
 
-ROOT = Path(__file__).parent.parent
-FOLDERS = ("docs", "examples", "device_profiles", "virtual_ports", "bridges")
-PAGES = sorted([*ROOT.glob("*.md"), *(page for folder in FOLDERS for page in (ROOT / folder).rglob("*.md"))])
+PAGES = all_pages()
+FOLDERS = sorted(path.name for path in ROOT.iterdir() if path.is_dir() and path.name.isidentifier())
 PRESENT = [page for page in PAGES if page.name != "CHANGELOG.md" and page.parent.name != "decisions"]
 """Pages that describe what is; the others describe what was."""
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", re.M)
-FILE = re.compile(r"`((?:hil|device_profiles|virtual_ports|bridges|tests|docs|examples)/[\w/.-]+\.\w+)")
+FILE = re.compile(rf"`((?:{'|'.join(FOLDERS)})/[\w/.-]+\.\w+)")
 CODE_BLOCK = re.compile(r"^```.*?^```", re.M | re.S)
 
 

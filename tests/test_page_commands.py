@@ -7,18 +7,14 @@ from pathlib import Path
 
 import pytest
 from e2e_support import Place
-from markdown_blocks import ROOT
+from markdown_blocks import ROOT, all_pages
 from page_preparations import CARRIED_OUT, PREPARATIONS
 from page_sessions import Session, Step, hil_lines, inline_commands, parsed, steps
 
 from hil.cli.command_classes import USAGE_ERROR
 
 PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
-FOLDERS = ("docs", "examples", "device_profiles", "virtual_ports", "bridges")
-ALL = [
-    *("README.md", "CONTRIBUTING.md"),
-    *(str(path.relative_to(ROOT)) for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.md"))),
-]
+ALL = [str(path.relative_to(ROOT)) for path in all_pages() if path.name != "CHANGELOG.md"]
 ELSEWHERE = {
     ("docs/how-to/add-a-profile.md", "Add a board"): "test_how_to_board.py",
     ("docs/how-to/add-a-profile.md", "Where to put it"): "test_how_to_board.py",
