@@ -428,13 +428,15 @@ cdef class JointReplay:
     """A joint of Walter's Cortex alone: step generator and drive law."""
     cdef hil_joint_replay *replay
 
-    def __cinit__(self, dict joint):
+    def __cinit__(self, dict joint, int64_t origin_us=0, int64_t poll_us=10):
         cdef hil_axis_params p
+        if poll_us < 1:
+            raise ValueError("looks for pulses are at least 1 us apart")
         memset(&p, 0, sizeof(p))
         p.gear_ratio = joint["gear"]
         p.driver_microsteps = joint["micro"]
         p.start_deg = joint["start_deg"]
-        self.replay = hil_joint_replay_new(&p, joint["min"], joint["max"], joint["kP"], joint["maxSpeed"], joint["maxAcc"])
+        self.replay = hil_joint_replay_new(&p, joint["min"], joint["max"], joint["kP"], joint["maxSpeed"], joint["maxAcc"], origin_us, poll_us)
         if self.replay is NULL:
             raise MemoryError
 
@@ -460,8 +462,15 @@ cdef class JointReplay:
         steps = []
         while (at_us := hil_joint_replay_step(self.replay, at_us, until_us, &dir)) >= 0:
             steps.append((at_us, dir))
-            at_us += 10
+            at_us += 1
         return steps
+
+    @property
+    def deg(self):
+        return hil_joint_replay_deg(self.replay)
+
+    def place(self, double deg):
+        hil_joint_replay_place(self.replay, deg)
 
     def row(self):
         cdef hil_joint_row row

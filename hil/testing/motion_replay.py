@@ -1,4 +1,11 @@
-"""Replays of recorded motions of Walter's joints: step generator by its calls, drive law by its samples."""
+"""Replays of recorded motions of Walter's joints: step generator by its calls, drive law by its samples.
+
+A case is a row of ``INDEX.json``: with a ``joint`` it is of the law, else of the step generator alone. Its
+looks for pulses are ``poll_us`` apart; the index's ``poll_us`` stands for cases without. Its calls are in
+``NAME_ops.csv``, or rows ``[t_us, op, value]`` under ``ops``; without both they are those of the case that
+its name begins with. Where a table has ``joint_deg_true``, the joint is there, and not where its pulses
+would have brought it: something has blocked or moved it. Steps that were not recorded are not compared.
+"""
 
 import csv
 import json
@@ -41,6 +48,11 @@ _GENERATOR = {
     "maxSpeed": 1,
     "maxAcc": 1,
 }
+_COMMANDS = "commands_setAngle_tms_deg_durms"
+_TRUE_DEG = "joint_deg_true"
+_ROUNDED_DEG = 1e-6
+"""Most that a table's angle differs by rounding: it has six decimals."""
+_POLL_US = 10
 _ENDS = ("_ops", "_samples", "_steps")
 Row = Mapping[str, str]
 Step = tuple[int, int]
@@ -55,8 +67,10 @@ class MotionCase:
     joint: Mapping[str, Any]
     """Configuration of its joint; empty: the step generator alone."""
     rows: Sequence[Row]
-    steps: Sequence[Step]
-    """Times in us, and directions."""
+    """Calls or samples, with the state right after each where it was recorded."""
+    steps: Sequence[Step] | None
+    """Times in us, and directions; None: they were not recorded."""
+    poll_us: int
 
 
 def replay_motion(path: str | Path) -> list[Difference]:
@@ -101,14 +115,42 @@ def _index_of(path: Path) -> tuple[Mapping[str, Any], Path]:
 
 
 def _read_case(name: str, about: Mapping[str, Any], index: Mapping[str, Any], folder: Path) -> MotionCase:
-    is_law = "commands_setAngle_tms_deg_durms" in about
-    joint = dict(index["joint_config"][about["joint"]]) | {"start_deg": about["start_deg"]} if is_law else {}
-    rows = _table(folder / f"{name}{'_samples' if is_law else '_ops'}.csv")
-    steps = [(int(row["t_us"]), int(row["dir"])) for row in _table(folder / f"{name}_steps.csv")]
-    return MotionCase(name, about, joint, rows, steps)
+    poll_us = about.get("poll_us", index.get("poll_us", _POLL_US))
+    if not isinstance(poll_us, int) or isinstance(poll_us, bool) or poll_us < 1:
+        raise SessionRefused(f"{name}: poll_us is {poll_us!r}; write a whole number of us, 1 or more")
+    table = _table(folder / f"{name}_steps.csv")
+    steps = None if table is None else [(int(row["t_us"]), int(row["dir"])) for row in table]
+    if "joint" in about:
+        joint = dict(index["joint_config"][about["joint"]]) | {"start_deg": about["start_deg"]}
+        samples = _table(folder / f"{name}_samples.csv")
+        if samples is None:
+            raise SessionRefused(
+                f"{name}: there is no {name}_samples.csv, which says when samples were taken"
+            )
+        return MotionCase(name, about, joint, samples, steps, poll_us)
+    return MotionCase(name, about, {}, _calls(name, about, index, folder), steps, poll_us)
 
 
-def _table(file: Path) -> list[Row]:
+def _calls(name: str, about: Mapping[str, Any], index: Mapping[str, Any], folder: Path) -> list[Row]:
+    """Calls of a case of the step generator, its own or those of the case that its name begins with; these
+    without states."""
+    if (own := _table(folder / f"{name}_ops.csv")) is not None:
+        return own
+    if "ops" in about:
+        return [{"t_us": str(t_us), "op": op, "value": str(value)} for t_us, op, value in about["ops"]]
+    for other in sorted((str(case["name"]) for case in index["cases"]), key=len, reverse=True):
+        if name.startswith(f"{other}_") and (calls := _table(folder / f"{other}_ops.csv")) is not None:
+            return [{key: row[key] for key in ("t_us", "op", "value")} for row in calls]
+    raise SessionRefused(
+        f"{name}: nothing says what was called: there is no {name}_ops.csv, {INDEX} has no ops of it, and "
+        "its name does not begin with that of a case with calls"
+    )
+
+
+def _table(file: Path) -> list[Row] | None:
+    """Rows of a table; None: there is no such file."""
+    if not file.is_file():
+        return None
     with file.open(newline="", encoding="utf-8-sig") as text:
         return list(csv.DictReader(text))
 
@@ -117,7 +159,7 @@ def _compared(case: MotionCase) -> Iterator[Difference]:
     states, steps = _law(case) if case.joint else _generator(case)
     for row, state in zip(case.rows, states, strict=True):
         for column, value in state.items():
-            if row[column] != value:
+            if column in row and row[column] != value:
                 yield Difference(
                     session=case.name,
                     at_ms=int(row["t_us"]) / 1000,
@@ -125,7 +167,8 @@ def _compared(case: MotionCase) -> Iterator[Difference]:
                     expected=row[column],
                     got=value,
                 )
-    for place in range(max(len(steps), len(case.steps))):
+    for place in range(max(len(steps), len(case.steps)) if case.steps is not None else 0):
+        assert case.steps is not None
         wanted = case.steps[place] if place < len(case.steps) else None
         got = steps[place] if place < len(steps) else None
         if wanted != got:
@@ -149,7 +192,7 @@ def _state(replay: JointReplay, columns: Mapping[str, str]) -> dict[str, str]:
 
 def _generator(case: MotionCase) -> tuple[list[dict[str, str]], list[Step]]:
     """Step generator alone, by calls; at one time a call comes before the poll."""
-    replay, at_us = JointReplay(_GENERATOR), 0
+    replay, at_us = JointReplay(_GENERATOR, 0, case.poll_us), 0
     states: list[dict[str, str]] = []
     steps: list[Step] = []
     for row in case.rows:
@@ -158,21 +201,28 @@ def _generator(case: MotionCase) -> tuple[list[dict[str, str]], list[Step]]:
         at_us = until_us
         replay.set(_OPERATIONS[row["op"]], float(row["value"]))
         states.append(_state(replay, _STATE))
-    return states, steps + replay.steps(at_us, round(case.about["end_ms"] * 1000) + 1)
+    end_us = round(case.about["end_ms"] * 1000) if "end_ms" in case.about else _last_us(case)
+    return states, steps + replay.steps(at_us, end_us + 1)
+
+
+def _last_us(case: MotionCase) -> int:
+    """Time of the last thing that was recorded."""
+    return max(int(case.rows[-1]["t_us"]) if case.rows else 0, case.steps[-1][0] if case.steps else 0)
 
 
 def _law(case: MotionCase) -> tuple[list[dict[str, str]], list[Step]]:
     """Law and step generator of one joint with an ideal encoder; a command comes before the sample of its
     time, and that before the poll."""
-    replay = JointReplay(dict(case.joint))
+    replay = JointReplay(dict(case.joint), START_MS * 1000, case.poll_us)
     replay.set_up()
     replay.sample(case.joint["start_deg"], START_MS)
     replay.move(case.joint["start_deg"], START_MS, 1)
     commands = [
         (START_MS * 1000 + round(t_ms * 1000), deg, duration_ms)
-        for t_ms, deg, duration_ms in case.about["commands_setAngle_tms_deg_durms"]
+        for t_ms, deg, duration_ms in case.about.get(_COMMANDS, ())
     ]
     at_us, states = START_MS * 1000, list[dict[str, str]]()
+    stood = ("", replay.deg)
     steps: list[Step] = []
     for row in case.rows:
         sample_us = int(row["t_us"])
@@ -183,8 +233,19 @@ def _law(case: MotionCase) -> tuple[list[dict[str, str]], list[Step]]:
             replay.move(deg, command_us // 1000, duration_ms)
         steps += replay.steps(at_us, sample_us)
         at_us = sample_us
+        stood = _place(replay, row, stood)
         replay.sample(math.nan, sample_us // 1000)
         states.append(_state(replay, _OF_LAW | _STATE))
     # The recording ends within a sample of the last one: what it does not have any more is no difference.
-    end_us = max(at_us, case.steps[-1][0] if case.steps else 0)
+    end_us = _last_us(case)
     return states, steps + [step for step in replay.steps(at_us, at_us + SAMPLE_US) if step[0] <= end_us]
+
+
+def _place(replay: JointReplay, row: Row, stood: tuple[str, float]) -> tuple[str, float]:
+    """Place the joint where it was recorded, if its pulses have not brought it there; answers where it is
+    now, as recorded and exactly. ``stood``: the same of the sample before, with the exact angle of one that
+    has not moved."""
+    told = row.get(_TRUE_DEG) or ""
+    if told and abs(float(told) - replay.deg) > _ROUNDED_DEG:
+        replay.place(stood[1] if told == stood[0] else float(told))
+    return told, replay.deg

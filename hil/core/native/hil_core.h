@@ -160,14 +160,18 @@ typedef struct hil_joint_row {
 } hil_joint_row;
 typedef struct hil_joint_replay hil_joint_replay;
 hil_joint_replay *hil_joint_replay_new(const hil_axis_params *params, double min_deg, double max_deg, double kP,
-                                       double speed_rpm, double acceleration_rpm_per_s); /* NULL: no memory */
+                                       double speed_rpm, double acceleration_rpm_per_s, int64_t origin_us,
+                                       int64_t poll_us); /* NULL: no memory */
 void hil_joint_replay_set(hil_joint_replay *p, int what, double value); /* 0: full speed, 1: acceleration, 2: target */
 void hil_joint_replay_set_up(hil_joint_replay *p); /* full speed and acceleration as its settings make them */
 void hil_joint_replay_move(hil_joint_replay *p, double to_deg, uint32_t now_ms, uint32_t duration_ms);
 /* A sample by an ideal encoder, or (measured not NaN) with this angle. */
 void hil_joint_replay_sample(hil_joint_replay *p, double measured_deg, uint32_t now_ms);
-/* Polls every 10 us from from_us on, before until_us, up to one step; answers its time, -1: none. *dir: 1 or -1. */
+/* Polls every poll_us, counted from origin_us, from from_us on and before until_us, up to one step; answers its time,
+   -1: none. *dir: 1 or -1. */
 int64_t hil_joint_replay_step(hil_joint_replay *p, int64_t from_us, int64_t until_us, int *dir);
+double hil_joint_replay_deg(const hil_joint_replay *p); /* where it is */
+void hil_joint_replay_place(hil_joint_replay *p, double deg); /* something else has brought it there */
 void hil_joint_replay_read(const hil_joint_replay *p, hil_joint_row *row);
 void hil_joint_replay_free(hil_joint_replay *p);
 

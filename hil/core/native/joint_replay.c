@@ -1,4 +1,4 @@
-/* A joint of Walter's Cortex alone, fed by calls: its pulses always turn it, and its encoder is ideal. */
+/* A joint of Walter's Cortex alone, fed by calls: its pulses turn it unless it is placed, and its encoder is ideal. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -8,10 +8,11 @@
 struct hil_joint_replay {
     walter_joint joint;
     double deg, step_deg;
+    int64_t origin_us, poll_us; /* looks for pulses are a whole number of poll_us from the origin */
 };
 
 hil_joint_replay *hil_joint_replay_new(const hil_axis_params *params, double min_deg, double max_deg, double kP,
-                                       double speed_rpm, double acceleration_rpm_per_s)
+                                       double speed_rpm, double acceleration_rpm_per_s, int64_t origin_us, int64_t poll_us)
 {
     hil_joint_replay *p = calloc(1, sizeof *p);
     if (!p) return NULL;
@@ -20,6 +21,8 @@ hil_joint_replay *hil_joint_replay_new(const hil_axis_params *params, double min
                          .acceleration_rpm_per_s = (float)acceleration_rpm_per_s};
     walter_joint_init(&p->joint, &is);
     p->deg = params->start_deg;
+    p->origin_us = origin_us;
+    p->poll_us = poll_us;
     p->step_deg = (double)1.8f / is.microsteps / (double)is.gear;
     return p;
 }
@@ -55,12 +58,17 @@ int64_t hil_joint_replay_step(hil_joint_replay *p, int64_t from_us, int64_t unti
 {
     int64_t due_us = walter_steps_due_us(&p->joint.steps, (uint32_t)from_us);
     if (due_us < 0) return -1;
-    int64_t at_us = from_us + (due_us + 9) / 10 * 10;
+    int64_t polls = (from_us + due_us - p->origin_us + p->poll_us - 1) / p->poll_us;
+    int64_t at_us = p->origin_us + polls * p->poll_us;
     if (at_us >= until_us) return -1;
     *dir = walter_steps_poll(&p->joint.steps, (uint32_t)at_us);
     p->deg += *dir * p->step_deg;
     return at_us;
 }
+
+double hil_joint_replay_deg(const hil_joint_replay *p) { return p->deg; }
+
+void hil_joint_replay_place(hil_joint_replay *p, double deg) { p->deg = deg; }
 
 void hil_joint_replay_read(const hil_joint_replay *p, hil_joint_row *row)
 {
