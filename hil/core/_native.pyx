@@ -428,7 +428,7 @@ cdef class JointReplay:
     """A joint of Walter's Cortex alone: step generator and drive law."""
     cdef hil_joint_replay *replay
 
-    def __cinit__(self, dict joint, int64_t origin_us=0, int64_t poll_us=10):
+    def __cinit__(self, dict joint, int64_t origin_us, int64_t poll_us):
         cdef hil_axis_params p
         if poll_us < 1:
             raise ValueError("looks for pulses are at least 1 us apart")

@@ -1,10 +1,15 @@
 """The twin beside what the firmware itself did: sessions to the microsecond, motions bit for bit."""
 
 import json
+import math
+import shutil
 from pathlib import Path
+from struct import pack
+from typing import Any
 
 import pytest
 
+from hil.core._native import JointReplay
 from hil.testing import SessionRefused, play, replay_motion
 
 DATA = Path(__file__).parent / "data"
@@ -79,3 +84,93 @@ def test_what_is_no_session_is_refused(tmp_path: Path, text: str, said: str) -> 
 def test_a_motion_without_an_index_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SessionRefused, match=r"INDEX\.json"):
         replay_motion(tmp_path / "accel_trapezoid")
+
+
+def a_case(folder: Path, about: dict[str, Any], **tables: str) -> Path:
+    """A recorded motion of its own: a row of an index, and tables by their ends."""
+    index = json.loads((DATA / "INDEX.json").read_text())
+    index["motion"]["cases"].append(about)
+    (folder / "INDEX.json").write_text(json.dumps(index))
+    for end, text in tables.items():
+        (folder / f"{about['name']}_{end}.csv").write_text(text)
+    return folder / about["name"]
+
+
+CALLS = [[0, "S", 2000], [0, "A", 4000], [0, "T", 30]]
+
+
+def test_looks_for_pulses_are_as_far_apart_as_the_case_says(tmp_path: Path) -> None:
+    about = {"name": "rare", "poll_us": 37, "end_ms": 1000, "ops": CALLS}
+    # The first step comes 22,360 us after the start, 30 in all; looks are at multiples of 37 us.
+    case = a_case(tmp_path, about, steps="t_us,dir\n22385,1\n")
+    (found,) = replay_motion(case)
+    assert (found.where, found.expected) == ("step 2", None)
+    assert found.got is not None
+    assert int(found.got.split()[0]) % 37 == 0
+    (tmp_path / "rare_steps.csv").write_text("t_us,dir\n22360,1\n")
+    assert replay_motion(case)[0].got == "22385 us, +1"
+
+
+def test_looks_are_as_far_apart_as_the_index_says(tmp_path: Path) -> None:
+    case = a_case(tmp_path, {"name": "rare", "end_ms": 30, "ops": CALLS}, steps="t_us,dir\n22400,1\n")
+    index = json.loads((tmp_path / "INDEX.json").read_text())
+    index["motion"]["poll_us"] = 100
+    (tmp_path / "INDEX.json").write_text(json.dumps(index))
+    assert replay_motion(case) == []
+
+
+def test_calls_are_those_of_the_case_that_a_name_begins_with(tmp_path: Path) -> None:
+    shutil.copy(DATA / "motion" / "accel_trapezoid_ops.csv", tmp_path)
+    steps = (DATA / "motion" / "accel_trapezoid_steps.csv").read_text()
+    case = a_case(tmp_path, {"name": "accel_trapezoid_again", "end_ms": 4000}, steps=steps)
+    assert replay_motion(case) == []
+
+
+def test_a_case_without_calls_is_refused(tmp_path: Path) -> None:
+    case = a_case(tmp_path, {"name": "nothing", "end_ms": 10}, steps="t_us,dir\n")
+    with pytest.raises(SessionRefused, match=r"there is no nothing_ops\.csv, INDEX\.json has no ops of it"):
+        replay_motion(case)
+
+
+@pytest.mark.parametrize("poll_us", [0, -10, 2.5, True, "10"])
+def test_looks_that_are_no_whole_microseconds_are_refused(tmp_path: Path, poll_us: object) -> None:
+    case = a_case(tmp_path, {"name": "odd", "poll_us": poll_us, "end_ms": 10, "ops": CALLS})
+    with pytest.raises(SessionRefused, match=r"poll_us is .*; write a whole number"):
+        replay_motion(case)
+
+
+def blocked_law(replay: JointReplay, until_ms: int) -> list[dict[str, str]]:
+    """Samples of a hip that is asked for 30 deg and does not move, from the law itself."""
+    rows = []
+    at_us = 1_000_000
+    for sample_us in range(1_020_100, until_ms * 1000, 20_000):
+        replay.steps(at_us, sample_us)
+        at_us = sample_us
+        replay.place(0.0)
+        replay.sample(math.nan, sample_us // 1000)
+        row = replay.row()
+        rows.append(
+            {"t_us": str(sample_us), "measured_hex": pack(">f", row["measured_deg"]).hex()}
+            | {"integral_hex": pack(">f", row["integral"]).hex(), "targetPos": str(row["target"])}
+            | {"joint_deg_true": "0.000000"}
+        )
+    return rows
+
+
+def test_a_joint_that_is_blocked_stays_where_it_was_recorded(tmp_path: Path) -> None:
+    joint = json.loads((DATA / "INDEX.json").read_text())["motion"]["joint_config"]["hip"]
+    replay = JointReplay({**joint, "start_deg": 0.0}, 1_000_000, 10)
+    replay.set_up()
+    replay.sample(0.0, 1000)
+    replay.move(0.0, 1000, 1)
+    replay.move(30.0, 1000, 1000)
+    rows = blocked_law(replay, 1500)
+    assert int(rows[-1]["targetPos"]) > 100  # it is pulsed in vain
+    table = "\n".join(",".join(each) for each in ([*rows[0]], *(row.values() for row in rows)))
+    about = {"name": "law_hip_blocked", "joint": "hip", "start_deg": 0.0}
+    about["commands_setAngle_tms_deg_durms"] = [[0, 30.0, 1000]]
+    case = a_case(tmp_path, about, samples=table + "\n")
+    assert replay_motion(case) == []
+    free = table.replace(",joint_deg_true", "").replace(",0.000000", "")
+    (tmp_path / "law_hip_blocked_samples.csv").write_text(free + "\n")
+    assert replay_motion(case)[0].where == "measured_hex"
