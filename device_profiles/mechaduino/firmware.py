@@ -47,6 +47,7 @@ class Mechaduino:
     # ---- setup() and loop() ----
 
     def main(self) -> Main:
+        self.axis.set("dir", 0)  # whatever the level at D0 is
         self.table.load()
         yield delay_ms(3000)
         self.print_menu()

@@ -88,6 +88,7 @@ static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     servo *s = a->own;
     shaft_node(a, now_ns);
     mechaduino_power_up(&s->law);
+    mechaduino_dir_pin(&s->law, s->pins.dir); /* by the level, unless a firmware has it otherwise */
     a->is_telling = 0;
     set_loop(a, s, 0, now_ns);
     s->control_steps = 0;

@@ -138,8 +138,10 @@ static void steps_by_rising_edges(void)
         hil_axis_pin(c, 0, 1, 7); /* still high */
         hil_axis_pin(c, 0, 1, 0);
     }
-    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_r), -3 * 0.05625, 1e-7); /* no edge at dir yet */
-    hil_axis_set(c, 0, HIL_FIELD_r, 3 * 0.05625);
+    CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_r), 3 * 0.05625, 1e-7);
+    hil_axis_set(c, 0, HIL_FIELD_dir, 0);
+    hil_axis_pin(c, 0, 0, 0); /* no edge: it stays as it was set */
+    CHECK_INT(hil_axis_get(c, 0, HIL_FIELD_dir), 0);
     hil_axis_pin(c, 0, 0, 1);
     for (int i = 0; i < 4; i++) {
         hil_axis_pin(c, 0, 1, 1);

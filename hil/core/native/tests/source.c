@@ -12,7 +12,6 @@ static void every_edge_is_where_the_formula_has_it(void)
     uint64_t random = 7;
     for (int round = 0; round < 50; round++) {
         hil_core *c = new_bench();
-        hil_axis_set(c, 0, HIL_FIELD_dir, 1);
         int64_t start_ns = random_below(&random, 1000000000);
         hil_group_advance(c, 0, start_ns);
         int64_t steps = 1 + random_below(&random, 40), duration_ns = 2 * steps + random_below(&random, 100000000);
@@ -50,7 +49,6 @@ static void an_edge_comes_before_the_control_step_of_its_time(void)
     for (int late = 0; late < 2; late++) {
         hil_core *c = new_bench();
         hil_axis_set(c, 0, HIL_FIELD_mode, 'x');
-        hil_axis_set(c, 0, HIL_FIELD_dir, 1);
         hil_axis_loop(c, 0, 1);
         hil_axis_drive(c, 0, 1, &(hil_edges){.at_ns = step_ns(1) + late, .pin = 1, .level = 1});
         hil_group_advance(c, 0, step_ns(1) + late);
@@ -64,7 +62,6 @@ static void an_edge_comes_before_the_control_step_of_its_time(void)
 static void a_new_source_ends_the_old_one(void)
 {
     hil_core *c = new_bench();
-    hil_axis_set(c, 0, HIL_FIELD_dir, 1);
     hil_axis_drive(c, 0, 1, &(hil_edges){.at_ns = 0, .steps = 1000, .duration_ns = 1000000000});
     hil_group_advance(c, 0, 99500000);
     hil_axis_drive(c, 0, 0, NULL);
