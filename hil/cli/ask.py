@@ -38,7 +38,7 @@ def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) 
     import os
 
     from hil.cli.hints import pasteable
-    from hil.cli.problem_lines import problems_shown
+    from hil.cli.problem_lines import tell_problems
     from hil.cli.told import error_line, wants_json
     from hil.host.journal import is_journal, prefixed, say
 
@@ -48,7 +48,10 @@ def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) 
         return typer.Exit(code)
 
     in_journal = is_journal(sys.stderr, os.environ)
-    say(prefixed(message, logging.ERROR) if in_journal else problems_shown(message, sources), sys.stderr)
+    if in_journal:
+        say(prefixed(message, logging.ERROR), sys.stderr)
+    else:
+        tell_problems(message, sources)
     return typer.Exit(code)
 
 

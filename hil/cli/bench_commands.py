@@ -88,10 +88,11 @@ def status(
     """
     import time
 
-    from rich.console import Console, RenderableType
+    from rich.console import RenderableType
     from rich.live import Live
 
     from hil.cli import interrupts as signals
+    from hil.cli.consoles import ShownConsole
     from hil.cli.hints import all_pasteable
     from hil.cli.views import long_lines, status_view
 
@@ -111,7 +112,7 @@ def status(
                 typer.echo(json.dumps(answer)) if as_json else console.print(shown(answer))
             return
         views = map(shown, answers())
-        with Live(next(views), console=Console(markup=False), screen=True) as live, suppress(typer.Exit):
+        with Live(next(views), console=ShownConsole(markup=False), screen=True) as live, suppress(typer.Exit):
             for view in views:
                 live.update(view)
         if not signals.came:

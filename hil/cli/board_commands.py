@@ -272,12 +272,13 @@ class _Bar:
                 typer.echo(f"{step.about} of {step.total}", err=True)
             return
         if self._bar is None:
-            from rich.console import Console
             from rich.progress import BarColumn, TaskProgressColumn, TextColumn
             from rich.progress import Progress as Bar
 
+            from hil.cli.consoles import ShownConsole
+
             columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-            self._bar = Bar(*columns, console=Console(stderr=True))
+            self._bar = Bar(*columns, console=ShownConsole(stderr=True))
             self._bar.start()
             self._bar.add_task("", total=step.total)
         self._bar.update(self._bar.task_ids[0], completed=step.done, description=step.about)

@@ -20,6 +20,7 @@ from hil.cli.capture_files import CaptureFile, Stream, capture_file, is_log
 from hil.cli.decoded_item import DecodedItem
 from hil.cli.installed_files import installed
 from hil.cli.problem_lines import has_colours
+from hil.host.shown_stream import own
 from hil.wire.pcapng import CaptureError, Interface
 
 DISSECTOR = "wireshark/sac_packets.lua"
@@ -54,8 +55,9 @@ class LinesTarget:
     def show(self, items: Iterable[DecodedItem], first_ns: int) -> None:
         """Show items. ``first_ns``: where time begins."""
         if text := "".join(f"{self._line(item, first_ns)}\n" for item in items):
-            sys.stdout.write(text)
-            sys.stdout.flush()
+            out = own(sys.stdout)  # items are harmless, and may be red
+            out.write(text)
+            out.flush()
 
     def _line(self, item: DecodedItem, first_ns: int) -> str:
         if self._as_json:

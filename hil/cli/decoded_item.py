@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Any
 
 from hil.vocab.framing import Party
+from hil.vocab.shown_text import printable
 
 KEYS: dict[str, str] = {
     "at_ns": "when it began, in nanoseconds since 1970; in logs as their writer counted",
@@ -70,12 +71,6 @@ class DecodedItem:
             self.can_id,
         )
         return dict(zip(KEYS, values, strict=True))
-
-
-def printable(text: str) -> str:
-    """The same with signs for what a terminal would not show as it is: names and comments of a capture may be
-    anybody's."""
-    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def as_lines(items: Iterable[DecodedItem]) -> Iterator[str]:

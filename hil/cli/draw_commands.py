@@ -16,7 +16,9 @@ from hil.cli.interrupts import noted
 from hil.cli.problem_lines import has_colours
 from hil.cli.told import CommandAnswer, wants_json
 from hil.host.journal import say
+from hil.host.shown_stream import own
 from hil.vocab.problem import not_text
+from hil.vocab.shown_text import printable, printable_lines
 
 if TYPE_CHECKING:
     from hil.wire.step_dir import Train
@@ -78,7 +80,7 @@ def plot(
             pass
     recording.rows = [row for row in recording.rows if row[0] - recording.rows[0][0] <= seconds * 1e9]
     text = _shown(recording, output, f"{device}: {', '.join(names)}")
-    return CommandAnswer({"signals": ["at_ns", *names], "rows": recording.rows}, text)
+    return CommandAnswer({"signals": ["at_ns", *names], "rows": recording.rows}, text, is_harmless=True)
 
 
 def step(
@@ -138,7 +140,7 @@ def step(
     shown = _recorded(names[:3])
     shown.rows = [row[:4] for row in recording.rows if first_ns <= row[0] <= end_ns]
     if other := other_motion(shown, degrees):
-        typer.echo(_shown(shown, output, f"{device}: not a step of {degrees:g} deg"), err=wants_json())
+        _tell(_shown(shown, output, f"{device}: not a step of {degrees:g} deg"))
         raise fail(f"hil: {device}: {other}; end it (`hil drive {device} --stop` a pulse train) and repeat")
     try:
         figures = step_response(shown)
@@ -146,9 +148,9 @@ def step(
         raise fail(f"hil: {device}: {error}") from None
     text = _shown(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
     if abs(figures.final_error) > abs(figures.amplitude) / 2:
-        typer.echo(text, err=wants_json())
+        _tell(text)
         raise fail(f"hil: the shaft of {device} did not follow: is its load too large?")
-    return CommandAnswer({"step_deg": degrees, **asdict(figures)}, text)
+    return CommandAnswer({"step_deg": degrees, **asdict(figures)}, text, is_harmless=True)
 
 
 def drive(
@@ -214,7 +216,7 @@ def drive(
     notes = f"largest following error {worst:.3f} {'deg' if has_loop else 'full steps'}"
     text = _shown(recording, output, f"{device}: following a pulse train", notes)
     key = "following_error_max_deg" if has_loop else "lag_max_steps"
-    return CommandAnswer({**answer, key: worst}, text)
+    return CommandAnswer({**answer, key: worst}, text, is_harmless=True)
 
 
 def _train(file: Path | None, steps: int | None, rate_Hz: float, acceleration: float | None) -> "Train":
@@ -318,6 +320,11 @@ def _check_output(output: Path | None) -> None:
             raise fail(f"hil: {error}", 2) from None
 
 
+def _tell(text: str) -> None:
+    """Write what ``_shown`` has made, which may have colours; beside JSON to the standard error."""
+    typer.echo(text, file=own(sys.stderr if wants_json() else sys.stdout))
+
+
 def _shown(recording: Any, output: Path | None, title: str, notes: str = "") -> str:
     """Draw a recording; answers the drawing, or what was written where, with the notes."""
     from hil.host.new_file import write_file
@@ -337,8 +344,11 @@ def _shown(recording: Any, output: Path | None, title: str, notes: str = "") -> 
             raise fail(f"hil: {error}") from None
         except OSError as error:
             raise fail(f"hil: {output}: {error.strerror}") from None
-        said = f"wrote {output}: {len(recording.rows)} samples of {', '.join(recording.signals)}"
+        said = (
+            f"wrote {printable(str(output))}: {len(recording.rows)} samples of {', '.join(recording.signals)}"
+        )
     else:
         width = min(shutil.get_terminal_size((80, 24)).columns, 160)
-        said = text_plot.draw({"": recording}, width, colour=has_colours(sys.stdout), title=title)
-    return f"{said}\n{notes}" if notes else said
+        colour = has_colours(sys.stdout)
+        said = text_plot.draw({"": recording}, width, colour=colour, title=printable(title))
+    return f"{said}\n{printable_lines(notes)}" if notes else said

@@ -11,6 +11,9 @@ INTERRUPTED = 130
 
 
 def main() -> None:
+    from hil.host.shown_stream import guard_streams
+
+    guard_streams()
     if sys.argv[1:2] == ["_names"]:
         from hil.cli.completion_names import print_names
 
@@ -20,6 +23,7 @@ def main() -> None:
         from hil.host.journal import give_streams
 
         give_streams()
+        guard_streams()
     is_serving, is_for_another = (_verb(sys.argv[1:]) == name for name in ("serve", "with-lines"))
     if not is_for_another:  # hil has no plugins: a look for them takes 4 %
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")

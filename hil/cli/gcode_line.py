@@ -243,15 +243,16 @@ def _shown(planned: PlannedFile) -> Iterator[Callable[["LineRun", int, float], N
 def _bar(total_s: float) -> Iterator[list[tuple[str, float, str]]]:
     """Show what the list has last, from a thread of its own: a terminal that takes nothing holds no motion
     up."""
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
+
+    from hil.cli.consoles import ShownConsole
 
     latest: list[tuple[str, float, str]] = []
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[feed]}"))
     is_over = threading.Event()
 
     def go_on() -> None:
-        with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
+        with Progress(*columns, console=ShownConsole(stderr=True), transient=True, auto_refresh=False) as bar:
             bar.console.print(KEYS, style="dim")
             task = bar.add_task("", total=total_s, feed="")
             while not is_over.wait(POLL_S):

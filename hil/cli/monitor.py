@@ -9,7 +9,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from hil.host.journal import say
+from hil.host.shown_stream import own
 from hil.net.port_client import opened_port
+from hil.vocab.shown_text import printable
 
 QUIT = 0x1D  # Ctrl-]
 _READ_BYTES = 4096
@@ -39,7 +41,8 @@ def _raw_terminal(hints: Sequence[str]) -> Iterator[None]:
     try:
         tty.setraw(0, termios.TCSADRAIN)  # what was typed already is for the board, too
         lines = ["Ctrl-] ends the monitor.", *hints]
-        say("\r\n".join(lines) + "\r", sys.stderr)  # standard output has the board's bytes alone
+        # Standard output has the board's bytes alone.
+        say("\r\n".join(map(printable, lines)) + "\r", own(sys.stderr))
         yield
     finally:
         termios.tcsetattr(0, termios.TCSADRAIN, before)

@@ -94,7 +94,7 @@ def gcode(
         remarks_of,
     )
     from hil.cli.gcode_plot import FollowedAxes, check_plot, plotted
-    from hil.cli.problem_lines import problems_shown
+    from hil.cli.problem_lines import tell_problems
 
     made = read_machine(machine, file)
     by = by or (Executor.LINE if made.text.line is not None and made.has_nodes else Executor.RUNS)
@@ -108,7 +108,7 @@ def gcode(
     check_plot(plot, made)
     planned = planned_file(file, machine, at, override=feed / 100, is_block_delete=block_delete)
     if not wants_json() and (remarks := remarks_of(planned)):
-        typer.echo(problems_shown("\n".join(remarks)), err=True)
+        tell_problems("\n".join(remarks))
     check_line(planned)
     figures = figures_of(file, planned)
     text = figures_text(figures, planned.machine)
@@ -144,7 +144,7 @@ def _by_runs(
     from hil.cli.gcode_files import figures_of, figures_text, planned_at, remarks_of
     from hil.cli.gcode_plot import FollowedAxes, begin_of, check_plot, plotted
     from hil.cli.gcode_runs import RunsProgram, carried_by_runs, runs_text
-    from hil.cli.problem_lines import problems_shown
+    from hil.cli.problem_lines import tell_problems
 
     check_plot(plot, machine)
     if not machine.has_bench_axes:
@@ -153,7 +153,7 @@ def _by_runs(
     begin = begin_of(machine, bench, runtime_dir)
     planned = planned_at(file, machine, begin, override=feed / 100)
     if not wants_json() and (remarks := remarks_of(planned)):
-        typer.echo(problems_shown("\n".join(remarks)), err=True)
+        tell_problems("\n".join(remarks))
     figures = figures_of(file, planned)
     if not wants_json():
         typer.echo(figures_text(figures, machine), err=True)

@@ -21,6 +21,7 @@ from hil.cli.mother_lines import (
     place_of,
 )
 from hil.cli.told import AsJson, CommandAnswer
+from hil.vocab.shown_text import printable
 
 if TYPE_CHECKING:
     import asyncio
@@ -72,13 +73,13 @@ async def _live(mothers: Sequence["LiveMother"]) -> None:
     """Draw the table until a signal comes."""
     import asyncio
 
-    from rich.console import Console
     from rich.live import Live
     from rich.text import Text
 
+    from hil.cli.consoles import ShownConsole
     from hil.cli.interrupts import noted
 
-    with noted() as interrupts, Live(console=Console(), auto_refresh=False) as screen:
+    with noted() as interrupts, Live(console=ShownConsole(), auto_refresh=False) as screen:
         while not interrupts:
             screen.update(Text(_table(_rows(mothers))), refresh=True)
             await asyncio.gather(asyncio.sleep(ROUND_S), *(each.scan(list(each.table)) for each in mothers))
@@ -120,7 +121,7 @@ def _table(rows: Sequence[dict[str, Any]]) -> str:
             *(str(row[name]) for name in ("sent", "lost", "refusals")),
             row["state"],
             "" if command is None else f"{command:.1f} ms",
-            row["text"],
+            printable(row["text"]),
         )
 
     table = [_HEADS, *map(cells, rows)]
@@ -204,7 +205,7 @@ def _said(mother: "LiveMother", event: "MotherEvent", after_ns: int, as_json: bo
                 "command_ms": command_ms,
             }
         )
-    said = _WORDS.get(event.kind, f"{event.kind}: {event.text}")
+    said = _WORDS.get(event.kind, f"{event.kind}: {printable(event.text)}")
     if command_ms is not None:
         said += f", which took {command_ms:.1f} ms"
     return f"{after_ns / 1e9:12.6f} {mother.place.name} {event.node} {said}"

@@ -7,6 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TextIO
 
+from hil.host.journal import say
+from hil.host.shown_stream import own
+from hil.vocab.shown_text import printable_lines
+
 _PROBLEM = re.compile(r"(?P<file>[^\n:]+):(?P<line>[1-9]\d{0,6}):(?P<column>[1-9]\d{0,6}): (?P<message>.*)")
 _MOST_BYTES = 1 << 20
 _WIDTH = 100
@@ -28,9 +32,9 @@ def with_lines(message: str, sources: Mapping[str, str], colours: bool) -> str:
     return "\n".join(part for line in message.split("\n") for part in _shown(line, texts, colours))
 
 
-def problems_shown(message: str, sources: Mapping[str, str] | None = None) -> str:
-    """The same for standard error."""
-    return with_lines(message, sources or {}, has_colours(sys.stderr))
+def tell_problems(message: str, sources: Mapping[str, str] | None = None) -> None:
+    """Write the same to the standard error, with its colours."""
+    say(with_lines(printable_lines(message), sources or {}, has_colours(sys.stderr)), own(sys.stderr))
 
 
 def _shown(said: str, texts: dict[str, str], colours: bool) -> Iterator[str]:

@@ -8,7 +8,7 @@ import typer
 
 from hil.cli.ask import fail
 from hil.cli.command_classes import Below
-from hil.cli.problem_lines import problems_shown
+from hil.cli.problem_lines import tell_problems
 from hil.cli.told import CommandAnswer
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def list_profiles(
     for name in sorted({*found.places, *catalogue.refused}):
         problems = catalogue.problems(name)
         for problem in problems:
-            typer.echo(problems_shown(str(problem)), err=True)
+            tell_problems(str(problem))
         title = "cannot be used" if problems else catalogue.profiles[name].title
         origin = found.places[name].origin if name in found.places else "an entry point"
         rows.append({"profile": name, "title": title, "origin": origin, "usable": not problems})
@@ -150,5 +150,5 @@ def say_what_is_spoilt(bench: "BenchConfig") -> str:
     others = {*found.places, *found.refused} - used - (of_hil - found.refused.keys())
     spoilt = {name: problems for name in sorted(others) if (problems := catalogue.problems(name))}
     for problem in (each for problems in spoilt.values() for each in problems):
-        typer.echo(problems_shown(str(problem)), err=True)
+        tell_problems(str(problem))
     return f"; not used and not usable: {', '.join(spoilt)}" if spoilt else ""

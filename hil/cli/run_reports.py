@@ -97,11 +97,12 @@ class _Lines:
 
 @contextmanager
 def _bar() -> Iterator[Callable[[dict[str, Any]], None]]:
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
+    from hil.cli.consoles import ShownConsole
+
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[left]}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns, console=ShownConsole(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0, left="")
 
         def show(progress: dict[str, Any]) -> None:

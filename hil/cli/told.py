@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil.cli.hints import pasteable
+from hil.host.shown_stream import own
 
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
@@ -32,6 +33,8 @@ class CommandAnswer:
     answer: Any
     text: str = ""
     exit_code: int = 0
+    is_harmless: bool = False
+    """True if there is nothing of others in the text, or it was made harmless: it may have colours."""
 
 
 def telling(command: Any) -> Any:
@@ -46,14 +49,14 @@ def telling(command: Any) -> Any:
         if as_json:
             typer.echo(json.dumps(told.answer))
         elif told.text:
-            typer.echo(pasteable(told.text))
+            typer.echo(pasteable(told.text), file=own(sys.stdout) if told.is_harmless else None)
         if told.exit_code:
             raise typer.Exit(told.exit_code)
 
-    own = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in signature.parameters.values()]
+    kept = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in signature.parameters.values()]
     option = inspect.Parameter("as_json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=AsJson)
-    place = next((i for i, each in enumerate(own) if each.name == "bench"), len(own))
-    ordered = [*own[:place], option, *own[place:]]
+    place = next((i for i, each in enumerate(kept) if each.name == "bench"), len(kept))
+    ordered = [*kept[:place], option, *kept[place:]]
     tell.__signature__ = inspect.Signature(ordered)  # type: ignore[attr-defined]
     tell.__annotations__ = {each.name: each.annotation for each in ordered}
     return tell

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from hil.cli.bridge_views import reached_at
 from hil.cli.bus_views import bus_tables
+from hil.cli.consoles import ShownConsole
 from hil.cli.hints import pasteable
 from hil.cli.run_reports import run_line
 from hil.cli.shown_numbers import fixed, shown_number
@@ -48,7 +49,7 @@ _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 def long_lines() -> Console:
     """Console for tables and sentences with names, paths and addresses, which have to be whole to be copied:
     a terminal that is narrower wraps their lines."""
-    return Console(soft_wrap=True, markup=False, width=_WIDEST)
+    return ShownConsole(soft_wrap=True, markup=False, width=_WIDEST)
 
 
 def device_table(listed: dict[str, Any]) -> RenderableType:

@@ -9,6 +9,8 @@ import threading
 import time
 from contextlib import suppress
 
+from hil.vocab.shown_text import printable_lines
+
 MOST = 4096
 """Maximum number of messages that wait for the reader; more are dropped and counted."""
 END_S = 1.0
@@ -52,10 +54,10 @@ class LogWriter(logging.Handler):
         """Write a text to a file when its turn comes; answers whether there was room for it."""
         if self._is_closed:
             if not self._thread.is_alive():  # all before it are written
-                _write(fd, text)
+                _write(fd, printable_lines(text))
             return True
         try:
-            self._queue.put_nowait((fd, text))
+            self._queue.put_nowait((fd, printable_lines(text)))
         except queue.Full:
             return False
         return True

@@ -32,7 +32,7 @@ def map_rows(of: UnitMap) -> dict[str, Any]:
 def formatted(answer: Mapping[str, Any], form: str) -> Iterator[str]:
     """Write a map as lines. ``form``: one of ``FORMATS``."""
     if form == "json":
-        yield json.dumps(answer, indent=1, ensure_ascii=False)
+        yield json.dumps(answer, indent=1)
         return
     cells = [_cells(row) for row in answer["rows"]]
     if form == "csv":
