@@ -60,11 +60,20 @@ class RtuLine(BaseModel):
     baud: int = Field(
         default=19200, ge=50, le=4_000_000, description="Speed, by which frames are told apart."
     )
+    echo: bool | None = Field(
+        default=None,
+        description="Whether the serial port's adapter echoes what it sends: the echo is dropped; null:"
+        " recognised by itself.",
+    )
     units: dict[str, UnitNumber] | None = Field(
         default=None,
         min_length=1,
         description="Numbers of the units on this line; null: those of the door.",
     )
+
+    def serial_options(self) -> dict[str, object]:
+        """Options of its serial port."""
+        return {"url": self.device, "baud": self.baud, "echo": self.echo}
 
     @model_validator(mode="after")
     def _is_one(self) -> Self:
@@ -75,6 +84,9 @@ class RtuLine(BaseModel):
             raise PydanticCustomError(
                 "serial_url", "this is no serial port", {"at": ("device",), "remedy": SERIAL_FORMS}
             )
+        if self.path is not None and self.echo is not None:
+            problem = {"at": ("echo",), "remedy": "leave it out: it is for a `device`"}
+            raise PydanticCustomError("echo", "a pty has no adapter that could echo", problem)
         return self
 
 
@@ -141,7 +153,7 @@ class Options(BaseModel):
     def wanted_ports(self) -> Sequence[DoorPort]:
         """Ports of the lines."""
         return [
-            DoorPort(f"modbus{at}", "serial", {"url": line.device, "baud": line.baud}, ("rtu", at, "device"))
+            DoorPort(f"modbus{at}", "serial", line.serial_options(), ("rtu", at, "device"))
             if line.device
             else DoorPort(f"modbus{at}", "pty", {"path": line.path}, ("rtu", at, "path"))
             for at, line in enumerate(self.rtu)

@@ -98,7 +98,7 @@ class ModbusBridge:
             "turned_away": turned_away,
             "units": self._units.shown(),
             "lines": {
-                line.address: {**line.counters(), "units": units.shown()}
+                line.address: _line_status(line, units)
                 for line, units in zip(self._lines, self._line_units, strict=True)
             },
         }
@@ -106,6 +106,11 @@ class ModbusBridge:
     def _identity(self, unit: DoorUnit) -> Identification:
         """Identification of a unit, function 43/14."""
         return device_identity(unit.registers.map, self._bench, version("hil-motion"))
+
+
+def _line_status(line: RtuServer, units: DoorUnits) -> dict[str, Any]:
+    echo = {"echo": line.echo.as_dict()} if line.echo else {}
+    return {**line.counters(), **echo, "units": units.shown()}
 
 
 def reference() -> str:

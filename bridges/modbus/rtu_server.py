@@ -15,11 +15,12 @@ from bridges.modbus.door_units import DoorUnit, DoorUnits
 from bridges.modbus.request_handler import Asker, RequestHandler
 from hil.net.silence_timer import SilenceTimer
 from hil.vocab.desk_protocol import Source
-from hil.vocab.ports import Port
+from hil.vocab.ports import EchoPort, EchoStats, Port
 from hil.vocab.verbs import Role
 from hil.wire.modbus.diagnostics import Diagnostics, report
 from hil.wire.modbus.pdu import Function, Refused, Request, exception, parse
 from hil.wire.modbus_rtu.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, TO_ALL, Frame, encode, silence_ns
+from hil.wire.sole_senders import sole_of_frame
 
 log = logging.getLogger("hil")
 
@@ -38,6 +39,8 @@ class RtuServer:
 
     def __init__(self, port: Port, baud: int, handler: RequestHandler, units: DoorUnits) -> None:
         self._port, self._handler, self._units = port, handler, units
+        if isinstance(port, EchoPort):
+            port.tell_sole(lambda data: sole_of_frame(data, _answers_here), in_pieces=False)
         self._silence_ns = silence_ns(baud)
         self._held = bytearray()
         self._frames: deque[tuple[Asker, bytes]] = deque()
@@ -50,6 +53,11 @@ class RtuServer:
     @property
     def address(self) -> str:
         return self._port.address
+
+    @property
+    def echo(self) -> EchoStats | None:
+        """Echo of the line's adapter; None: it has none."""
+        return self._port.stats().echo
 
     def counters(self) -> Mapping[str, int]:
         return {kind: self._seen[kind] for kind in ("frames", "errors", "answers", "overruns")}
@@ -186,3 +194,8 @@ class RtuServer:
 
     def _diagnosis(self, unit: DoorUnit) -> Diagnostics:
         return self._diagnoses.setdefault(unit.number, Diagnostics())
+
+
+def _answers_here(unit: int) -> bool:
+    """True: what goes out are answers of units at this door, which nobody else gives."""
+    return True

@@ -10,6 +10,7 @@ from hil.cli.exit_codes import Exit
 from hil.cli.mother_gcode import gcode
 from hil.cli.mother_lines import (
     Baud,
+    HasEcho,
     Latency,
     LineOptions,
     Lines,
@@ -56,6 +57,7 @@ def send(
     baud: Baud = None,
     latency_ms: Latency = None,
     profile: ProfileName = None,
+    echo: HasEcho = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
@@ -67,7 +69,7 @@ def send(
 
     Example: hil mother send bus0.master 85 v150 m300
     """
-    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir))
+    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo))
     units = addresses(node, place.nodes)
 
     async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
@@ -98,6 +100,7 @@ def text(
     baud: Baud = None,
     latency_ms: Latency = None,
     profile: ProfileName = None,
+    echo: HasEcho = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
@@ -105,7 +108,7 @@ def text(
 
     Example: hil mother text bus0.master 85 good morning
     """
-    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir))
+    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo))
     units = addresses(node, place.nodes)
 
     async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
@@ -124,6 +127,7 @@ def release(
     baud: Baud = None,
     latency_ms: Latency = None,
     profile: ProfileName = None,
+    echo: HasEcho = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
@@ -131,7 +135,7 @@ def release(
 
     Example: hil mother release bus0.master
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir)
+    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
 
     async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
@@ -153,6 +157,7 @@ def stop(
     baud: Baud = None,
     latency_ms: Latency = None,
     profile: ProfileName = None,
+    echo: HasEcho = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
@@ -163,7 +168,7 @@ def stop(
 
     Example: hil mother stop bus0.master --nodes 85
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir)
+    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
     units = [addresses(node, place.nodes) if node else [] for place in places]
 
@@ -190,6 +195,7 @@ def scan(
     baud: Baud = None,
     latency_ms: Latency = None,
     profile: ProfileName = None,
+    echo: HasEcho = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
@@ -200,7 +206,7 @@ def scan(
 
     Example: hil mother scan bus0.master --addresses 80-90
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir)
+    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
     wanted = [None if asked == "all" else addresses(asked, place.nodes) for place in places]
 

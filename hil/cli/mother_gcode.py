@@ -123,7 +123,9 @@ def gcode(
     followed = FollowedAxes(planned.machine, bench, runtime_dir) if plot else None
     if followed:
         followed.begin()
-    end, code = carried_out(planned, LineOptions(None, PATIENT_MS, None, bench, runtime_dir), pulses)
+    of_line = planned.machine.text
+    baud = of_line.baud if "baud" in of_line.model_fields_set else None  # else that of the tap
+    end, code = carried_out(planned, LineOptions(baud, PATIENT_MS, None, bench, runtime_dir), pulses)
     text = end_text(str(file), end)
     if plot and followed:
         end["plot"] = plotted(plot, planned, begin, followed.end())

@@ -46,6 +46,14 @@ Latency = Annotated[
         max=10_000,
     ),
 ]
+HasEcho = Annotated[
+    bool | None,
+    typer.Option(
+        "--echo/--no-echo",
+        help="Whether the line's adapter echoes what it sends. [default: recognised by itself]",
+        show_default=False,
+    ),
+]
 ProfileName = Annotated[
     str | None,
     typer.Option("--profile", help="Kind of the nodes. [default: the one kind that has a master]"),
@@ -63,6 +71,7 @@ class LineOptions(NamedTuple):
     profile: str | None
     bench: str | None
     runtime_dir: Path | None
+    echo: bool | None = None
 
 
 def place_of(line: str, options: LineOptions) -> "LinePlace":
@@ -71,11 +80,12 @@ def place_of(line: str, options: LineOptions) -> "LinePlace":
     from hil.mother.line_place import is_address, tap_place
 
     latency_ns = None if options.latency_ms is None else round(options.latency_ms * 1e6)
+    of_nodes: dict[str, Any] = {"profile": options.profile, "echo": options.echo}
     try:
         if is_address(line):
-            return find_line(line, baud=options.baud, latency_ns=latency_ns, profile=options.profile)
+            return find_line(line, baud=options.baud, latency_ns=latency_ns, **of_nodes)
         here = bench_meant(options.bench, options.runtime_dir)
-        return tap_place(here, line, baud=options.baud, latency_ns=latency_ns, profile=options.profile)
+        return tap_place(here, line, baud=options.baud, latency_ns=latency_ns, **of_nodes)
     except LineUnreachable as error:
         raise fail(f"hil: {error}", Exit.MISTAKE if error.is_mistake else Exit.FAILED) from None
 

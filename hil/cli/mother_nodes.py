@@ -1,7 +1,7 @@
 """``hil mother nodes`` and ``hil mother watch``: the nodes of lines, and what they say by themselves."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil.cli.ask import Bench, RuntimeDir
+from hil.cli.echo_words import echo_words
 from hil.cli.exit_codes import Exit
 from hil.cli.mother_lines import (
     Baud,
+    HasEcho,
     Latency,
     LineOptions,
     Lines,
@@ -43,6 +45,7 @@ def nodes(
     baud: Baud = None,
     latency_ms: Latency = None,
     profile: ProfileName = None,
+    echo: HasEcho = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
@@ -52,20 +55,23 @@ def nodes(
 
     Example: hil mother nodes bus0.master --addresses 80-90
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir)
+    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
     wanted = [None if asked == "all" else addresses(asked, place.nodes) for place in places]
 
     import asyncio
 
+    echoing: list[str] = []
+
     async def work(mothers: Sequence["LiveMother"]) -> list[dict[str, Any]]:
         await asyncio.gather(*(mother.scan(of, 2) for mother, of in zip(mothers, wanted, strict=True)))
         if live:
             await _live(mothers)
+        echoing.extend(_echoing(mothers))
         return _rows(mothers)
 
     rows = on_lines(places, 3, work)
-    text = _table(rows) if rows else "no node answers"
+    text = "\n".join([_table(rows) if rows else "no node answers", *echoing])
     return CommandAnswer(rows, "" if live else text, Exit.DONE if rows else Exit.FAILED)
 
 
@@ -105,7 +111,15 @@ def _row(mother: "LiveMother", row: "NodeRow") -> dict[str, Any]:
         "state": row.state,
         "command_ms": ms(row.command_ns),
         "text": row.text,
+        "echo": str(mother.echo.state),
     }
+
+
+def _echoing(mothers: Sequence["LiveMother"]) -> Iterator[str]:
+    """Lines whose adapters echo."""
+    for mother in mothers:
+        if (echo := mother.echo).state == "yes":
+            yield f"{mother.place.name}: {echo_words(echo.as_dict())}"
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> str:
@@ -141,6 +155,7 @@ def watch(
     baud: Baud = None,
     latency_ms: Latency = None,
     profile: ProfileName = None,
+    echo: HasEcho = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> None:
@@ -149,7 +164,7 @@ def watch(
 
     Example: hil mother watch bus0.master -c 1
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir)
+    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
 
     import asyncio

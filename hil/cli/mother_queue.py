@@ -10,6 +10,7 @@ from hil.cli.ask import Bench, RuntimeDir, bench_meant, fail, port_of
 from hil.cli.exit_codes import Exit
 from hil.cli.mother_lines import (
     Baud,
+    HasEcho,
     Latency,
     LineOptions,
     NodeNames,
@@ -47,6 +48,7 @@ def queue(
     baud: Baud = None,
     latency_ms: Latency = None,
     profile: ProfileName = None,
+    echo: HasEcho = None,
     bench: Bench = None,
     runtime_dir: RuntimeDir = None,
 ) -> CommandAnswer:
@@ -59,7 +61,7 @@ def queue(
     """
     from hil.vocab.dialogue import Refusal
 
-    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir))
+    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo))
     units = [each for each in addresses(node, place.nodes) if each != place.nodes.to_all]
     if not units:
         raise fail("hil: name the nodes: who is told with all others does not answer", Exit.MISTAKE)

@@ -10,6 +10,7 @@ from rich.text import Text
 from hil.cli.bridge_views import reached_at
 from hil.cli.bus_views import bus_tables
 from hil.cli.consoles import ShownConsole
+from hil.cli.echo_words import echo_words
 from hil.cli.hints import pasteable
 from hil.cli.run_reports import run_line
 from hil.cli.shown_numbers import fixed, shown_number
@@ -117,7 +118,8 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     drives = [
         Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
     ]
-    return Group(head, Text(), table, wires, *drives, *under_way, *doors, *_remarks(remarks))
+    adapters = [Text(f"{name}: {echo_words(echo)}") for name, echo in status.get("echoes", {}).items()]
+    return Group(head, Text(), table, wires, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:

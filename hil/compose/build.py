@@ -194,4 +194,4 @@ def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalo
         label = str(Address(name, tap_name))
         made = Tap(label, segment, group, config.baud, only_listens=tap.listen, is_real=tap.real)
         bench.roster.add_tap(made, group)
-        segment.set_echo(label, tap.echo)
+        segment.set_echo(label, tap.hears_itself)

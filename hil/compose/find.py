@@ -11,6 +11,7 @@ from hil.compose.framings import Framings
 from hil.compose.kinds_of_doors import Kinds
 from hil.compose.profile_infos import NamedParts, ProfileInfos
 from hil.config import Catalogue, DeviceConfig, PortConfig
+from hil.config.port_model import SERIAL
 from hil.core import Core
 from hil.discovery.board_loading import Boards
 from hil.discovery.board_places import find_places
@@ -105,7 +106,8 @@ def make_door_port(wanted: "DoorPort", context: "PortContext") -> "Port":
 
 def serial_port_config(device: DeviceConfig) -> PortConfig:
     """Configuration of the port that a real board is at."""
-    return PortConfig(kind="serial", options=_ports()["serial"](url=device.at, baud=device.baud))
+    options = _ports()[SERIAL](url=device.at, baud=device.baud, echo=device.echo)
+    return PortConfig(kind=SERIAL, options=options)
 
 
 def bridge_reference(kind: str) -> str:

@@ -21,6 +21,7 @@ from hil.config.modbus_findings import modbus_findings
 from hil.config.model import BenchConfig
 from hil.config.motor_findings import motor_findings
 from hil.config.path_values import is_path
+from hil.config.port_model import SERIAL
 from hil.config.real_places import same_at
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import DeviceParts
@@ -146,7 +147,10 @@ def _with_taps(key: str, name: str, line: Any, ports: PortsCheck) -> Any:
         if isinstance(keys, dict):
             path = (key, name, "taps", tap, "port")
             port = ports.read(f"{name}.{tap}", path, keys.get("port", DEFAULT_PORT))
-            own = {"real": port.kind == "serial"} if key == "segments" else {}
+            is_real = key == "segments" and port.kind == SERIAL
+            if is_real and isinstance(echo := keys.get("echo"), bool):
+                port = port.model_copy(update={"options": port.options.model_copy(update={"echo": echo})})
+            own = {"real": is_real} if key == "segments" else {}
             done[tap] = {**own, **keys, "port": port}
     return {**line, "taps": done}
 

@@ -23,6 +23,7 @@ _OF_REAL_BOARDS = {
     "line_delay_ms": "a run reaches a twin without a line",
     "poll_interval_ms": "a twin tells its state without being asked",
     "units": "a twin says them itself",
+    "echo": "a twin has no adapter; `echo` of a `serial` port is for one",
 }
 """Keys that a twin has no use for, with the reason."""
 ANY_BOARDS_TABLES = ("stored", "empty")

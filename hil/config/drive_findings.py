@@ -35,7 +35,7 @@ def drive_findings(
     findings = []
     if (finding := _address(path, raw, profile, at)) is not None:
         findings.append(finding)
-    has_not = ("port", "baud", *EMULATED_KEYS)
+    has_not = ("port", "baud", "echo", *EMULATED_KEYS)
     for key in has_not:
         if raw.get(key) is not None:
             message = "a real drive has no such key: it has its own, and its address says how it is reached"

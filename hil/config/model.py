@@ -137,6 +137,12 @@ class DeviceConfig(StrictModel):
         description="The same for the board's other serial interfaces, by their names in the profile, at a"
         " port or on a segment, as in `{logger: 9600}`.",
     )
+    echo: bool | None = Field(
+        default=None,
+        description="Whether the adapter to a real board (`at`) echoes what it sends: true drops the echo;"
+        " null: it is believed to have none, because a board's terminal may echo what is typed. On Modbus"
+        " it is a part of the address, `&echo=true`; null: recognised by itself.",
+    )
     flash: FlashConfig = Field(
         default=FlashConfig.model_construct(),
         description="Contents of the board's non-volatile memory at its start.",

@@ -7,6 +7,9 @@ from pydantic import BaseModel, Field, SerializeAsAny
 from hil.config.explain import StrictModel
 from hil.vocab.address import NAME_PATTERN
 
+SERIAL = "serial"
+"""Kind of port at which hil itself uses a real adapter."""
+
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 

@@ -105,7 +105,8 @@ class _OnLines:
             yield Finding(path, message, f"each drive on a {line} has a {what} of its own")
         elif isinstance(drive.place, RtuPlace) and drive.place != first.place:
             message = f"device {other} has this line: {first.place}"
-            yield Finding(path, message, "a line has one speed and one format; write the same for both")
+            remedy = "a line has one speed and one format, and an echo or none; write the same for both"
+            yield Finding(path, message, remedy)
         elif drive.place != first.place:
             message = f"device {other} has this adapter: {first.place}"
             yield Finding(path, message, "an adapter has one bit rate and one speed; write the same for both")

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field
 
 from hil.config.explain import StrictModel
 from hil.config.modbus_model import ModbusConfig
-from hil.config.port_model import Name, PortConfig
+from hil.config.port_model import SERIAL, Name, PortConfig
 from hil.vocab.address import Address, address_of, owner_of, pin_of
 from hil.vocab.line_format import EIGHT_N_1, EVEN
 
@@ -42,13 +42,23 @@ class TapConfig(StrictModel):
         " with its address sends. The default is true for a `serial` port.",
     )
     listen: bool = Field(default=False, description="It only listens; what it sends is dropped and counted.")
-    echo: bool = Field(default=False, description="It hears what it sends itself.")
+    echo: bool | None = Field(
+        default=None,
+        description="Its adapter echoes what it sends, because its receiver stays on. Of a `serial` port: the"
+        " real adapter does, and the echo is dropped; null: recognised by itself. Of other ports: true makes"
+        " it hear what it sends itself.",
+    )
     framing: str | None = Field(
         default=None,
         description="Framing of the packets on this wire, for its statistics, captures and faults: `sac`,"
         " `modbus_rtu`, `bytes`; null: that of the boards and nodes on it, `bytes` if there are none: what is"
         " between two silences, whatever it means.",
     )
+
+    @property
+    def hears_itself(self) -> bool:
+        """True if the wire gives it what it sends."""
+        return bool(self.echo) and self.port.kind != SERIAL
 
 
 class SegmentConfig(StrictModel):

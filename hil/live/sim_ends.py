@@ -10,9 +10,10 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
+from hil.sim.segment_tap import Tap
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.line_format import EIGHT_N_1
-from hil.vocab.ports import PowerPort
+from hil.vocab.ports import EchoPort, PowerPort
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import Sampled, character_ns, resample
@@ -202,6 +203,8 @@ class TapEnd:
         self._is_held = False
         self._is_fresh = False
         tap.listeners.append(self._has_heard)
+        if isinstance(joint.port, EchoPort) and isinstance(tap, Tap):
+            joint.port.tell_sole(tap.sole, in_pieces=True)
 
     # ---- End ----
 

@@ -7,7 +7,9 @@ from typing import Protocol
 from hil.mother.line_port import LinePort
 from hil.mother.turns.transaction import Transaction
 from hil.net.silence_timer import SilenceTimer
+from hil.vocab.ports import EchoStats
 from hil.vocab.time import FOREVER, NS_PER_S
+from hil.wire.echo import Echo
 
 
 class LineGone(Exception):
@@ -47,17 +49,22 @@ class Master(Protocol):
 
 class LineLoop:
     """Port of a line, and the turns of its master. ``name``: of the line, for people; ``speed``: simulated
-    time that passes in a second."""
+    time that passes in a second; ``echo``: what of it is no answer."""
 
-    def __init__(self, name: str, speed: float) -> None:
+    def __init__(self, name: str, speed: float, echo: Echo) -> None:
         self.gone: LineGone | None = None
         """Error of the port, once it has gone."""
-        self._name, self._speed = name, speed
+        self._name, self._speed, self._echo = name, speed, echo
         self._port: LinePort | None = None
         self._loop = asyncio.get_running_loop()
         self._timer = SilenceTimer(self._turn)
         self._is_closed = False
         self._ended = asyncio.Event()
+
+    @property
+    def echo(self) -> EchoStats:
+        """Echo of the line's adapter, as far as it is known."""
+        return self._echo.told
 
     @property
     def _master(self) -> Master:

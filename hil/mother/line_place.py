@@ -48,6 +48,8 @@ class LinePlace:
     """False for a pty that is no bench's: who is at its other end may answer at once."""
     control: Path | None = None
     """Control socket of the tap's bench."""
+    echo: bool | None = None
+    """Whether its adapter echoes what is sent; None: recognised by itself."""
 
     def wait_until_heard(self) -> None:
         """Wait as ``wait_until_heard`` does, where the line is a tap."""
@@ -80,12 +82,14 @@ def find_line(
     baud: int | None = None,
     latency_ns: int | None = None,
     profile: str | None = None,
+    echo: bool | None = None,
     bench: str | None = None,
     runtime_dir: Path | None = None,
 ) -> LinePlace:
     """Find a line: ``bus0.master`` is a tap of the bench that runs here, ``/dev/ttyUSB0``,
     ``socket://host:port`` and ``rfc2217://host:port`` are ports. ``latency_ns``: maximum delay there and
-    back, on this computer's clock; ``profile``: kind of its nodes, needed where several kinds have a master.
+    back, on this computer's clock; ``profile``: kind of its nodes, needed where several kinds have a master;
+    ``echo``: whether its adapter echoes, None: recognised by itself.
 
     Raises:
         LineUnreachable: there is none.
@@ -95,9 +99,11 @@ def find_line(
         kind = "path" if line.startswith("/") else "network"
         latency_ns = _or(latency_ns, LATENCY_NS[kind])
         is_pty = os.path.realpath(line).startswith("/dev/pts/")
-        return LinePlace(line, line, nodes, baud or nodes.baud, latency_ns, has_bit_times=not is_pty)
+        return LinePlace(
+            line, line, nodes, baud or nodes.baud, latency_ns, has_bit_times=not is_pty, echo=echo
+        )
     here = bench_here(line, bench, runtime_dir)
-    return tap_place(here, line, baud=baud, latency_ns=latency_ns, profile=profile)
+    return tap_place(here, line, baud=baud, latency_ns=latency_ns, profile=profile, echo=echo)
 
 
 def bench_here(line: str, bench: str | None, runtime_dir: Path | None) -> Here:
@@ -123,6 +129,7 @@ def tap_place(
     baud: int | None = None,
     latency_ns: int | None = None,
     profile: str | None = None,
+    echo: bool | None = None,
 ) -> LinePlace:
     """Find a tap of a bench. Raises LineUnreachable: it has no such tap, or does not answer."""
     tap = bench_tap(bench, name)
@@ -135,6 +142,7 @@ def tap_place(
         round(_or(latency_ns, LATENCY_NS["tap"]) * tap.speed),
         tap.speed,
         control=bench.socket,
+        echo=echo,
     )
 
 

@@ -9,7 +9,9 @@ from contextlib import suppress
 from typing import Any
 
 from hil.mother.line_place import LineUnreachable
+from hil.net.echo_guard import EchoGuard
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
+from hil.wire.echo import Echo
 
 _PIECE = 4096
 _LOOK_S = 0.2
@@ -19,15 +21,21 @@ ERRORS = (OSError, ValueError, termios.error)
 
 
 class LinePort:
-    """Port that is open. ``received`` gets what comes, ``lost`` the reason when it has gone; both are called
-    in the loop."""
+    """Port that is open. ``received`` gets what comes and is no echo, ``lost`` the reason when it has gone;
+    both are called in the loop."""
 
     def __init__(
-        self, port: Any, address: str, received: Callable[[bytes], None], lost: Callable[[str], None]
+        self,
+        port: Any,
+        address: str,
+        received: Callable[[bytes], None],
+        lost: Callable[[str], None],
+        echo: Echo,
     ) -> None:
         self.address = address
         self._port = port
-        self._received, self._lost = received, lost
+        self._guard = EchoGuard(echo, received, address)
+        self._received, self._lost = self._guard.received, lost
         self._loop = asyncio.get_running_loop()
         self._is_open = True
         self._fd = _descriptor(port)
@@ -43,6 +51,7 @@ class LinePort:
         baud: int,
         received: Callable[[bytes], None],
         lost: Callable[[str], None],
+        echo: Echo,
         line_format: LineFormat = EIGHT_N_1,
     ) -> "LinePort":
         """Open a port. Raises LineUnreachable: it cannot be opened."""
@@ -50,12 +59,13 @@ class LinePort:
             port = await asyncio.to_thread(_opened, address, baud, line_format)
         except ERRORS as error:
             raise LineUnreachable(f"{address}: {reason(error)}", is_mistake=False) from None
-        return cls(port, address, received, lost)
+        return cls(port, address, received, lost, echo)
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
         if not self._is_open:
             return
+        self._guard.sent(data)
         try:
             self._port.write(data)
         except ERRORS as error:
@@ -65,6 +75,7 @@ class LinePort:
         """Close the port; nothing is called any more."""
         if self._is_open:
             self._is_open = False
+            self._guard.close()
             if self._fd is not None:
                 self._loop.remove_reader(self._fd)
             with suppress(*ERRORS):

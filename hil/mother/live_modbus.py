@@ -11,7 +11,9 @@ from hil.mother.line_port import LinePort
 from hil.mother.turns.modbus_mother import RESPONSE_NS, ModbusMother, UnitPoll
 from hil.mother.turns.transaction import Transaction
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
+from hil.wire.echo import Echo
 from hil.wire.modbus.pdu import Request
+from hil.wire.sole_senders import sole_of_frame
 
 USUAL_BAUD = 19_200
 """Speed of a line of Modbus if nobody says another (MODBUS over Serial Line V1.02, 2.5.1)."""
@@ -20,13 +22,13 @@ USUAL_BAUD = 19_200
 class LiveModbus(LineLoop):
     """Master of Modbus RTU whose line is open. Made by ``open_modbus_line``."""
 
-    def __init__(self, name: str, mother: ModbusMother, speed: float = 1.0) -> None:
-        super().__init__(name, speed)
+    def __init__(self, name: str, mother: ModbusMother, speed: float, echo: Echo) -> None:
+        super().__init__(name, speed, echo)
         self.mother = mother
 
     async def open(self, address: str, baud: int, line_format: LineFormat, control: Path | None) -> None:
         """Open the port, and begin to poll. Raises LineUnreachable."""
-        self._port = await LinePort.open(address, baud, self._received, self._lost, line_format)
+        self._port = await LinePort.open(address, baud, self._received, self._lost, self._echo, line_format)
         try:
             if control is not None:
                 await asyncio.to_thread(wait_until_heard, self._name, control)
@@ -75,12 +77,13 @@ async def open_modbus_line(
     response_ns: int = RESPONSE_NS,
     latency_ns: int | None = None,
     polled: Callable[[UnitPoll], None] = lambda poll: None,
+    echo: bool | None = None,
     bench: str | None = None,
     runtime_dir: Path | None = None,
 ) -> AsyncIterator[LiveModbus]:
     """Open a line of Modbus RTU for the block, and poll its units meanwhile: a tap of the bench that runs
     here, by its name, or the address of a port, as of ``find_line``. ``baud``: None: the tap's, or 19200;
-    ``polled``: called after each poll.
+    ``polled``: called after each poll; ``echo``: whether the adapter echoes, None: recognised by itself.
 
     Raises:
         LineUnreachable: there is no such line, or it cannot be opened.
@@ -102,7 +105,13 @@ async def open_modbus_line(
         latency_ns=round((LATENCY_NS[kind] if latency_ns is None else latency_ns) * speed),
         polled=polled,
     )
-    live = LiveModbus(line, mother, speed)
+    filtered = Echo(
+        baud or USUAL_BAUD,
+        line_format.bits,
+        wanted=echo,
+        sole=lambda data: sole_of_frame(data, lambda unit: False),
+    )
+    live = LiveModbus(line, mother, speed, filtered)
     await live.open(address, baud or USUAL_BAUD, line_format, control)
     try:
         yield live

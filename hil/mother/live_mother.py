@@ -13,13 +13,16 @@ from hil.mother.turns.mother import TRIES, Mother
 from hil.mother.turns.node_rows import MotherEvent, NodeRow
 from hil.mother.turns.run_items import RunReport
 from hil.mother.turns.transaction import Outcome, Transaction
+from hil.wire.echo import Echo
+from hil.wire.sole_senders import sole_by
 
 
 class LiveMother(LineLoop):
     """Mother whose line is open. Made by ``open_line``."""
 
     def __init__(self, place: LinePlace, tries: int = TRIES, rest_ns: int | None = None) -> None:
-        super().__init__(place.name, place.speed)
+        sole = sole_by(place.nodes.framing, lambda address: False)
+        super().__init__(place.name, place.speed, Echo(place.baud, wanted=place.echo, sole=sole))
         self.place = place
         self.mother = Mother(
             place.nodes,
@@ -36,7 +39,7 @@ class LiveMother(LineLoop):
     async def open(self) -> None:
         """Open the port. Raises LineUnreachable."""
         place = self.place
-        self._port = await LinePort.open(place.address, place.baud, self._received, self._lost)
+        self._port = await LinePort.open(place.address, place.baud, self._received, self._lost, self._echo)
         try:
             await asyncio.to_thread(place.wait_until_heard)
         except BaseException:
@@ -169,6 +172,7 @@ async def open_line(
     latency_ns: int | None = None,
     tries: int = TRIES,
     profile: str | None = None,
+    echo: bool | None = None,
     bench: str | None = None,
     runtime_dir: Path | None = None,
 ) -> AsyncIterator[LiveMother]:
@@ -185,6 +189,7 @@ async def open_line(
             baud=baud,
             latency_ns=latency_ns,
             profile=profile,
+            echo=echo,
             bench=bench,
             runtime_dir=runtime_dir,
         )

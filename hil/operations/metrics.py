@@ -14,13 +14,14 @@ from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.vitals import Vitals
+from hil.operations.echoes import Echo, echoes
 from hil.operations.health import KINDS, Health, state_of
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.health_words import STATES
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
-from hil.vocab.ports import Port, PortStats
+from hil.vocab.ports import EchoState, Port, PortStats
 
 RUN_STATES = ("queued", "running", "done", "failed", "cancelled")
 FIRST_OCTAVE, LAST_OCTAVE = 10, 30
@@ -180,6 +181,10 @@ def _of_drives(counter: str) -> Callable[[Scrape], Values]:
     )
 
 
+def _echoes(value: Callable[[Echo], int]) -> Callable[[Scrape], Values]:
+    return lambda s: (((name,), value(echo)) for name, echo in echoes(s.of.places, s.of.bridges))
+
+
 def _metric(
     name: str, kind: Any, about: str, read: Callable[[Scrape], Values], labels: tuple[str, ...] = ()
 ) -> MetricRow:
@@ -247,6 +252,12 @@ METRICS = (
             _of_drives("exceptions"), ("device",)),
     _metric("hil_drive_connects_total", "counter", "times that a real drive came to be there",
             _of_drives("connects"), ("device",)),
+    _metric("hil_adapter_echo", "gauge", "1 if the adapter of a real line echoes what it sends",
+            _echoes(lambda echo: int(echo["state"] == EchoState.YES)), PORT),
+    _metric("hil_adapter_echo_bytes_total", "counter", "bytes that came back and were dropped",
+            _echoes(lambda echo: int(echo["bytes"])), PORT),
+    _metric("hil_adapter_collisions_total", "counter", "times that what was sent came back damaged",
+            _echoes(lambda echo: int(echo["collisions"])), PORT),
     _metric("hil_segment_packets_total", "counter", "packets", _of_segments(lambda c: c["packets"]), SEGMENT),
     _metric("hil_segment_bytes_total", "counter", "bytes", _of_segments(lambda c: c["bytes"]), SEGMENT),
     _metric("hil_segment_collisions_total", "counter", "drivers that came on beside another",

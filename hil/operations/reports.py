@@ -19,6 +19,7 @@ from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.runs.queue import RunQueue
 from hil.operations.bus_reports import listed_buses, listed_nodes
+from hil.operations.echoes import echoes
 from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
@@ -124,6 +125,7 @@ class Reports:
         yield listed | {
             "health": self.health.as_dict(),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
+            "echoes": dict(echoes(self.places, self.bridges)),
             "segments": listed_segments(self.sim, self.places),
             "buses": listed_buses(self.sim, self.places),
             "faults": self.faults.listed(),
@@ -192,8 +194,11 @@ def _of_loads(device: Device, shots: Mapping[str, Mapping[str, float]]) -> Itera
             yield said if part == device.axes.first else f"{part}: {said}"
 
 
+_NO_COUNTERS = ("clients", "away", "echo")
+
+
 def _counters(stats: PortStats) -> dict[str, int]:
-    return {name: count for name, count in asdict(stats).items() if name not in ("clients", "away")}
+    return {name: count for name, count in asdict(stats).items() if name not in _NO_COUNTERS}
 
 
 def _of_board(board: Joint[BoardEnd]) -> dict[str, Any]:

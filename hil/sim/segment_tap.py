@@ -8,9 +8,11 @@ from functools import partial
 from hil.sim.flight import heard
 from hil.sim.inputs import Bytes, Input, Play
 from hil.vocab.framing import Item
+from hil.vocab.ports import SoleOf
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.serial_line import character_ns
+from hil.wire.sole_senders import sole_by
 
 TAP_ROOM_BYTES = 256
 """Maximum from a client that is not on the wire yet; more waits at the client."""
@@ -43,6 +45,13 @@ class Tap:
     def __post_init__(self) -> None:
         self._sent = self.segment.framing.splitter()
         self._bits = self.segment.line_format.bits
+
+    @property
+    def sole(self) -> SoleOf:
+        """What says of the wire's bytes whether others on a real line here may send them."""
+        return sole_by(
+            self.segment.framing, lambda address: bool(self.segment.clashes_with(address, self.name))
+        )
 
     @property
     def speed(self) -> str:

@@ -6,6 +6,7 @@ simulated time. Everything here runs on the daemon's event loop, in its thread.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -49,6 +50,44 @@ class PortContext:
     """Identity of the board on a USB."""
 
 
+class EchoState(StrEnum):
+    """Knowledge of a line's adapter: whether what is sent there comes back."""
+
+    UNKNOWN = "unknown yet"
+    YES = "yes"
+    NO = "no"
+    UNSOUGHT = "not looked for"
+    """Nobody knows what is an answer there: a terminal may echo what is typed."""
+
+
+@dataclass(frozen=True)
+class EchoStats:
+    """Echo of a line's adapter. ``collisions``: number of times that what was sent came back damaged."""
+
+    state: EchoState
+    dropped_bytes: int = 0
+    collisions: int = 0
+
+    def as_dict(self) -> dict[str, str | int]:
+        """The same for JSON."""
+        return {"state": str(self.state), "bytes": self.dropped_bytes, "collisions": self.collisions}
+
+
+class Sole(IntEnum):
+    """Knowledge of bytes that go out on a line: whether another station may send the same soon."""
+
+    UNSURE = 0
+    """One may, as an answer that equals its question."""
+    HERE = 1
+    """None may answer with them, but one may ask with them: an answer given here that equals its question."""
+    ALONE = 2
+    """None does."""
+
+
+SoleOf = Callable[[bytes], Sole | None]
+"""Says it of bytes that go out; None: something is missing at their end, or they are nothing known."""
+
+
 @dataclass(frozen=True)
 class PortStats:
     """Counters since the port was opened; exact."""
@@ -69,6 +108,8 @@ class PortStats:
     """Clients for which there was no place, and times that no place could be made."""
     away: str | None = None
     """Reason why nobody is there, in the system's words, for a port that is a client itself."""
+    echo: EchoStats | None = None
+    """Echo of its adapter, for a port that has one."""
 
 
 class PortHost(Protocol):
@@ -139,6 +180,15 @@ class FormatPort(Protocol):
 
     def tell_errors(self, *, framing: bool, parity: bool) -> None:
         """Tell clients that the last bytes came with these errors."""
+
+
+@runtime_checkable
+class EchoPort(Protocol):
+    """Port at an adapter that may echo what it sends. Beside ``Port``."""
+
+    def tell_sole(self, sole: SoleOf, *, in_pieces: bool) -> None:
+        """Look for an echo by what says whether others may send the same bytes. ``in_pieces``: what
+        belongs together is written in pieces."""
 
 
 class PortError(Exception):

@@ -27,7 +27,8 @@ MOST_PORT = 65535
 _HOST_AND_PORT = re.compile(
     r"(?:\[(?P<ipv6>[0-9A-Fa-f:.]+)\]|(?P<host>[A-Za-z0-9._-]+))(?::(?P<port>[0-9]+))?/?"
 )
-_KEYS = {TCP: ("unit",), RTU: ("unit", "baud", "format")}
+_KEYS = {TCP: ("unit",), RTU: ("unit", "baud", "format", "echo")}
+_ECHO = {"true": True, "false": False}
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,8 @@ class RtuPlace:
     path: str
     baud: int = BAUD
     format: str = FORMAT
+    echo: bool | None = None
+    """Whether the adapter echoes what it sends; None: nobody has said so."""
 
     @property
     def character_bits(self) -> int:
@@ -66,7 +69,8 @@ class RtuPlace:
         return self.path
 
     def __str__(self) -> str:
-        return f"{self.path} at {self.baud} baud, {self.format}"
+        echo = "" if self.echo is None else ", with an echo" if self.echo else ", without an echo"
+        return f"{self.path} at {self.baud} baud, {self.format}{echo}"
 
 
 @dataclass(frozen=True)
@@ -130,4 +134,6 @@ def _rtu_place(body: str, keys: dict[str, str]) -> RtuPlace:
     form = keys.get("format", FORMAT)
     if form not in FORMATS:
         raise AddressRefused(f"{form[:20]!r} is no format of a character", f"known are: {', '.join(FORMATS)}")
-    return RtuPlace(body, baud, form)
+    if (echo := keys.get("echo")) is not None and echo not in _ECHO:
+        raise AddressRefused(f"{echo[:20]!r} is no echo", f"write echo={' or echo='.join(_ECHO)}")
+    return RtuPlace(body, baud, form, _ECHO.get(echo or ""))

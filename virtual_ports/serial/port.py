@@ -7,8 +7,10 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
+from hil.net.echo_guard import EchoGuard
 from hil.net.traffic import Traffic
-from hil.vocab.ports import Port, PortContext, PortHost, PortStats
+from hil.vocab.ports import Port, PortContext, PortHost, PortStats, SoleOf
+from hil.wire.echo import Echo
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 log = logging.getLogger("hil")
@@ -40,6 +42,12 @@ class Options(BaseModel):
         description="Let the kernel switch the adapter's driver on and off (RTS), where it can: a path only.",
     )
     baud: int = Field(default=115200, ge=50, le=4_000_000, description="The adapter's speed.")
+    echo: bool | None = Field(
+        default=None,
+        description="Whether the adapter echoes what it sends, because its receiver stays on: the echo is"
+        " dropped. Null: recognised by itself at taps of segments and lines of the Modbus bridge; a terminal"
+        " is believed to have none, because a board may echo what is typed.",
+    )
 
 
 def make(options: Options, context: PortContext) -> Port:
@@ -57,7 +65,12 @@ class SerialPort:
         self._keeper: asyncio.Task[None] | None = None
         self._lost = asyncio.Event()
         self._traffic = Traffic()
+        self._echo = Echo(options.baud, wanted=options.echo)
+        self._guard: EchoGuard | None = None
         self.away: str | None = "not opened yet"
+
+    def tell_sole(self, sole: SoleOf, *, in_pieces: bool) -> None:
+        self._echo.seek(sole, in_pieces=in_pieces)
 
     @property
     def address(self) -> str:
@@ -85,7 +98,10 @@ class SerialPort:
         self._lost.clear()
         self.away = None
         self._traffic.connects += 1
-        self._line = kind(port, self._host, self._line_lost, self._traffic, self._loop)
+        self._echo.reopened()
+        self._guard = EchoGuard(self._echo, self._host.received, f"{self._title}: {self.address}")
+        host = _Filtered(self._host, self._guard)
+        self._line = kind(port, host, self._line_lost, self._traffic, self._loop)
 
     async def _keep(self) -> None:
         while True:
@@ -101,6 +117,7 @@ class SerialPort:
             return
         self.away = reason
         self._line = None
+        self._end_guard()
         self._lost.set()
         log.warning("%s: %s: %s; tried again each second", self._title, self.address, reason)
         self._host.client_left(None)
@@ -110,6 +127,8 @@ class SerialPort:
         if self._line is None:
             self._traffic.unheard_bytes += len(data)
             return
+        if self._guard:
+            self._guard.sent(data)
         self._line.write(data)
 
     def resume_reading(self) -> None:
@@ -124,7 +143,8 @@ class SerialPort:
         return None
 
     def stats(self) -> PortStats:
-        return PortStats(clients=int(self.away is None), away=self.away, **vars(self._traffic))
+        clients, echo = int(self.away is None), self._echo.told
+        return PortStats(clients=clients, away=self.away, echo=echo, **vars(self._traffic))
 
     async def close(self) -> None:
         if self._keeper is not None:
@@ -134,4 +154,20 @@ class SerialPort:
         if self._line is not None:
             self._line.close()
             self._line = None
+            self._end_guard()
             self.away = "closed"
+
+    def _end_guard(self) -> None:
+        if self._guard:
+            self._guard.close()
+            self._guard = None
+
+
+class _Filtered:
+    """Host of an open line, whose echoes are dropped before the port's own host."""
+
+    def __init__(self, host: PortHost, guard: EchoGuard) -> None:
+        self._host = host
+        self.received = guard.received
+        self.room, self.drained = host.room, host.drained
+        self.client_left, self.port_failed = host.client_left, host.port_failed

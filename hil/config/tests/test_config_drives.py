@@ -6,7 +6,8 @@ import pytest
 
 from hil.compose import find_catalogue
 from hil.config import BenchConfig, ConfigError, diff, parse
-from hil.wire.drive_address import DriveAddress, RtuPlace, TcpPlace
+from hil.wire.address_keys import AddressRefused
+from hil.wire.drive_address import DriveAddress, RtuPlace, TcpPlace, drive_address
 
 CATALOGUE = find_catalogue()
 MAP = """\
@@ -171,3 +172,12 @@ def test_a_map_that_has_changed_restarts_its_drive(folder: Path) -> None:
     after = read(folder, f"x: {drive(TCP, ', map: mill.yaml')}", f"y: {drive(RTU)}")
     changes = {change.device: change.action for change in diff(before, after)}
     assert changes == {"x": "restart", "y": "keep"}
+
+
+@pytest.mark.parametrize(("said", "echo"), [("", None), ("&echo=true", True), ("&echo=false", False)])
+def test_the_echo_of_a_line_is_a_part_of_the_address(said: str, echo: bool | None) -> None:
+    place = drive_address(f"modbus+rtu:///dev/ttyUSB0?unit=1{said}").place
+    assert isinstance(place, RtuPlace)
+    assert place.echo is echo
+    with pytest.raises(AddressRefused, match="'maybe' is no echo"):
+        drive_address("modbus+rtu:///dev/ttyUSB0?unit=1&echo=maybe")

@@ -196,3 +196,22 @@ def test_a_fault_on_a_line_whose_kind_is_no_text(kind):
     faults = [{"fault": kind, "target": "s1.network"}]
     (said,) = problems(devices={"s1": SAC}, segments={"bus0": {"stations": ["s1"]}}, faults=faults)
     assert "text" in said
+
+
+@pytest.mark.parametrize("echo", [None, True, False])
+def test_the_echo_of_a_tap_is_that_of_its_adapter_or_its_own(echo):
+    taps = {"real": {"port": {"kind": "serial", "url": "/dev/ttyUSB0"}, "echo": echo}, "ours": {"echo": echo}}
+    bench = {"bench": "t", "devices": {"s1": SAC}, "segments": {"bus0": {"stations": ["s1"], "taps": taps}}}
+    made = from_dict(bench, CATALOGUE).segments["bus0"].taps
+    assert made["real"].port.options.echo is echo
+    assert not made["real"].hears_itself
+    assert made["ours"].hears_itself is (echo is True)
+
+
+def test_an_echo_is_of_adapters():
+    assert problems(devices={"m1": {"profile": "mechaduino", "echo": True}}) == [
+        "a twin has no adapter; `echo` of a `serial` port is for one (leave this key out)"
+    ]
+    at = "modbus+rtu:///dev/ttyUSB0?unit=1"
+    _, said = problems(devices={"x": {"profile": "modbus_drive", "at": at, "echo": True}})
+    assert said.startswith("a real drive has no such key")

@@ -16,6 +16,7 @@ from typing import Any, Protocol, TypeVar
 from hil.drives.drive_link import LOST_AFTER, Waits
 from hil.live.drives.asking import IN_TURN, Garbled, NoAnswer, PlaceLost, Stale
 from hil.live.drives.modbus_client import Excepted, ModbusClient
+from hil.vocab.ports import EchoStats
 from hil.wire.drive_address import RtuPlace, TcpPlace
 
 LATE_S = 0.03
@@ -68,6 +69,11 @@ class DriveLine:
         if isinstance(place, RtuPlace):
             self._gap_s = max(3.5 * place.character_bits / place.baud, LEAST_GAP_S)
         self._task = asyncio.get_running_loop().create_task(self._run())
+
+    @property
+    def echo(self) -> EchoStats | None:
+        """Echo of the line's adapter; None: it is no serial line."""
+        return self._client.echo
 
     def extend_timeout(self, timeout_s: float) -> None:
         """Wait at least so long for answers from now on."""

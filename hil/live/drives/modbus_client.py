@@ -13,8 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from hil.drives.control_bits import RegisterWrite
 from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost
+from hil.net.echo_guard import EchoGuard
+from hil.vocab.ports import EchoStats, Sole
 from hil.wire.drive_address import RtuPlace, TcpPlace
+from hil.wire.echo import Echo
 from hil.wire.modbus.pdu import Span, Table
+from hil.wire.sole_senders import sole_of_frame
 
 if TYPE_CHECKING:
     from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
@@ -65,6 +69,16 @@ class ModbusClient:
         self._is_asking = False
         self._several_only: set[tuple[int, int]] = set()
         """Units and functions 05 and 06 that they have not: they are written by 15 and 16."""
+        self._echo: Echo | None = None
+        self._echo_guard: EchoGuard | None = None
+        if isinstance(place, RtuPlace):
+            bits = place.character_bits
+            self._echo = Echo(place.baud, bits, wanted=place.echo, sole=_sole_of_request)
+
+    @property
+    def echo(self) -> EchoStats | None:
+        """Echo of a serial line's adapter; None: it is no serial line."""
+        return self._echo.told if self._echo else None
 
     @property
     def is_open(self) -> bool:
@@ -97,6 +111,9 @@ class ModbusClient:
     def close(self) -> None:
         """Disconnect at once, whatever still waits to be sent."""
         client, self._client = self._client, None
+        if self._echo_guard:
+            self._echo_guard.close()
+            self._echo_guard = None
         if client is None:
             return
         client.ctx.is_closing = True
@@ -216,10 +233,26 @@ class ModbusClient:
                 timeout=self._timeout_s,
                 retries=0,
                 trace_connect=self._connected,
+                trace_packet=self._packet,
             )
         client.set_max_no_responses(_NEVER)
         self._guard(client)
+        if self._echo:
+            self._drop_echoes(client, self._echo)
         return client
+
+    def _drop_echoes(self, client: "AsyncModbusTcpClient | AsyncModbusSerialClient", echo: Echo) -> None:
+        """Let what was sent and comes back not be an answer."""
+        context: Any = client.ctx
+        echo.reopened()
+        self._echo_guard = EchoGuard(echo, context.data_received, str(self._place))
+        context.data_received = self._echo_guard.received
+
+    def _packet(self, is_sending: bool, data: bytes) -> bytes:
+        """Note what goes out, on its way through pymodbus."""
+        if is_sending and self._echo_guard:
+            self._echo_guard.sent(data)
+        return data
 
     def _guard(self, client: "AsyncModbusTcpClient | AsyncModbusSerialClient") -> None:
         """Let bytes that make no message end no transport: they are dropped, and the request times out."""
@@ -245,6 +278,10 @@ class ModbusClient:
         if self._is_asking and not waiting.done():
             waiting.set_exception(ConnectionException("the connection was closed"))
         self._lost()
+
+
+def _sole_of_request(data: bytes) -> Sole | None:
+    return sole_of_frame(data, lambda unit: False)
 
 
 def _said(error: BaseException) -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from hil.drives.drive_link import DriveLink
 from hil.drives.poll_plan import Reading
 from hil.vocab.desk_protocol import AxisField
+from hil.vocab.ports import EchoStats
 from hil.vocab.verbs import Verb
 
 log = logging.getLogger("hil")
@@ -120,6 +121,11 @@ class RealDrive(ABC):
     def notes(self) -> tuple[str, ...]:
         """Further facts about it now, for `hil status`."""
         return ()
+
+    @property
+    def echo(self) -> EchoStats | None:
+        """Echo of its line's adapter; None: it has none."""
+        return None
 
     @property
     def identity(self) -> Mapping[str, str]:

@@ -15,6 +15,7 @@ from hil.live.drives.drive_line import DriveLine
 from hil.live.drives.modbus_client import Excepted, ModbusClient
 from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
 from hil.registers.drive_map import DriveMap
+from hil.vocab.ports import EchoStats
 from hil.wire.drive_address import DriveAddress
 from hil.wire.modbus.pdu import Table
 
@@ -49,6 +50,10 @@ class RegisterDrive(RealDrive):
         self._sent_words: tuple[int, ...] = ()
         self._line: DriveLine | None = None
         self._task: asyncio.Task[None] | None = None
+
+    @property
+    def echo(self) -> EchoStats | None:
+        return self._line.echo if self._line else None
 
     # ---- begin and end ----
 

@@ -21,13 +21,13 @@ Answer = Callable[[Packet], bytes]
 class Node:
     """Program at the other end of a pty that answers packets."""
 
-    def __init__(self, answer: Answer) -> None:
+    def __init__(self, answer: Answer, echoes: bool = False) -> None:
         self.end, far = pty.openpty()
         tty.setraw(far)
         self.path = os.ttyname(far)
         os.close(far)
         self.heard: list[Packet] = []
-        self._answer, self._decoder = answer, PacketDecoder()
+        self._answer, self._decoder, self._echoes = answer, PacketDecoder(), echoes
 
     def listen(self) -> None:
         asyncio.get_running_loop().add_reader(self.end, self._readable)
@@ -41,6 +41,8 @@ class Node:
         except OSError:  # nobody has the port open
             asyncio.get_running_loop().remove_reader(self.end)
             return
+        if self._echoes:
+            os.write(self.end, data)
         for item in self._decoder.feed(data):
             if isinstance(item, Packet):
                 self.heard.append(item)
@@ -54,8 +56,8 @@ class Node:
 
 
 @contextmanager
-def node(answer: Answer) -> Iterator[Node]:
-    made = Node(answer)
+def node(answer: Answer, echoes: bool) -> Iterator[Node]:
+    made = Node(answer, echoes)
     try:
         yield made
     finally:
@@ -63,13 +65,19 @@ def node(answer: Answer) -> Iterator[Node]:
             os.close(made.end)
 
 
-def work(answer: Answer, do: Callable[[LiveMother, Node], Awaitable[None]]) -> None:
+def work(
+    answer: Answer,
+    do: Callable[[LiveMother, Node], Awaitable[None]],
+    *,
+    echoes: bool = False,
+    wanted: bool | None = None,
+) -> None:
     async def run(far: Node) -> None:
-        async with asyncio.timeout(PATIENCE_S), open_line(far.path) as mother:
+        async with asyncio.timeout(PATIENCE_S), open_line(far.path, echo=wanted) as mother:
             far.listen()
             await do(mother, far)
 
-    with node(answer) as far:
+    with node(answer, echoes) as far:
         asyncio.run(run(far))
 
 
@@ -159,3 +167,31 @@ def test_a_kind_of_nodes_that_there_is_not_is_told() -> None:
         asyncio.run(run("sak"))
     with pytest.raises(LineUnreachable, match="no master for lines of mechaduino"):
         asyncio.run(run("mechaduino"))
+
+
+@pytest.mark.parametrize("wanted", [None, True])
+def test_an_adapter_that_echoes_is_recognised(wanted: bool | None) -> None:
+    """Nothing that comes back is heard, not even as a stray packet or a garbled one."""
+
+    async def do(mother: LiveMother, far: Node) -> None:
+        for command in ("m100", "v50", "m200"):
+            assert (await mother.send(4, command)).outcome is Outcome.DONE
+        assert mother.echo.state == "yes"
+        assert mother.echo.dropped_bytes == sum(
+            len(encode(4, 1, each)) for each in (b"m100", b"v50", b"m200")
+        )
+        assert mother.mother.garbled == 0
+        assert list(mother.table) == [4]
+
+    work(lambda packet: ACK, do, echoes=True, wanted=wanted)
+
+
+def test_an_adapter_without_an_echo_is_known_too() -> None:
+    async def do(mother: LiveMother, far: Node) -> None:
+        for _ in range(4):
+            assert (await mother.send(4, "m100")).outcome is Outcome.DONE
+            await asyncio.sleep(0.3)
+        assert mother.echo.state == "no"
+        assert mother.echo.dropped_bytes == 0
+
+    work(lambda packet: ACK, do)

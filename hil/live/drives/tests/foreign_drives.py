@@ -78,6 +78,12 @@ class Ramp:
         return (*words, max(min(rpm, 32767), -32768) & 0xFFFF, 0, status, self.fault)
 
 
+def _pass_on(source: int, ends: tuple[int, ...]) -> None:
+    data = os.read(source, 4096)
+    for end in ends:
+        os.write(end, data)
+
+
 class ForeignDrives:
     """Units on one line, of pymodbus's own server. ``ramps``: by unit."""
 
@@ -99,8 +105,9 @@ class ForeignDrives:
         self._task = asyncio.get_running_loop().create_task(self._run())
         return int(self.server.transport.sockets[0].getsockname()[1])
 
-    async def sit_at_pty(self) -> str:
-        """Sit at one end of a line of two pseudo-terminals; answers the other end's path."""
+    async def sit_at_pty(self, *, echoes: bool = False) -> str:
+        """Sit at one end of a line of two pseudo-terminals; answers the other end's path. ``echoes``: what is
+        sent at that end comes back there."""
         ends = [os.openpty() for _ in range(2)]
         for fd in (fd for end in ends for fd in end):
             tty.setraw(fd)
@@ -109,7 +116,8 @@ class ForeignDrives:
         loop = asyncio.get_running_loop()
         for one, other in (masters, masters[::-1]):
             os.set_blocking(one, False)
-            loop.add_reader(one, lambda one=one, other=other: os.write(other, os.read(one, 4096)))
+            others = (other, one) if echoes and one == masters[1] else (other,)
+            loop.add_reader(one, _pass_on, one, others)
         paths = [os.ttyname(slave) for _, slave in ends]
 
         def of_those_here(is_sending: bool, data: bytes) -> bytes:

@@ -16,12 +16,15 @@ pytestmark = pytest.mark.long
 
 
 def with_drives(
-    doing: Callable[[DriveWorld, ForeignDrives, str], Awaitable[None]], *units: int, pty: bool = False
+    doing: Callable[[DriveWorld, ForeignDrives, str], Awaitable[None]],
+    *units: int,
+    pty: bool = False,
+    echoes: bool = False,
 ) -> None:
     async def run(world: DriveWorld) -> None:
         foreign = ForeignDrives(*units)
         if pty:
-            at = f"modbus+rtu://{await foreign.sit_at_pty()}?format=8N1&baud=19200&unit="
+            at = f"modbus+rtu://{await foreign.sit_at_pty(echoes=echoes)}?format=8N1&baud=19200&unit="
         else:
             at = f"modbus+tcp://127.0.0.1:{await foreign.listen()}?unit="
         try:
@@ -33,8 +36,8 @@ def with_drives(
     in_drive_world(run)
 
 
-@pytest.mark.parametrize("pty", [False, True])
-def test_verbs_move_a_drive(pty: bool) -> None:
+@pytest.mark.parametrize(("pty", "echoes"), [(False, False), (True, False), (True, True)])
+def test_verbs_move_a_drive(pty: bool, echoes: bool) -> None:
     async def doing(world: DriveWorld, foreign: ForeignDrives, at: str) -> None:
         x = await world.there(world.add("x", f"{at}3"))
         with pytest.raises(VerbRefused, match="its loop is off; enable it first"):
@@ -47,6 +50,11 @@ def test_verbs_move_a_drive(pty: bool) -> None:
         await world.until(lambda: not x.axis.motion.is_under_way, "the end")
         assert x.axis.failure is None
         assert x.drive.values()["position_deg"] == pytest.approx(30.5, abs=0.5)
+        if pty:
+            state = "yes" if echoes else "no"
+            await world.until(lambda: x.drive.echo and x.drive.echo.state == state, f"the echo is {state}")
+            assert x.drive.echo
+            assert x.drive.echo.collisions == 0
         assert x.drive.commanded_deg == 30.5
         await x.do("move_rel", {"angle_deg": -10.5})
         await world.until(lambda: not x.axis.motion.is_under_way, "the end")
@@ -55,7 +63,7 @@ def test_verbs_move_a_drive(pty: bool) -> None:
         await x.do("disable", {})
         assert not x.drive.is_on
 
-    with_drives(doing, 3, pty=pty)
+    with_drives(doing, 3, pty=pty, echoes=echoes)
 
 
 def test_what_is_told_of_a_drive() -> None:
