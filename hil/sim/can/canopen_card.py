@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from hil.canopen.application import Application, NmtState, NodeServices
+from hil.canopen.application import Application, NodeServices
 from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.communication_entries import Identity
 from hil.canopen.eds import eds_text
@@ -46,6 +46,8 @@ class CanOpenCard:
         """Number of frames for which no mailbox was free."""
         self._bus, self._clock, self._section = of.bus, clock, spec.section
         self._node_id, self._identity = spec.node_id, spec.identity
+        self._has_begun = False
+        """True once it was powered up."""
         self._has_raised = False
         """True if the node has raised an error: it is silent until the next power-up."""
         self._timer_ns: int = FOREVER
@@ -68,8 +70,8 @@ class CanOpenCard:
 
     @property
     def node_id(self) -> int:
-        """Node id: the one in use, 255 if LSS has to give one; before the node has booted, as configured."""
-        return self._node_id if self.node.state is NmtState.INITIALISING else self.node.node_id
+        """Node id: the one in use, 255 if LSS has to give one; before the first boot, as configured."""
+        return self.node.node_id if self._has_begun else self._node_id
 
     def counters(self) -> dict[str, Any]:
         """State and statistics, for JSON."""
@@ -96,7 +98,7 @@ class CanOpenCard:
             self.node.power_off()
 
     def _power_up(self, now_ns: SimTimeNs) -> None:
-        self._has_raised = False
+        self._has_raised, self._has_begun = False, True
         self._bus.switch_on(self.name)
         self._do(self.node.power_up, now_ns)
 

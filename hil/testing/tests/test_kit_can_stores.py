@@ -85,6 +85,23 @@ def test_a_save_is_answered_when_its_end_is_known(rig: Rig, durable: bool) -> No
     assert rig.is_replayed()
 
 
+def test_a_node_that_waits_for_its_memory_or_an_id_shows_the_id_in_use(rig: Rig) -> None:
+    card = rig.bench._runtime.can_nodes["m1.canopen"]
+    ids = [card.node_id]
+    for data in ("1107000000000000", "1700000000000000"):
+        rig.ask(CONFIGURE, (0x7E5, bytes.fromhex(data)))
+    rig.end(True)
+    rig.ask((0, b"\x81\5"))
+    ids.append(card.node_id)
+    rig.ask((0x607, SAVE[1]), (0, b"\x81\7"))
+    ids.append(card.node_id)
+    rig.end(True)
+    for data in ("11FF000000000000", "0400000000000000"):
+        rig.ask(CONFIGURE, (0x7E5, bytes.fromhex(data)))
+    rig.ask((0, b"\x82\7"))
+    assert [*ids, card.node_id] == [5, 7, 7, 255]
+
+
 def test_lss_is_answered_when_its_end_is_known(rig: Rig) -> None:
     assert rig.ask(CONFIGURE, STORE) == []
     assert rig.end(False) == ["7E4#1702000000000000"]
