@@ -15,6 +15,7 @@ from hil.vocab.near_words import meant
 from hil.vocab.port_programs import is_held
 from hil.vocab.problem import ConfigError
 from hil.vocab.time import NS_PER_MS
+from hil.wire.bytes_framing import BYTES
 
 LATENCY_NS = {"tap": 25 * NS_PER_MS, "path": 35 * NS_PER_MS, "network": 60 * NS_PER_MS}
 """Maximum delay there and back, unless somebody says another: a bench on a busy computer; a USB adapter,
@@ -192,6 +193,8 @@ def nodes_of(profile: str | None, framing: str | None = None, likely: list[str] 
     Raises:
         LineUnreachable: there is no such profile, or none with a master, or several.
     """
+    if framing == BYTES.name:  # of a line of which nobody said what it speaks
+        framing = None
     places = find_places()
     usable = [name for name in sorted(places.places) if name not in places.refused]
     boards = Boards(places.places, dict.fromkeys(usable))
