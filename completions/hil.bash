@@ -84,8 +84,8 @@ declare -gA _hil_options=(
     ['hil web']='-h --help'
     ['hil web user']='-h --help'
     ['hil zenoh']='-h --help'
-    ['hil zenoh router']='--listen --ca --certificate --key --insecure -h --help'
-    ['hil zenoh keys']='--bench --host --user --days --port -h --help'
+    ['hil zenoh router']='--listen --ca --certificate --key --users --insecure -h --help'
+    ['hil zenoh keys']='--bench --user --host --router --days --port -h --help'
 )
 declare -gA _hil_takes=(
     ['hil --bench']='benches'
@@ -315,9 +315,11 @@ declare -gA _hil_takes=(
     ['hil zenoh router --ca']='-'
     ['hil zenoh router --certificate']='-'
     ['hil zenoh router --key']='-'
+    ['hil zenoh router --users']='-'
     ['hil zenoh keys --bench']='-'
-    ['hil zenoh keys --host']='-'
     ['hil zenoh keys --user']='-'
+    ['hil zenoh keys --host']='-'
+    ['hil zenoh keys --router']='-'
     ['hil zenoh keys --days']='-'
     ['hil zenoh keys --port']='-'
 )

@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import os
 import time
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
@@ -14,6 +13,7 @@ from bridges.zenoh.command_handler import CommandHandler
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
 from bridges.zenoh.keys import COMMAND, KEYS, QUERY, Key, expression, prefix
+from bridges.zenoh.one_name import OneName, is_taken, stands_aside
 from bridges.zenoh.options import Options
 from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications
@@ -21,14 +21,16 @@ from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Senders
 from bridges.zenoh.users import SecurityError, read_users, refuse_endless
 from bridges.zenoh.work import Work
-from bridges.zenoh.zenoh_config import made, session_config
+from bridges.zenoh.zenoh_config import opened, password_file, session_config
 from hil.vocab.address import owner_of
-from hil.vocab.bridge_protocol import Answered, BenchGone, BridgeError
+from hil.vocab.bridge_protocol import Answered, BenchGone, BridgeError, NameClash
 from hil.vocab.desk_protocol import Desk, Source
 
 log = logging.getLogger("hil")
 
 _NOBODY_THERE = "Unable to connect"
+AGAIN_S = 1.0
+"""Time between two looks whether the bench's name is free."""
 _ANSWERED = {QUERY, COMMAND}
 
 
@@ -47,13 +49,17 @@ class _Joined:
         here = desk.describe()
         self.session = session
         self.others = Others(session, here, gate)
+        self.name = OneName(session, here.bench)
         self.publications = Publications(session, desk, options)
         self.readings = Readings(desk, self.publications, senders.answers, work.begin)
-        self.commands = CommandHandler(desk, gate, self.publications, self.readings, senders.acks, work)
+        self.commands = CommandHandler(
+            desk, gate, self.publications, self.readings, senders.acks, work, lambda: self.name.clash
+        )
         self.inbox = Inbox(senders.acks, senders.answers, self.commands.handle, gate.names if gate else ())
         self._devices = here.devices
         self._live_prefix = f"{prefix(here.bench)}/@live"
         self._entities: list[Any] = [
+            *self.name.entities,
             *(self._taking(key, expression(here.bench, key.pattern)) for key in KEYS if COMMAND in key.way),
             *(
                 self._answering(key, expression(here.bench, key.pattern))
@@ -101,11 +107,13 @@ class ZenohBridge:
         self._senders: Senders | None = None
         self._joined: _Joined | None = None
         self._is_closed = False
+        self._clash: NameClash | None = None
+        """Clash that keeps this bench from joining."""
 
     async def open(self) -> None:
         self._senders = Senders()
         try:
-            opened = await self._open_session()
+            opened = await self._open_first()
         except SecurityError as error:
             raise BridgeError(str(error)) from None
         except zenoh.ZError as error:
@@ -113,27 +121,54 @@ class ZenohBridge:
                 raise BridgeError(
                     f"{first_line(error)}; listen: choose another address, or [] for none"
                 ) from None
-            log.warning("zenoh: nobody at %s yet, tried again each second", ", ".join(self._options.connect))
+            log.warning("zenoh: nobody at %s yet, tried again each second", self._where)
             self._work.begin(self._join(self._senders))
         else:
+            if opened is None:
+                self._work.begin(self._join(self._senders))
+                return
             self._joined = _Joined(*opened, self._desk, self._options, self._senders, self._work)
 
     async def _open_session(self) -> tuple[zenoh.Session, Gate | None]:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(None, open_session, self._options, self._bench)
 
+    @property
+    def _where(self) -> str:
+        return ", ".join(self._options.connect)
+
+    async def _open_first(self) -> tuple[zenoh.Session, Gate | None] | None:
+        """Open a session, if no other bench of this name is joined there. None: there is one."""
+        opened = await self._open_session()
+        if self._options.listen or not self._options.connect:
+            return opened  # it is the router itself, and joins others later
+        loop = asyncio.get_running_loop()
+        if not await loop.run_in_executor(None, is_taken, opened[0], self._bench):
+            if self._clash:
+                log.info("zenoh: the other bench %s has gone", self._bench)
+            self._clash = None
+            return opened
+        await loop.run_in_executor(None, opened[0].close)
+        if self._clash is None:
+            self._clash = stands_aside(self._bench, self._where)
+            log.error("zenoh: %s; %s", self._clash.what, self._clash.remedy)
+        return None
+
     async def _join(self, senders: Senders) -> None:
         """Join the router that was away at the start."""
         while self._joined is None:
             try:
-                opened = await self._open_session()
+                opened = await self._open_first()
             except zenoh.ZError:
                 continue  # it took a second
+            if opened is None:
+                await asyncio.sleep(AGAIN_S)
+                continue
             if self._is_closed:
                 await asyncio.get_running_loop().run_in_executor(None, opened[0].close)
                 return
             self._joined = _Joined(*opened, self._desk, self._options, senders, self._work)
-            log.info("zenoh: joined %s", ", ".join(self._options.connect))
+            log.info("zenoh: joined %s", self._where)
 
     async def devices_changed(self, names: Collection[str]) -> None:
         if self._joined is None:
@@ -166,6 +201,9 @@ class ZenohBridge:
 
     async def benches(self) -> Sequence[str]:
         return await self._joined.others.benches() if self._joined else []
+
+    def name_clash(self) -> NameClash | None:
+        return self._joined.name.clash if self._joined else self._clash
 
     def status(self) -> Mapping[str, Any]:
         counters = {"links": 0, "commands": 0, "rejected": 0, "busy": 0, "dropped": 0}
@@ -208,11 +246,6 @@ def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | No
         except OSError as error:
             why = f"cannot be read: {error.strerror}"
             raise SecurityError(f"tls: {path} {why}; `hil zenoh keys` makes such files") from None
-    # Zenoh wants passwords in a file. This one is in memory, of this process, and gone afterwards.
-    memory = os.memfd_create("users")
-    try:
-        os.write(memory, "".join(f"{user.name}:{user.secret}\n" for user in users).encode())
-        entries = session_config(options, bench, users, f"/proc/self/fd/{memory}")
-        return zenoh.open(made(entries)), Gate(users, time.time_ns()) if users else None
-    finally:
-        os.close(memory)
+    with password_file(users) as dictionary:
+        entries = session_config(options, bench, users, dictionary)
+        return opened(entries), Gate(users, time.time_ns()) if users else None

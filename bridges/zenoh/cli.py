@@ -27,49 +27,62 @@ def router(
     ca: Annotated[Path | None, typer.Option("--ca", help="The site's authority, for tls/ addresses.")] = None,
     certificate: Annotated[Path | None, typer.Option("--certificate", help="The router's.")] = None,
     key: Annotated[Path | None, typer.Option("--key", help="Its private key.")] = None,
+    users: Annotated[
+        Path | None,
+        typer.Option(
+            "--users",
+            help="File of users and benches that may join. Default: users beside --ca, where that is.",
+        ),
+    ] = None,
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Let everybody in from other computers.")
     ] = False,
 ) -> None:
     """Join benches: run a zenoh router until Ctrl-C.
 
-    A bench joins with `bridges: {zenoh: {listen: [], connect: [ADDRESS]}}`. Zenoh's own zenohd works, too.
+    A bench joins with `bridges: {zenoh: {listen: [], connect: [ADDRESS]}}`. With --users each bench may
+    tell and answer under its own name alone, and users may ask.
 
     Example: hil zenoh router --listen tcp/127.0.0.1:7447
     """
     import signal
+    from contextlib import suppress
 
     import zenoh
 
     from bridges.zenoh.options import TlsOptions
-    from bridges.zenoh.users import SecurityError
-    from bridges.zenoh.zenoh_config import made, router_config
+    from bridges.zenoh.users import SecurityError, read_users
+    from bridges.zenoh.zenoh_config import opened, password_file, router_config
 
     given = [each for each in (ca, certificate, key) if each]
     if given and not (ca and certificate and key):
         typer.echo("hil: --ca, --certificate and --key belong together", err=True)
         raise typer.Exit(2)
     tls = TlsOptions(ca=ca, certificate=certificate, key=key) if ca and certificate and key else None
+    if users is None and ca and (beside := ca.with_name("users")).exists():
+        users = beside
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
-        session = zenoh.open(made(router_config(listen, tls, insecure)))
+        known = read_users(users) if users else []
+        with password_file(known) as dictionary:
+            session = opened(router_config(listen, tls, insecure, known, dictionary))
     except (SecurityError, zenoh.ZError) as error:
         typer.echo(f"hil: {str(error).partition(' at /')[0]}", err=True)
         raise typer.Exit(2) from None
-    typer.echo(f"router at {', '.join(listen)}; Ctrl-C ends it")
+    benches = [user.name for user in known if user.is_bench]
+    lets_in = f"lets in {len(known) - len(benches)} users and the benches {', '.join(benches) or 'none'}"
+    typer.echo(f"router at {', '.join(listen)}, {lets_in if known else 'lets in everybody'}; Ctrl-C ends it")
     signal.sigwait({signal.SIGINT, signal.SIGTERM})
-    session.close()  # type: ignore[no-untyped-call]
+    with suppress(zenoh.ZError):  # clients that do not read hold it up
+        session.close()  # type: ignore[no-untyped-call]
 
 
 @app.command()
 def keys(
     folder: Annotated[Path, typer.Argument(help="A new or empty folder.", metavar="DIR", show_default=False)],
-    bench: Annotated[str, typer.Option("--bench", help="The bench's name.", metavar="NAME")],
-    host: Annotated[
+    bench: Annotated[
         list[str],
-        typer.Option(
-            "--host", help="A name or address of the daemon's computer; again for more.", metavar="HOST"
-        ),
+        typer.Option("--bench", help="A bench's name; with --router again for more.", metavar="NAME"),
     ],
     user: Annotated[
         list[str],
@@ -77,10 +90,24 @@ def keys(
             "--user", help="A user with a role: viewer, operator, admin; again for more.", metavar="NAME:ROLE"
         ),
     ],
+    host: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--host", help="A name or address of the daemon's computer; again for more.", metavar="HOST"
+        ),
+    ] = None,
+    router: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--router", help="A name or address of a router that all join; again for more.", metavar="HOST"
+        ),
+    ] = None,
     days: Annotated[
         int, typer.Option("--days", min=1, max=3650, help="How long certificates are valid.")
     ] = 365,
-    port: Annotated[int, typer.Option("--port", min=1, max=65535, help="Where the daemon listens.")] = 7447,
+    port: Annotated[
+        int, typer.Option("--port", min=1, max=65535, help="Where the daemon or the router listens.")
+    ] = 7447,
 ) -> None:
     """Make certificates, passwords and configurations for a bench in a network.
 
@@ -91,7 +118,7 @@ def keys(
     """
     from datetime import UTC, datetime
 
-    from bridges.zenoh.site_keys import Site, make_site
+    from bridges.zenoh.site_keys import Site, make_site, router_command
     from bridges.zenoh.users import SecurityError
     from hil.vocab.verbs import Role
 
@@ -104,13 +131,16 @@ def keys(
             raise typer.Exit(2)
         users.append((name, roles[role]))
     try:
-        lines = make_site(folder, Site(bench, host, users, datetime.now(UTC), days, port))
+        site = Site(bench[0], host or [], users, datetime.now(UTC), days, port, bench[1:], router or [])
+        lines = make_site(folder, site)
     except SecurityError as error:
         typer.echo(f"hil: {error}", err=True)
         raise typer.Exit(2) from None
     typer.echo(lines, nl=False)
+    starts = f"\nStart the router on its computer: {router_command(folder, site)}" if site.routers else ""
     typer.echo(
         f"\nThese lines are in {folder}/bridge.yaml too. Give each user the folder {folder}/clients/NAME;"
-        " keep ca.key and users.\nTo remove a user, delete the line in users and start the daemon again.",
+        f" keep ca.key and users.{starts}"
+        "\nTo remove a user, delete the line in users and start the daemon again.",
         err=True,
     )

@@ -17,6 +17,7 @@ from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import LATER, Work
 from hil.vocab.address import owner_of
+from hil.vocab.bridge_protocol import NameClash
 from hil.vocab.desk_protocol import Desk, Done, Source
 from hil.vocab.verbs import VerbRefused
 
@@ -47,12 +48,14 @@ class CommandHandler:
         readings: Readings,
         sender: Sender,
         work: Work,
+        clash: Callable[[], NameClash | None] = lambda: None,
     ) -> None:
         self._desk, self._gate = desk, gate
         self._here = desk.describe()
         self._prefix = prefix(self._here.bench)
         self._publications, self._readings = publications, readings
         self._sender, self._work = sender, work
+        self._clash = clash
         self._stopped: dict[str, int] = {}
         """Number of the last stop of each device, or axis of one."""
         self.carried_out = 0
@@ -64,6 +67,7 @@ class CommandHandler:
             reader = command_at(key.removeprefix(self._prefix + "/"), bool(request.payload))
             if reader is not None:
                 source, command = self._source(request), reader(request.payload)
+                self._is_meant(command)
                 self._in_order(command, request.number)
                 self._carry_out(source, key, command, query)
                 self._note_stop(command, request.number)
@@ -79,6 +83,11 @@ class CommandHandler:
         if self._gate is None:
             return OURS
         return self._gate.check(request.attachment, request.key, request.payload or b"", time.time_ns())
+
+    def _is_meant(self, command: Command) -> None:
+        """Check that a command is for this bench and no other. A stop is for all. Raises VerbRefused."""
+        if (clash := self._clash()) and command.given.get("name") != _STOP:
+            raise VerbRefused("not_now", f"{clash.what}; {clash.remedy}")
 
     def _in_order(self, command: Command, number: int) -> None:
         """Check that no stop has overtaken a verb: a stop comes before all that waits, and what was asked for

@@ -23,6 +23,8 @@ log = logging.getLogger("hil")
 
 COMMANDS_WAITING, READINGS_WAITING = 10_000, 2_000
 """Maximum numbers of requests that wait. What finds no room is refused; a put is dropped and counted."""
+REFUSALS_WAITING = 1_000
+"""Number of answers not gone out from which more queries end without one."""
 SLICE = 32
 """Number of requests that are handled before others have their turn: some milliseconds."""
 READING_SHARE = 0.3
@@ -96,9 +98,21 @@ class Inbox:
             self._enqueue(Request(str(sample.key_expr), sample.payload.to_bytes(), attachment, None, pattern))
 
     def on_query(self, pattern: str, query: zenoh.Query) -> None:
-        payload = query.payload.to_bytes() if query.payload is not None else None
+        given = query.payload
+        if self._is_flooded and (pattern not in _COMMANDS or (pattern == _PARAMETERS and given is None)):
+            self._end(Urgency.READING, query)  # to refuse each in words would take all the time there is
+            return
+        payload = given.to_bytes() if given is not None else None
         attachment = query.attachment.to_bytes() if query.attachment else None
         self._enqueue(Request(str(query.key_expr), payload, attachment, query, pattern))
+
+    @property
+    def _is_flooded(self) -> bool:
+        """True if readings come faster than they can be refused."""
+        return self._senders[Urgency.READING].waiting > REFUSALS_WAITING and self._is_full(Urgency.READING)
+
+    def _is_full(self, urgency: Urgency) -> bool:
+        return 2 * len(self._lanes[urgency]) >= self._lanes[urgency].room
 
     def _enqueue(self, request: Request) -> None:
         urgency, source = request.urgency, self._source(request.attachment)
@@ -128,12 +142,21 @@ class Inbox:
         if request.query is None:
             self.dropped += 1
             return
+        sender = self._senders[urgency]
+        if sender.waiting > REFUSALS_WAITING:
+            self._end(urgency, request.query)
+            return
         self.refused += 1
         content = {"v": VERSION, "key": request.key, "code": "busy"}
         text = json.dumps(content | {"error": "too many requests wait here already; ask again later"})
-        sender = self._senders[urgency]
         sender.reply(request.query, None, text.encode(), _REFUSED)
         sender.end(request.query)
+
+    def _end(self, urgency: Urgency, query: zenoh.Query) -> None:
+        """End a query without an answer. Not here: that can wait for a client that does not read, and would
+        hold up the connection with all that comes."""
+        self.refused += 1
+        self._senders[urgency].end(query)
 
     # ---- in the loop ----
 

@@ -86,6 +86,8 @@ KEYS = (
     Key("@live/daemon", (TOKEN,), "", "", Role.VIEWER, "the daemon runs", ""),
     Key("@live/axis/<device>", (TOKEN,), "", "", Role.VIEWER, "the device is there", ""),
     Key("@live/segment/<name>", (TOKEN,), "", "", Role.VIEWER, "the segment is there", ""),
+    Key("@one/<number>", (TOKEN,), "", "", Role.VIEWER,
+        "a daemon of this name, each with a number of its own: two of them are two benches of one name", ""),
 )  # fmt: skip
 SCHEMAS = {key.pattern: key.schema for key in KEYS}
 

@@ -13,8 +13,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridges.zenoh.users import SecurityError, parse_users
-from bridges.zenoh.zenoh_config import client_config
+from bridges.zenoh.users import BENCH, SecurityError, parse_users
+from bridges.zenoh.zenoh_config import certified, client_config
 from hil.vocab.verbs import Role
 
 if TYPE_CHECKING:
@@ -38,6 +38,14 @@ class Site:
     now: datetime
     days: int = 365
     port: int = 7447
+    more: Sequence[str] = ()
+    """Further benches, behind the same router; they share files and certificate."""
+    routers: Sequence[str] = ()
+    """Names and addresses of the router's computer, to which benches and clients connect."""
+
+    @property
+    def benches(self) -> Sequence[str]:
+        return self.bench, *self.more
 
 
 @dataclass(frozen=True)
@@ -79,17 +87,24 @@ def make_site(folder: Path, site: Site) -> str:
 
 def _check(site: Site) -> None:
     """Refuse names that would make certificates that nobody can use."""
-    if not _BENCH.fullmatch(site.bench):
+    for bench in site.benches:
+        if not _BENCH.fullmatch(bench):
+            raise SecurityError(
+                f"--bench {bench!r}: a bench's name is a letter a-z and up to 31 of a-z, 0-9, _, -"
+            )
+    if not (site.hosts or site.routers):
         raise SecurityError(
-            f"--bench {site.bench!r}: a bench's name is a letter a-z and up to 31 of a-z, 0-9, _, -"
+            "--host or --router: write where clients connect, the bench's computer or a router's"
         )
-    for host in site.hosts:
+    if site.more and not site.routers:
+        raise SecurityError("--bench: several benches join a router; write --router, or make a site for each")
+    for host in (*site.hosts, *site.routers):
         try:
             ipaddress.ip_address(host)
         except ValueError:
             if not _HOST.fullmatch(host):
                 raise SecurityError(f"--host {host!r}: write a name or an address, without port") from None
-    names = [name.lower() for name, _ in site.users]
+    names = [name.lower() for name, _ in site.users] + list(site.benches)
     if "ca" in names:
         raise SecurityError("--user ca: that is the authority's name; take another")
     if twice := {name for name in names if names.count(name) > 1}:
@@ -99,14 +114,17 @@ def _check(site: Site) -> None:
 def _write_site(folder: Path, site: Site) -> str:
     passwords = {name: secrets.token_urlsafe(24) for name, _ in site.users}
     lines = [f"{name}:{role.name.lower()}:{passwords[name]}" for name, role in site.users]
+    lines += [f"{bench}:{BENCH}:{secrets.token_urlsafe(24)}" for bench in site.benches]
     parse_users(lines, "users")
     authority = _authority(site)
-    daemon = _issued(authority, site, f"hil daemon {site.bench}", hosts=site.hosts)
+    daemon = _issued(authority, site, certified(site.bench), hosts=site.hosts)
     owns = {name: _issued(authority, site, name) for name, _ in site.users}
 
     _write(folder / "users", "\n".join(lines).encode() + b"\n")
     _write_pair(folder, "ca", authority)
     _write_pair(folder, "daemon", daemon)
+    if site.routers:
+        _write_pair(folder, "router", _issued(authority, site, "hil router", hosts=site.routers))
     for name, own in owns.items():
         of_user = folder / "clients" / name
         of_user.mkdir(parents=True, mode=0o700)
@@ -217,9 +235,8 @@ def _client(site: Site, user: str, password: str, authority: _Pair, own: _Pair) 
     def text(pem: bytes) -> str:
         return base64.b64encode(pem).decode()
 
-    host = f"[{site.hosts[0]}]" if ":" in site.hosts[0] else site.hosts[0]
     certificate, key = own.pem()
-    entries = client_config([f"tls/{host}:{site.port}"], user, password) | {
+    entries = client_config([_door(site)], user, password) | {
         "transport/link/tls": {
             "root_ca_certificate_base64": text(authority.pem()[0]),
             "connect_certificate_base64": text(certificate),
@@ -238,12 +255,31 @@ def _client(site: Site, user: str, password: str, authority: _Pair, own: _Pair) 
     return config
 
 
+def _door(site: Site) -> str:
+    """Address to which clients connect."""
+    first = [*site.routers, *site.hosts][0]
+    return f"tls/[{first}]:{site.port}" if ":" in first else f"tls/{first}:{site.port}"
+
+
+def router_command(folder: Path, site: Site) -> str:
+    """Command that runs the site's router."""
+    of = folder.absolute()
+    files = f"--ca {of}/ca.pem --certificate {of}/router.pem --key {of}/router.key --users {of}/users"
+    return f"hil zenoh router --listen tls/{_anywhere(site.routers)}:{site.port} {files}"
+
+
+def _anywhere(hosts: Sequence[str]) -> str:
+    return "[::]" if any(":" in host for host in hosts) else "0.0.0.0"
+
+
 def _snippet(folder: Path, site: Site) -> str:
-    anywhere = "[::]" if any(":" in host for host in site.hosts) else "0.0.0.0"
+    listens = f'    listen: ["tls/{_anywhere(site.hosts)}:{site.port}"]\n'
+    if site.routers:
+        listens = f'    listen: []\n    connect: ["{_door(site)}"]\n'
     return (
         "bridges:\n"
         "  zenoh:\n"
-        f'    listen: ["tls/{anywhere}:{site.port}"]\n'
+        f"{listens}"
         f"    users: {json.dumps(str(folder / 'users'))}\n"
         "    tls:\n"
         f"      ca: {json.dumps(str(folder / 'ca.pem'))}\n"

@@ -10,7 +10,7 @@ class SourceLane(Generic[Item]):
     """Queue of ``room`` items, of which each source has at most half."""
 
     def __init__(self, room: int) -> None:
-        self._room = room
+        self.room = room
         self._waiting: dict[str, deque[Item]] = {}
         """Items by source; the source whose turn is next comes first."""
         self._count = 0
@@ -21,7 +21,7 @@ class SourceLane(Generic[Item]):
     def put(self, source: str, item: Item) -> bool:
         """Queue an item. False: there is no room."""
         own = self._waiting.get(source)
-        if self._count >= self._room or (own is not None and 2 * len(own) >= self._room):
+        if self._count >= self.room or (own is not None and 2 * len(own) >= self.room):
             return False
         if own is None:
             own = self._waiting[source] = deque()

@@ -13,6 +13,8 @@ from hil.vocab.verbs import Role
 
 SECRET_CHARACTERS = 12
 """Minimum length of a secret. Without TLS, a listener on the wire can try passwords on what it has heard."""
+BENCH = "bench"
+"""Word for a bench in the place of a role."""
 _FILE_CHARACTERS = 1 << 20
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
@@ -23,9 +25,12 @@ class SecurityError(Exception):
 
 @dataclass(frozen=True)
 class User(Source):
-    """User of the users' file. The secret is the password at zenoh's door and the key of signatures."""
+    """User of the users' file. The secret is the password at zenoh's door and the key of signatures.
+    ``is_bench``: a bench of this name, which a router lets tell what is below it; other benches take it for
+    an operator."""
 
     secret: str = field(repr=False)
+    is_bench: bool = False
 
 
 def read_users(path: Path) -> list[User]:
@@ -84,7 +89,7 @@ def _user(line: str, before: Sequence[User]) -> User:
         raise ValueError("write name:role:password")
     if not _NAME.fullmatch(name):
         raise ValueError(f"{name!r} is no name: letters, digits, _ . - and at most 64 of them")
-    roles = {each.name.lower(): each for each in Role}
+    roles = {each.name.lower(): each for each in Role} | {BENCH: Role.OPERATOR}
     if role not in roles:
         raise ValueError(f"there is no role {role!r}; there are {', '.join(roles)}")
     if len(secret) < SECRET_CHARACTERS or not secret.isprintable() or secret != secret.strip():
@@ -95,4 +100,4 @@ def _user(line: str, before: Sequence[User]) -> User:
         raise ValueError(f"{name} is there twice")
     if any(secret == other.secret for other in before):
         raise ValueError(f"{name} has the same password as another user: their signatures would be the same")
-    return User(name, roles[role], secret)
+    return User(name, roles[role], secret, is_bench=role == BENCH)

@@ -6,8 +6,10 @@ users a daemon listens on this computer only.
 
 import ipaddress
 import json
+import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any, Literal
 
 import zenoh
@@ -19,6 +21,8 @@ from hil.vocab.verbs import Role
 
 MESSAGE_BYTES = 1 << 20
 """Maximum length that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
+PASSWORD = "transport/auth/usrpwd"
+"""Path of name and password at a door. A door without users lets nobody in who has some (zenoh 1.10)."""
 ACCEPT_MS = 2000
 """Maximum time for a connection to say who it is. Zenoh accepts no other while it waits for 100 of them: 100
 silent ones kept others out for 11 s with its own 10 s, and for 3 s with this (measured)."""
@@ -28,58 +32,106 @@ CLOSE_US = 500_000
 """Silence after which a client that reads no answers loses its link: others wait for theirs meanwhile."""
 
 
-def access_control(
-    users: Sequence[User], bench: str, by: Literal["usrpwd", "tls"] = "usrpwd"
-) -> dict[str, Any]:
-    """Make zenoh's ``access_control`` for a daemon. Ingress is what clients send, egress what they are sent.
+_Rule = tuple[str, list[str], list[str]]
+"""Flow, messages and keys. Ingress is what the other end sends, egress what it is sent."""
 
-    With "tls" certificate and password both have to have the user's name.
-    """
-    ours = prefix(bench)
 
-    def keys(way: str, *roles: Role) -> list[str]:
-        wanted = roles or tuple(Role)
-        found = [key.pattern for key in KEYS if way in key.way and key.role in wanted]
-        return [expression(bench, pattern) for pattern in found]
+def _keys(bench: str, way: str, *roles: Role) -> list[str]:
+    return [
+        expression(bench, key.pattern) for key in KEYS if way in key.way and (not roles or key.role in roles)
+    ]
 
-    everything, live = [f"{ours}/**"], [f"{ours}/@live/**"]
-    rules: list[tuple[Role, str, list[str], list[str]]] = [
-        (Role.VIEWER, "ingress", ["declare_subscriber"], everything),
-        (Role.VIEWER, "egress", ["put"], keys(PUBLISH)),
-        (Role.VIEWER, "ingress", ["query"], keys(QUERY)),
-        (Role.VIEWER, "egress", ["reply"], keys(QUERY)),
+
+def _presence(bench: str) -> list[str]:
+    return [f"{prefix(bench)}/@live/**", f"{prefix(bench)}/@one/*"]
+
+
+def _rules_of_users(bench: str) -> list[tuple[Role, _Rule]]:
+    """Rules of users at a bench, or with ``*`` at all benches behind a router."""
+    everything, live = [f"{prefix(bench)}/**"], _presence(bench)
+    rules: list[tuple[Role, _Rule]] = [
+        (Role.VIEWER, ("ingress", ["declare_subscriber"], everything)),
+        (Role.VIEWER, ("egress", ["put"], _keys(bench, PUBLISH))),
+        (Role.VIEWER, ("ingress", ["query"], _keys(bench, QUERY))),
+        (Role.VIEWER, ("egress", ["reply"], _keys(bench, QUERY))),
         # A querier or publisher that is declared stays silent while it knows of nobody at the other end.
-        (Role.VIEWER, "egress", ["declare_queryable"], everything),
-        (Role.OPERATOR, "egress", ["declare_subscriber"], everything),
-        (Role.VIEWER, "ingress", ["liveliness_query", "declare_liveliness_subscriber"], live),
-        (Role.VIEWER, "egress", ["liveliness_token"], live),
+        (Role.VIEWER, ("egress", ["declare_queryable"], everything)),
+        (Role.OPERATOR, ("egress", ["declare_subscriber"], everything)),
+        (Role.VIEWER, ("ingress", ["liveliness_query", "declare_liveliness_subscriber"], live)),
+        (Role.VIEWER, ("egress", ["liveliness_token"], live)),
     ]
     for role in (Role.OPERATOR, Role.ADMIN):
         rules += [
-            (role, "ingress", ["put", "query"], keys(COMMAND, role)),
-            (role, "egress", ["reply"], keys(COMMAND, role)),
+            (role, ("ingress", ["put", "query"], _keys(bench, COMMAND, role))),
+            (role, ("egress", ["reply"], _keys(bench, COMMAND, role))),
         ]
+    return rules
+
+
+def _rules_of_bench(bench: str) -> list[_Rule]:
+    """Rules of a bench at a router: it tells and answers under its own name alone, and asks others about runs
+    over several benches."""
+    ours, parts = [f"{prefix(bench)}/**"], [expression("*", "run/<id>/part")]
+    asked = [*_keys(bench, QUERY), *_keys(bench, COMMAND)]
+    return [
+        ("ingress", ["put"], _keys(bench, PUBLISH)),
+        ("ingress", ["reply"], asked),
+        ("ingress", ["declare_queryable", "declare_subscriber"], ours),
+        ("ingress", ["liveliness_token"], _presence(bench)),
+        ("ingress", ["query"], parts),
+        ("ingress", ["liveliness_query", "declare_liveliness_subscriber"], _presence("*")),
+        ("egress", ["put"], _keys(bench, COMMAND)),
+        ("egress", ["query"], asked),
+        ("egress", ["reply"], parts),
+        ("egress", ["declare_subscriber", "declare_queryable"], [f"{prefix('*')}/**"]),
+        ("egress", ["liveliness_token"], _presence("*")),
+    ]
+
+
+def access_control(
+    users: Sequence[User], bench: str, by: Literal["usrpwd", "tls"] = "usrpwd"
+) -> dict[str, Any]:
+    """Make zenoh's ``access_control`` for a daemon, or with the bench ``*`` for a router.
+
+    With "tls" certificate and password both have to have the user's name.
+    """
+    benches = [user.name for user in users if user.is_bench and bench == "*"]
+    rules: list[_Rule] = []
+    policies: list[dict[str, Any]] = []
+
+    def policy(wanted: Sequence[_Rule], names: Sequence[str]) -> None:
+        first = len(rules)
+        rules.extend(wanted)
+        policies.append({"rules": [f"{n}" for n in range(first, len(rules))], "subjects": list(names)})
+
+    of_users = _rules_of_users(bench)
+    for role in Role:
+        if names := [user.name for user in users if user.role is role and user.name not in benches]:
+            policy([rule for needed, rule in of_users if role >= needed], names)
+    for name in benches:
+        policy(_rules_of_bench(name), [name])
 
     def subject(user: User) -> dict[str, Any]:
         named = {"id": user.name, "usernames": [user.name]}
-        return named | {"cert_common_names": [user.name]} if by == "tls" else named
+        own = [certified(each) for each in benches] if user.name in benches else [user.name]
+        return named | {"cert_common_names": own} if by == "tls" else named
 
     return {
         "enabled": True,
         "default_permission": "deny",
         "rules": [
             {"id": f"{n}", "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": on}
-            for n, (_, flow, messages, on) in enumerate(rules)
+            for n, (flow, messages, on) in enumerate(rules)
         ],
         "subjects": [subject(user) for user in users],
-        "policies": [
-            {
-                "rules": [f"{n}" for n, (needed, *_) in enumerate(rules) if user.role >= needed],
-                "subjects": [user.name],
-            }
-            for user in users
-        ],
+        "policies": policies,
     }
+
+
+def certified(bench: str) -> str:
+    """Name in the certificate of a bench's daemon. Benches of a site may share one certificate: it is the
+    password that tells them apart."""
+    return f"hil daemon {bench}"
 
 
 def is_loopback(endpoint: str) -> bool:
@@ -94,7 +146,16 @@ def is_loopback(endpoint: str) -> bool:
         return False
 
 
+READINGS_HZ = 500.0
+"""Maximum rate of the questions under one row of the table of keys that a router lets through from one
+connection; more are dropped. A bench takes some thousand a second from all."""
+SOCKET_BYTES = 1 << 17
+"""Room for what is on its way in one direction of a connection. Behind a router all clients share one to the
+bench, and in it a stop cannot pass the questions before it; the system's own room is some megabytes."""
+
 _CLOSED: Mapping[str, Any] = {
+    "transport/link/tcp/so_sndbuf": SOCKET_BYTES,
+    "transport/link/tcp/so_rcvbuf": SOCKET_BYTES,
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,
     "scouting/delay": 0,  # else opening a router waits 0.5 s for peers that nobody looks for
@@ -115,12 +176,17 @@ def _tls(tls: TlsOptions) -> dict[str, Any]:
         for end in ("listen", "connect")
         for what, path in (("certificate", tls.certificate), ("private_key", tls.key))
     }
-    return ends | {
-        "root_ca_certificate": str(tls.ca.absolute()),
-        "enable_mtls": True,
-        "verify_name_on_connect": True,
-        "close_link_on_expiration": True,
-    }
+    rooms = {f"so_{way}buf": SOCKET_BYTES for way in ("snd", "rcv")}
+    return (
+        ends
+        | rooms
+        | {
+            "root_ca_certificate": str(tls.ca.absolute()),
+            "enable_mtls": True,
+            "verify_name_on_connect": True,
+            "close_link_on_expiration": True,
+        }
+    )
 
 
 def session_config(options: Options, bench: str, users: Sequence[User], dictionary: str) -> dict[str, Any]:
@@ -145,6 +211,9 @@ def session_config(options: Options, bench: str, users: Sequence[User], dictiona
     }
     if options.tls:
         config["transport/link/tls"] = _tls(options.tls)
+    own = next((user for user in users if user.name == bench), None)
+    if own and options.connect:
+        config[PASSWORD] = {"user": own.name, "password": own.secret}
     if users and options.listen:
         config["access_control"] = access_control(users, bench, "tls" if options.tls else "usrpwd")
         config["transport/auth/usrpwd/dictionary_file"] = dictionary
@@ -177,23 +246,54 @@ def _refuse_open_doors(options: Options) -> None:
             )
 
 
-def router_config(listen: Sequence[str], tls: TlsOptions | None, is_insecure: bool) -> dict[str, Any]:
-    """Make zenoh's configuration of a router that only joins others. With ``tls`` only certificates of the
-    site are let in; permissions are each bench's, by signatures.
+def router_config(
+    listen: Sequence[str],
+    tls: TlsOptions | None,
+    is_insecure: bool,
+    users: Sequence[User] = (),
+    dictionary: str = "",
+) -> dict[str, Any]:
+    """Make zenoh's configuration of a router that joins others. With ``users`` it lets in those alone, each
+    bench to tell what is below its own name, and users to ask. ``dictionary``: as of ``session_config``.
 
     Raises:
         SecurityError: strangers could reach it.
     """
     for endpoint in listen:
-        if is_insecure or is_loopback(endpoint) or (tls and endpoint.startswith(("tls/", "quic/"))):
+        if is_insecure or is_loopback(endpoint):
             continue
-        raise SecurityError(
-            f"{endpoint} is reached from other computers, and anybody there could join; use tls/ with --ca,"
-            " --certificate and --key, or --insecure"
-        )
-    config: dict[str, Any] = {**_CLOSED, "mode": "router", "listen/endpoints": list(listen)}
+        if not users:
+            raise SecurityError(
+                f"{endpoint} is reached from other computers, and anybody there could speak for a bench; name"
+                " the file of users and benches by --users (`hil zenoh keys` makes one), or write --insecure"
+            )
+        if not (tls and endpoint.startswith(("tls/", "quic/"))):
+            raise SecurityError(
+                f"{endpoint} is reached from other computers, and what goes there can be read; use tls/ with"
+                " --ca, --certificate and --key, or --insecure"
+            )
+    config: dict[str, Any] = {
+        **_CLOSED,
+        "mode": "router",
+        "listen/endpoints": list(listen),
+        "downsampling": [
+            {
+                "id": "readings",
+                "flows": ["ingress"],
+                "messages": ["query"],
+                "rules": [
+                    {"key_expr": expression("*", key.pattern), "freq": READINGS_HZ}
+                    for key in KEYS
+                    if QUERY in key.way
+                ],
+            }
+        ],
+    }
     if tls:
         config["transport/link/tls"] = _tls(tls)
+    if users:
+        config["access_control"] = access_control(users, "*", "tls" if tls else "usrpwd")
+        config["transport/auth/usrpwd/dictionary_file"] = dictionary
     return config
 
 
@@ -213,5 +313,30 @@ def client_config(
     if tls:
         config["transport/link/tls"] = _tls(tls)
     if user:
-        config["transport/auth/usrpwd"] = {"user": user, "password": secret}
+        config[PASSWORD] = {"user": user, "password": secret}
     return config
+
+
+@contextmanager
+def password_file(users: Sequence[User]) -> Iterator[str]:
+    """Path of the file that zenoh wants passwords in. It is in memory, and gone afterwards."""
+    memory = os.memfd_create("users")
+    try:
+        os.write(memory, "".join(f"{user.name}:{user.secret}\n" for user in users).encode())
+        yield f"/proc/self/fd/{memory}"
+    finally:
+        os.close(memory)
+
+
+def opened(entries: Mapping[str, Any]) -> zenoh.Session:
+    """Open a session; at a door without users its name and password are left out, which keep it out there.
+
+    Raises:
+        zenoh.ZError: it cannot be opened.
+    """
+    try:
+        return zenoh.open(made(entries))
+    except zenoh.ZError:
+        if PASSWORD not in entries:
+            raise
+        return zenoh.open(made({path: value for path, value in entries.items() if path != PASSWORD}))

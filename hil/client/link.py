@@ -42,26 +42,22 @@ def priority_of(rest: str) -> zenoh.Priority:
     return zenoh.Priority.INTERACTIVE_HIGH if is_command else zenoh.Priority.DATA
 
 
-def session_config(endpoint: str, credentials: Credentials | None, timeout_s: float) -> zenoh.Config:
+def session_entries(endpoint: str, credentials: Credentials | None) -> dict[str, Any]:
     """Make zenoh's configuration of a client that knows one door and looks for no others."""
-    config = zenoh.Config()
     entries: dict[str, Any] = {
         "mode": "client",
-        "connect/endpoints": [endpoint],
-        "connect/timeout_ms": round(timeout_s * 1000),
-        "scouting/multicast/enabled": False,
-        "scouting/gossip/enabled": False,
-        "transport/shared_memory/enabled": False,
+        "connect": {"endpoints": [endpoint]},
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "transport": {"shared_memory": {"enabled": False}},
     }
     if credentials is not None:
-        entries["transport/auth/usrpwd/user"] = credentials.user
-        entries["transport/auth/usrpwd/password"] = credentials.password
-    for path, value in entries.items():
-        config.insert_json5(path, json.dumps(value))
-    return config
+        entries["transport"]["auth"] = {
+            "usrpwd": {"user": credentials.user, "password": credentials.password}
+        }
+    return entries
 
 
-def from_file(path: Path, timeout_s: float) -> tuple[zenoh.Config, str, Credentials | None]:
+def from_file(path: Path) -> tuple[dict[str, Any], str, Credentials | None]:
     """Read zenoh's configuration from a user's file, as `hil zenoh keys` makes it.
 
     Raises:
@@ -69,13 +65,33 @@ def from_file(path: Path, timeout_s: float) -> tuple[zenoh.Config, str, Credenti
     """
     try:
         values = json.loads(path.read_text("utf-8-sig"))
-        config = zenoh.Config.from_json5(json.dumps(values))
-        config.insert_json5("connect/timeout_ms", json.dumps(round(timeout_s * 1000)))
+        zenoh.Config.from_json5(json.dumps(values))
         door = ", ".join(values["connect"]["endpoints"])
         who = values.get("transport", {}).get("auth", {}).get("usrpwd")
+        return values, door, Credentials(who["user"], who["password"]) if who else None
     except (OSError, ValueError, KeyError, TypeError, AttributeError, zenoh.ZError) as error:
         raise ClientError(f"{path}: {error}; `hil zenoh keys` makes such files") from None
-    return config, door, Credentials(who["user"], who["password"]) if who else None
+
+
+def opened(entries: Mapping[str, Any], timeout_s: float) -> zenoh.Session:
+    """Open a session, tried until the time is over. A door without users, as of a router, keeps out who has a
+    password; there it is for signatures alone.
+
+    Raises:
+        zenoh.ZError: nobody lets it in.
+    """
+    transport = {name: value for name, value in entries.get("transport", {}).items() if name != "auth"}
+    deadline_s = time.monotonic() + timeout_s
+    while True:
+        for tried in (entries, {**entries, "transport": transport}):
+            config = zenoh.Config.from_json5(json.dumps(tried))
+            config.insert_json5("connect/timeout_ms", "0")  # once
+            try:
+                return zenoh.open(config)
+            except zenoh.ZError:
+                if time.monotonic() > deadline_s:
+                    raise
+        time.sleep(_LOOK_AGAIN_S)
 
 
 class Link:
@@ -98,12 +114,12 @@ class Link:
         self.bench = bench
         self._timeout_s = timeout_s
         if config_file is not None:
-            config, door, self._credentials = from_file(config_file, timeout_s)
+            entries, door, self._credentials = from_file(config_file)
         else:
-            config = session_config(endpoint, credentials, timeout_s)
+            entries = session_entries(endpoint, credentials)
             door, self._credentials = endpoint, credentials
         try:
-            self._session = zenoh.open(config)
+            self._session = opened(entries, timeout_s)
         except zenoh.ZError as error:
             why = str(error).partition(" at /")[0]
             raise ClientError(
@@ -125,6 +141,10 @@ class Link:
                     f"{door}: there is no bench {self.bench!r} that you may see; there: {there or 'none'}"
                 )
             time.sleep(_LOOK_AGAIN_S)
+        if (count := len(set(self._tokens(self.key("@one/*"))))) > 1:
+            raise ClientError(
+                f"{door}: {count} benches are called {self.bench!r} there; end all but one, or rename them"
+            )
 
     def _tokens(self, key: str) -> list[str]:
         """Liveliness tokens that are there now and that we may see."""

@@ -2,7 +2,7 @@
 
 import errno
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from hil.live.places import Places
 from hil.live.vitals import Vitals
 from hil.sim.bench import BenchRuntime
 from hil.vocab.address import owner_of
+from hil.vocab.bridge_protocol import BenchDoor, Bridge
 from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, OK
 
 MISSED_SHARE = 0.01
@@ -34,6 +35,7 @@ KINDS = {
     "flash": "a device's memory could not be written",
     "port": "a port cannot go on, or a real board or drive is away",
     "segment": "stations of a segment share an address",
+    "name": "another bench has the name of this one",
     "bus": "a client has opened a tap of a CAN bus with a wrong bit rate",
 }
 """Kinds of problems, and the meaning of each."""
@@ -81,6 +83,7 @@ class Health:
     grant: Grant
     state_dir: Path
     is_service: bool
+    bridges: Mapping[str, Bridge]
 
     def problems(self) -> list[HealthProblem]:
         """Present problems, the bench's own first."""
@@ -100,6 +103,9 @@ class Health:
 
     def _of_bench(self) -> Iterator[HealthProblem]:
         yield from lateness(self.grant, self.vitals.missed_share, self.vitals.loop_worst_ns)
+        for bridge in self.bridges.values():
+            if isinstance(bridge, BenchDoor) and (clash := bridge.name_clash()):
+                yield HealthProblem("name", "", clash.what, clash.remedy)
         process = read_process()
         if process.open_fds * 10 > process.max_fds * 9:
             what = f"{process.open_fds} of {process.max_fds} file descriptors are in use"

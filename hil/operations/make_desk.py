@@ -36,7 +36,7 @@ def make_desk(
     sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
     devices = Devices(sim, places, configured)
-    health = Health(sim, places, commits, vitals, grant, state_dir, is_service)
+    health = Health(sim, places, commits, vitals, grant, state_dir, is_service, bridges)
     metrics = Metrics(sim, configured, places, clock, commits, faults, queue, bridges, vitals, health)
     looks = LookingOn(sim, places, clock, live.watches, queue)
     reports = Reports(

@@ -43,6 +43,14 @@ class BenchGone(Exception):
     """Error of another bench that does not answer: ``str(error)`` says which and for how long."""
 
 
+class NameClash(NamedTuple):
+    """Other benches that have the name of this one: what is so, and what helps."""
+
+    bench: str
+    what: str
+    remedy: str
+
+
 @runtime_checkable
 class BenchDoor(Protocol):
     """Bridge that reaches other benches."""
@@ -59,6 +67,9 @@ class BenchDoor(Protocol):
 
     async def benches(self) -> Sequence[str]:
         """Names of the other benches that are joined now."""
+
+    def name_clash(self) -> NameClash | None:
+        """Clash of this bench's name with another's, as it is now."""
 
 
 class DoorPort(NamedTuple):

@@ -22,6 +22,8 @@ class Told:
         self.refused: list[dict[str, Any]] = []
         self.ended: list[Any] = []
 
+    waiting = 0
+
     def reply(self, query: Any, key: str | None, content: bytes, encoding: Any) -> None:
         self.refused.append(json.loads(content))
 

@@ -41,7 +41,9 @@ def test_a_site(tmp_path: Path) -> None:
         for each in (daemon, opa)
     ]
     assert may == [{"serverAuth", "clientAuth"}, {"clientAuth"}]
-    assert [(user.name, user.role) for user in read_users(folder / "users")] == SITE.users
+    users = read_users(folder / "users")
+    assert [(user.name, user.role) for user in users if not user.is_bench] == SITE.users
+    assert [user.name for user in users if user.is_bench] == ["b"]
     assert snippet == (folder / "bridge.yaml").read_text()
     for path in ("users", "ca.pem", "daemon.pem", "daemon.key"):
         assert str(folder / path) in snippet

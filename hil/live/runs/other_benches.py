@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 from hil.runs import ClockOffset
@@ -128,14 +129,29 @@ class OtherBenches:
         """List those that can be in a run with this one, with their clocks; ``why`` says what prevents it."""
         door = self._door()
         rows = []
+        if door and (clash := door.name_clash()):
+            rows.append(_row(Member(clash.bench, {}), f"{clash.what}; {clash.remedy}"))
         for name in await door.benches() if door else ():
-            member, row = Member(name, {}), {"bench": name, "version": None, "speed": None, "why": None}
+            member = Member(name, {})
+            told: Mapping[str, Any] = {}
+            why = None
             try:
                 for _ in range(LOOKS + 1):
                     told = await self.ask(source, member, "none", {"do": "clock"})
-                row |= {"version": told["version"], "speed": told["speed"]}
             except (BenchGone, VerbRefused) as error:
-                row["why"] = str(error)
-            clock = member.clock
-            rows.append(row | {"clock_offset_ns": clock.offset_ns, "clock_error_ns": clock.error_ns})
+                told, why = {}, str(error)
+            rows.append(_row(member, why, told))
         return rows
+
+
+def _row(member: Member, why: str | None, told: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
+    """Row of a bench that is joined, with what it told of itself."""
+    clock = member.clock
+    return {
+        "bench": member.bench,
+        "version": told.get("version"),
+        "speed": told.get("speed"),
+        "why": why,
+        "clock_offset_ns": clock.offset_ns,
+        "clock_error_ns": clock.error_ns,
+    }
