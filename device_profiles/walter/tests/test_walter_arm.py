@@ -204,6 +204,18 @@ def test_more_load_than_the_motor_holds_stops_a_joint(bench: Bench) -> None:
     assert bench.axis("w1.wrist").snapshot().position_deg == 0
 
 
+def test_more_load_than_a_servo_holds_stops_it(bench: Bench) -> None:
+    switch_on(bench)
+    hand = bench.axis("w1.hand")
+    begun_deg = hand.snapshot().position_deg
+    hand.load_torque_Nm = 1.0
+    say(bench, "MOVETO 0 0 0 0 0 30 0 500", ms=1000)
+    assert hand.snapshot().position_deg == begun_deg
+    hand.load_torque_Nm = 0.1
+    bench.run(ms=100)
+    assert hand.snapshot().position_deg == pytest.approx(30, abs=0.5)
+
+
 def test_a_joint_that_is_turned_by_hand_is_brought_back(bench: Bench) -> None:
     switch_on(bench)
     say(bench, "MOVETO 5 0 0 0 0 0 0 100", ms=500)

@@ -54,12 +54,13 @@ static void show(hil_axis *a)
     a->is_shown = 0;
 }
 
-static int is_driven(const hil_axis *a, const walter_board *b)
+static int can_turn(const hil_axis *a)
 {
     const axis_fault *f = &a->fault;
-    int can_turn = !f->is_jammed && !f->is_open_a && !f->is_open_b && fabs(shaft_load_Nm(a)) <= of(a)->holding_Nm;
-    return b->has_24V && of(a)->is_enabled && can_turn;
+    return !f->is_jammed && !f->is_open_a && !f->is_open_b && fabs(shaft_load_Nm(a)) <= of(a)->holding_Nm;
 }
+
+static int is_driven(const hil_axis *a, const walter_board *b) { return b->has_24V && of(a)->is_enabled && can_turn(a); }
 
 static void pulse(hil_axis *a, const walter_board *b, int is_up)
 {
@@ -292,7 +293,7 @@ static double set_joint(hil_axis *a, int call, double x)
     case HIL_WALTER_SET_UP: set_up_drive(w); break;
     case HIL_WALTER_DUE: w->sampled_ms = (uint16_t)-4; break; /* the firmware's timer set back by less than nothing */
     case HIL_WALTER_PLACE:
-        if (!a->fault.is_jammed) w->deg = x;
+        if (can_turn(a)) w->deg = x;
         show(a);
         break;
     default: return -1;
