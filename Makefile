@@ -42,14 +42,11 @@ web/node_modules: web/package-lock.json
 	@touch $@
 
 # The page in Chromium, at doors of benches that run: three minutes. Needs Chromium: sudo apt install chromium.
-# What an older Node than 20 installs is not tried: accessibility is skipped. What fails is tried once more, alone.
+# What an older Node than 20 installs is not tried: accessibility is skipped. What fails is tried once more, alone; the last line says what
+# passed so, and more than three in a hundred of the tests fail the whole.
 test-web: $(VENV)/.dev
 	@! $(HAS_NODE) || $(MAKE) -s --no-print-directory web/node_modules
-	@$(SIDE_BY_SIDE) $(WEB_CACHE) -rs -n 2 tests/browser/browser_*.py \
-	  || { echo "Once more, alone: Chromium and benches share this computer's time."; \
-	       $(BIN)/python -m pytest -q $(WEB_CACHE) -rs --last-failed --last-failed-no-failures none tests/browser/browser_*.py; }
-
-WEB_CACHE = -o cache_dir=.pytest_cache/web
+	@$(BIN)/python tests/browser/run_twice.py tests/browser/browser_*.py
 
 HAS_NODE = { command -v npm && node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 20 ? 1 : 0)'; } >/dev/null 2>&1
 
@@ -195,6 +192,6 @@ $(VENV)/.dev: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
 
 # What is installed, from where, and how long that takes on two cores.
 define install
-echo "Building $(1) in $(VENV): Python packages are installed, C is compiled. About $(3) on two cores."; \
+echo "Building $(1) in $(VENV): Python packages are installed, C is compiled. About $(3) on two idle cores; longer on busy ones or over a slow network."; \
 begun=$$(date +%s); $(BIN)/pip install -q --disable-pip-version-check -e $(2) && echo "Built in $$(($$(date +%s) - begun)) s."
 endef

@@ -97,7 +97,7 @@ def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_moves(
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     done = CliRunner().invoke(app, [*words, "--runtime-dir", str(tmp_path), "-o", str(tmp_path / "x.png")])
     assert done.exit_code == 2
-    assert "pip install matplotlib, or name a file .csv" in done.output
+    assert "pip install 'hil-motion[plot]', or name a file .csv" in done.output
 
 
 def test_the_control_socket_refuses_bad_trains_and_watches(place: Place) -> None:

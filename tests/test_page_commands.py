@@ -84,3 +84,10 @@ def test_command_lines_are_right(page: str) -> None:
 @pytest.mark.parametrize(("page", "heading"), [*PREPARATIONS, *ELSEWHERE])
 def test_a_prepared_heading_is_the_page_s(page: str, heading: str) -> None:
     assert re.search(rf"^#+ {re.escape(heading)}$", (ROOT / page).read_text(), re.M)
+
+
+def test_no_page_installs_the_checkout_again_for_an_extra() -> None:
+    """`pip install '.[plot]'` compiles all C again and replaces an editable install."""
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    again = re.compile(r"pip install [^`\n]*'\.\[")
+    assert [page.name for page in pages if again.search(page.read_text())] == []

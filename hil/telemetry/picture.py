@@ -19,7 +19,7 @@ def check_can_draw() -> None:
         import matplotlib.figure  # noqa: F401
     except ImportError:
         raise PictureError(
-            "pictures need matplotlib, which is not installed: pip install matplotlib, or name a file .csv"
+            "pictures need matplotlib, which is not installed: pip install 'hil-motion[plot]', or name a file .csv"
         ) from None
 
 

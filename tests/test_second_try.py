@@ -1,0 +1,48 @@
+"""Last line of the browser tests: what passed at the second try is said, and too many fail."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from markdown_blocks import ROOT
+
+RUNNER = ROOT / "tests/browser/run_twice.py"
+TESTS = """
+from pathlib import Path
+import pytest
+
+@pytest.mark.parametrize("number", range({count}))
+def test_one(number):
+    seen = Path(__file__).with_name(f"seen{{number}}")
+    again, _ = seen.exists(), seen.touch()
+    assert again or number >= {flaky}
+    assert number != {broken}
+"""
+
+
+def last_line(folder: Path, *, count: int = 40, flaky: int = 0, broken: int = -1) -> tuple[int, str]:
+    """Exit code and last line of a run of tests: the first ``flaky`` fail once, ``broken`` always."""
+    (folder / "test_them.py").write_text(TESTS.format(count=count, flaky=flaky, broken=broken))
+    done = subprocess.run(
+        [sys.executable, str(RUNNER), "test_them.py"], cwd=folder, capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout.splitlines()[-1]
+
+
+def test_all_at_the_first_try(tmp_path: Path) -> None:
+    assert last_line(tmp_path) == (0, "All 40 passed at the first try.")
+
+
+def test_one_at_the_second_try_is_named(tmp_path: Path) -> None:
+    said = "1 of 40 passed at the second try: test_them.py::test_one[0]"
+    assert last_line(tmp_path, flaky=1) == (0, said)
+
+
+def test_more_than_three_in_a_hundred_fail(tmp_path: Path) -> None:
+    code, said = last_line(tmp_path, flaky=2)
+    assert (code, said.startswith("2 of 40 passed at the second try: ")) == (1, True)
+    assert said.endswith("That is more than 3%: mend what they wait for.")
+
+
+def test_one_that_fails_twice_fails(tmp_path: Path) -> None:
+    assert last_line(tmp_path, flaky=1, broken=7)[0] == 1
