@@ -15,6 +15,7 @@ from hil.mother.turns.mother import Mother
 from hil.mother.turns.run_items import RunState
 from hil.telemetry.picture import FORMATS
 from hil.testing import Bench, FollowedPath, attend, draw_by_runs, followed_by
+from hil.toolpath.board_angle import zero_shift_deg
 from hil.toolpath.deviation import asked_path
 from hil.toolpath.machine import parse_machine
 from hil.toolpath.node_phrases import NodePhrases
@@ -53,6 +54,26 @@ def test_the_example_is_drawn_by_runs() -> None:
         assert drawn.picture(suffix, title="plot").startswith(head)
     again = draw_by_runs(plotter(), EXAMPLES / "plot.ngc", EXAMPLES / "plotter.yaml")
     assert again.followed == drawn.followed
+
+
+def test_a_zero_of_the_shaft_is_none_of_the_drawing() -> None:
+    """Set-points stay where the boards have them when `hil zero` moves the shafts' zero."""
+    bench, circle = plotter(), b"G21 G17\nF1500\nG3 I-20\nM2\n"
+    before = draw_by_runs(bench, circle, EXAMPLES / "plotter.yaml").deviation.largest
+    bench.axis("m1").do("position", position_deg=287.0)
+    bench.run(2000)
+    bench.axis("m1").zero()
+    assert abs(bench.axis("m1").snapshot().yw - bench.axis("m1").snapshot().position_deg) > 200
+    after = draw_by_runs(bench, circle, EXAMPLES / "plotter.yaml").deviation.largest
+    assert 0.01 < before < 0.12
+    assert after == pytest.approx(before, abs=0.02)
+
+
+def test_the_shift_of_zeros_by_kind_of_axis() -> None:
+    assert zero_shift_deg({"position_deg": 5.0, "yw": 12.0, "loop_on": 1, "r": 300.0}) == 7.0
+    assert zero_shift_deg({"position_deg": 5.0, "yw": 0.0, "loop_on": 0}) == 0.0
+    assert zero_shift_deg({"position_deg": 5.0, "commanded_deg": 4.0}) == -1.0
+    assert zero_shift_deg({"position_deg": 5.0}) == 0.0
 
 
 @pytest.mark.long

@@ -41,16 +41,20 @@ class FollowedAxes:
     def __init__(self, machine: "Machine", bench: str | None, runtime_dir: Path | None) -> None:
         self._machine, self._socket = machine, bench_meant(bench, runtime_dir).socket
         self._watches: list[int] = []
+        self._shifts_deg: list[float] = []
         self._rows: list[list[list[float]]] = [[] for _ in machine.axes]
         self._is_over = threading.Event()
         self._thread = threading.Thread(target=self._go_on, daemon=True)
         self.lost = 0
 
     def begin(self) -> None:
+        from hil.toolpath.board_angle import zero_shift_deg
+
         for axis in self._machine.axes:
             given: dict[str, Any] = {"signals": ["position_deg"], "interval_ns": INTERVAL_NS}
             told = self._ask("watch", device=axis.bench_axis, **given)
             self._watches.append(told["watch"])
+            self._shifts_deg.append(zero_shift_deg(self._ask("state", device=axis.bench_axis)))
         self._thread.start()
 
     def _go_on(self) -> None:
@@ -95,21 +99,22 @@ class FollowedAxes:
         times = sorted(set(columns[0]).intersection(*columns[1:]))
         return [
             tuple(
-                (column[at_ns] - axis.zero_deg) / axis.motor_deg_per_unit
-                for axis, column in zip(self._machine.axes, columns, strict=True)
+                (column[at_ns] + shift_deg - axis.zero_deg) / axis.motor_deg_per_unit
+                for axis, column, shift_deg in zip(self._machine.axes, columns, self._shifts_deg, strict=True)
             )
             for at_ns in times
         ]
 
 
 def begin_of(machine: "Machine", bench: str | None, runtime_dir: Path | None) -> "Point":
-    """Find where a machine stands, by the set-points of a bench's axes where they have one."""
+    """Find where a machine stands, by the zeros of its axes' boards."""
     from hil.gcode.canonical import Point
+    from hil.toolpath.board_angle import zero_shift_deg
 
     places = {}
     for axis in machine.axes:
         state = ask_bench(bench, runtime_dir, "state", device=axis.bench_axis)
-        at_deg = state["r"] if state.get("loop_on") else state["position_deg"]
+        at_deg = state["position_deg"] + zero_shift_deg(state)
         places[axis.letter] = (at_deg - axis.zero_deg) / axis.motor_deg_per_unit
     return Point(**places)
 

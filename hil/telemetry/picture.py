@@ -19,7 +19,8 @@ def check_can_draw() -> None:
         import matplotlib.figure  # noqa: F401
     except ImportError:
         raise PictureError(
-            "pictures need matplotlib, which is not installed: pip install 'hil-motion[plot]', or name a file .csv"
+            "pictures need matplotlib, which is not installed:"
+            " pip install 'hil-motion[plot]', or name a file .csv"
         ) from None
 
 

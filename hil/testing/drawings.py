@@ -11,6 +11,7 @@ from hil.telemetry import Recording
 from hil.telemetry.path_picture import path_drawn
 from hil.testing.bench import Bench
 from hil.toolpath.bench_runs import BenchRuns, machine_problems
+from hil.toolpath.board_angle import zero_shift_deg
 from hil.toolpath.deviation import Deviation, asked_path, deviation
 from hil.toolpath.machine import Machine, parse_machine
 from hil.toolpath.path_items import Position
@@ -86,19 +87,26 @@ def followed_by(
 ) -> list[Position]:
     """Positions of a machine's axes while something is carried out, whatever moves them. Each axis needs its
     axis of the bench (``axis:``)."""
-    recordings = [
-        bench.axis(str(axis.bench_axis)).record("position_deg", interval_ms=interval_ms)
-        for axis in machine.axes
-    ]
+    axes = [bench.axis(str(axis.bench_axis)) for axis in machine.axes]
+    recordings = [axis.record("position_deg", interval_ms=interval_ms) for axis in axes]
+    shifts_deg = [zero_shift_deg(axis.snapshot().as_dict()) for axis in axes]
     carry_out()
-    return positions_of(machine, recordings)
+    return positions_of(machine, recordings, shifts_deg)
 
 
-def positions_of(machine: Machine, recordings: Sequence[Recording]) -> list[Position]:
-    """Positions that recordings of ``position_deg`` mean, one for each axis of the machine."""
+def positions_of(
+    machine: Machine, recordings: Sequence[Recording], shifts_deg: Sequence[float] | None = None
+) -> list[Position]:
+    """Positions that recordings of ``position_deg`` mean, one for each axis of the machine. ``shifts_deg``:
+    the zeros of their boards less those of their shafts."""
     columns = [
-        [(place - axis.zero_deg) / axis.motor_deg_per_unit for place in recording.column("position_deg")]
-        for axis, recording in zip(machine.axes, recordings, strict=True)
+        [
+            (place + shift_deg - axis.zero_deg) / axis.motor_deg_per_unit
+            for place in recording.column("position_deg")
+        ]
+        for axis, recording, shift_deg in zip(
+            machine.axes, recordings, shifts_deg or [0.0] * len(recordings), strict=True
+        )
     ]
     return list(zip(*columns, strict=False))
 

@@ -4,7 +4,7 @@ import { plain } from "../src/model/numbers";
 import { readRun, type RunProgress, withRun } from "../src/model/run_progress";
 import { readStatus } from "../src/model/status";
 import { readHello } from "../src/net/protocol";
-import { levelOf, pinsOf } from "../src/views/bench/axis_fields";
+import { levelOf, panesOf, pinsOf } from "../src/views/bench/axis_fields";
 
 const GARBAGE = [null, undefined, 3, "x", [], {}, true, [null], [3], ["x"], { a: null }, NaN];
 
@@ -71,4 +71,21 @@ describe("bounds", () => {
   it.each([[2 ** 53, "2^53"], [86400, "86400"], [1e18, "1000000000000000000"], [0.001, "0.001"], [1e12, "1000000000000"]])("%d is %s", (bound, text) => {
     expect(plain(bound)).toBe(text);
   });
+});
+
+it("angles of two zeros have two panes, and a set-point has the unit of its mode", () => {
+  const field = (name: string, unit: string) => ({ name, unit, type: "f64", meaning: "", is_settable: false, is_state: false });
+  const fields = [field("position_deg", "deg"), field("yw", "deg"), field("r", "deg"), field("velocity_rpm", "rpm")];
+  const servo = { name: "m1", profile: "p", is_real: false, verbs: {}, fields, inputs: {} };
+  const chosen = fields.map((each) => each.name);
+  const names = (mode: number) => panesOf(servo, chosen, mode).map((pane) => [pane.title, pane.unit, pane.fields.map((f) => f.name).join(" ")]);
+  expect(names(120)).toEqual([
+    ["Shaft's angle", "deg", "position_deg"],
+    ["Board's angle and set-point", "deg", "yw r"],
+    ["Velocity", "rpm", "velocity_rpm"],
+  ]);
+  expect(names(118).at(-1)).toEqual(["Velocity", "rpm", "r velocity_rpm"]);
+  expect(panesOf(servo, chosen, 118).at(-1)!.fields[0]!.unit).toBe("rpm");
+  const stepper = { ...servo, fields: [field("position_deg", "deg"), field("commanded_deg", "deg")] };
+  expect(panesOf(stepper, ["position_deg", "commanded_deg"]).map((pane) => pane.title)).toEqual(["Position and set-point"]);
 });

@@ -3,6 +3,8 @@
 import type { DeviceRow, FieldRow } from "../../net/protocol";
 
 export interface Pane {
+  /** Tells it from the axis's other panes. */
+  key: string;
   unit: string;
   title: string;
   fields: FieldRow[];
@@ -17,7 +19,7 @@ const TITLES: Record<string, string> = {
 };
 const UNITS = ["deg", "rpm", "Nm", "A", "V"];
 /** Shown without being chosen, if the axis has them, beside its set-point. */
-const USUAL = ["position_deg", "velocity_rpm", "speed_rpm", "torque_Nm", "load_torque_Nm", "current_a_A", "current_b_A"];
+const USUAL = ["position_deg", "yw", "velocity_rpm", "speed_rpm", "torque_Nm", "load_torque_Nm", "current_a_A", "current_b_A"];
 const SETPOINTS = ["to_be_deg", "commanded_deg", "set_point_deg", "target_deg", "r"];
 
 export function setpointOf(device: DeviceRow): string | undefined {
@@ -40,17 +42,30 @@ export function drawable(device: DeviceRow): FieldRow[] {
   return device.fields.filter((field) => field.name !== "at_ns");
 }
 
-/** Make the panes for chosen fields: one for each unit, the usual units first. */
-export function panesOf(device: DeviceRow, chosen: string[]): Pane[] {
+/** Units of a closed loop's set-point `r` by its mode, where it is no angle: velocity, torque. */
+const SETPOINT_UNITS: Record<number, string> = { 118: "rpm", 116: "" };
+const SHAFT = "shaft";
+
+/** Make the panes for chosen fields: one for each unit, the usual units first. The shaft's angle of a servo has its
+ * own, as its zero is not the board's; `mode`: letter of the loop's mode, by which its set-point has a unit. */
+export function panesOf(device: DeviceRow, chosen: string[], mode?: number): Pane[] {
+  const isServo = device.fields.some((field) => field.name === "yw");
+  const unitOf = (field: FieldRow) => (isServo && field.name === "r" ? (SETPOINT_UNITS[mode ?? NaN] ?? field.unit) : field.unit);
+  const keyOf = (field: FieldRow) => (isServo && field.name === "position_deg" ? SHAFT : unitOf(field));
   const shown = drawable(device).filter((field) => chosen.includes(field.name));
-  const units = [...new Set(shown.map((field) => field.unit))];
-  const rank = (unit: string) => (UNITS.includes(unit) ? UNITS.indexOf(unit) : UNITS.length);
-  units.sort((a, b) => rank(a) - rank(b));
-  return units.map((unit) => ({
-    unit,
-    title: TITLES[unit] ?? (unit ? `In ${unit}` : "Without unit"),
-    fields: shown.filter((field) => field.unit === unit),
-  }));
+  const keys = [...new Set(shown.map(keyOf))];
+  const rank = (key: string) => (key === SHAFT ? -1 : UNITS.includes(key) ? UNITS.indexOf(key) : UNITS.length);
+  keys.sort((a, b) => rank(a) - rank(b));
+  return keys.map((key) => {
+    const fields = shown.filter((field) => keyOf(field) === key).map((field) => ({ ...field, unit: unitOf(field) }));
+    return { key, unit: fields[0]!.unit, title: titleOf(key, isServo), fields };
+  });
+}
+
+function titleOf(key: string, isServo: boolean): string {
+  if (key === SHAFT) return "Shaft's angle";
+  if (key === "deg" && isServo) return "Board's angle and set-point";
+  return TITLES[key] ?? (key ? `In ${key}` : "Without unit");
 }
 
 export interface PinRow {

@@ -1,10 +1,11 @@
 /** The plots of an axis: a pane for each unit, one time axis, cursors, and what can be done with them. */
 
+import { useComputed } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { timesText } from "../../model/fault_marks";
 import { digitsOf, shown } from "../../model/numbers";
 import { notify } from "../../parts/notices";
-import { faultMarks } from "../../store";
+import { faultMarks, status } from "../../store";
 import { theme } from "../../theme";
 import { drawable, panesOf, type Pane } from "./axis_fields";
 import { csvOf, download, fileName, pngOf } from "./export";
@@ -16,7 +17,8 @@ const KEY_STEP = 0.01;
 
 export function Plots({ model }: { model: PlotModel }) {
   const chosen = model.chosen.value;
-  const panes = panesOf(model.device, chosen);
+  const mode = useComputed(() => modeOf(model));
+  const panes = panesOf(model.device, chosen, mode.value);
   const made = useRef(new Map<string, PlotPane>());
   useEffect(() => model.feed.want(chosen), [model, chosen.join(" ")]);
   const isWithout = panes.length === 0;
@@ -35,7 +37,7 @@ export function Plots({ model }: { model: PlotModel }) {
         {isWithout && <p class="empty">No field is chosen.</p>}
         {panes.map((pane, at) => (
           <PaneView
-            key={`${pane.unit} ${pane.fields.map((field) => field.name).join(" ")} ${theme.value}`}
+            key={`${pane.key} ${pane.fields.map((field) => field.name).join(" ")} ${theme.value}`}
             pane={pane}
             model={model}
             hasTimes={at === panes.length - 1}
@@ -47,6 +49,13 @@ export function Plots({ model }: { model: PlotModel }) {
       <FaultTimes model={model} />
     </section>
   );
+}
+
+/** Letter of the mode that the axis's loop has now; of what has none undefined. */
+function modeOf(model: PlotModel): number | undefined {
+  const row = status.value.devices.find((each) => each.device === model.device.name);
+  const mode = row?.snapshot?.["mode"];
+  return typeof mode === "number" ? mode : undefined;
 }
 
 function onKey(event: KeyboardEvent, model: PlotModel): void {
@@ -76,7 +85,7 @@ function Controls({ model, made, panes }: { model: PlotModel; made: Map<string, 
     download(fileName(model.axis, "csv"), new Blob([csv], { type: "text/csv" }));
   };
   const savePng = async () => {
-    const inOrder = panes.map((pane) => made.get(pane.unit)).filter((pane) => pane !== undefined);
+    const inOrder = panes.map((pane) => made.get(pane.key)).filter((pane) => pane !== undefined);
     const png = inOrder.length ? await pngOf(model.axis, inOrder) : null;
     if (png) download(fileName(model.axis, "png"), png);
     else notify("there is no plot to save", true);
@@ -170,13 +179,13 @@ function PaneView({ pane, model, hasTimes, made }: PaneProps) {
   useEffect(() => {
     if (!place.current) return;
     const drawn = new PlotPane(place.current, pane, model, hasTimes);
-    made.set(pane.unit, drawn);
+    made.set(pane.key, drawn);
     const endClicks = cursorsByClicks(drawn, model);
     const timer = window.setInterval(() => tellValues(drawn, pane, model, values.current), VALUES_EVERY_MS);
     return () => {
       window.clearInterval(timer);
       endClicks();
-      if (made.get(pane.unit) === drawn) made.delete(pane.unit);
+      if (made.get(pane.key) === drawn) made.delete(pane.key);
       drawn.end();
     };
   }, [hasTimes]);

@@ -6,7 +6,7 @@ import type { Drawing } from "../../model/drawing";
 import { lineAt, partOf, pointsOf } from "../../model/drawing";
 import { PathDeviation } from "../../model/path_deviation";
 import type { WatchHandle } from "../../net/channels";
-import { link } from "../../store";
+import { devices, link } from "../../store";
 import { drawing, run } from "./path_state";
 
 const RATE_HZ = 200;
@@ -52,7 +52,15 @@ export const deviation = signal<{ largest: number; now: number } | null>(null);
 export const isSeenWhole = signal(true);
 export const whyNotSeen = signal("");
 
+/** Signals that tell where an axis stands by its board's zero, in which set-points are; `hil zero` moves the shaft's. */
+function boardAngle(axis: string): string[] {
+  const names = (devices.peek().get(axis)?.fields ?? []).map((field) => field.name);
+  return ["yw", "commanded_deg", "to_be_deg"].filter((name) => names.includes(name)).slice(0, 1);
+}
+
 class Following {
+  /** Board's angle less the shaft's, by axis, as the first samples have them. */
+  private readonly shifts_deg: (number | undefined)[] = [];
   private readonly waiting: Float64Array[][];
   private readonly watches: WatchHandle[];
   private readonly off: PathDeviation;
@@ -70,7 +78,7 @@ class Following {
     this.waiting = axes.map(() => []);
     this.watches = axes.map(({ axis }, number) =>
       link.watch(
-        { what: "samples", target: axis, fields: ["position_deg"], rate_Hz: RATE_HZ },
+        { what: "samples", target: axis, fields: ["position_deg", ...boardAngle(axis)], rate_Hz: RATE_HZ },
         {
           samples: (values, rows, columns) => this.take(number, values, rows, columns),
           refused: (error) => (whyNotSeen.value = error.message),
@@ -103,7 +111,9 @@ class Following {
       }
       this.waiting.forEach((rows, number) => {
         const { deg_per_unit, zero_deg } = axes[number]!;
-        this.place[number] = (rows.shift()![1]! - zero_deg) / deg_per_unit;
+        const [, shaft_deg, board_deg] = rows.shift()!;
+        const shift_deg = (this.shifts_deg[number] ??= board_deg === undefined ? 0 : board_deg - shaft_deg!);
+        this.place[number] = (shaft_deg! + shift_deg - zero_deg) / deg_per_unit;
       });
       this.into.add(this.place);
       now = this.off.take(this.place);
