@@ -1,7 +1,8 @@
 """A series of samples: columns by signal, over simulated time."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from hil.core import FIELDS, AxisKind
 from hil.vocab.near_words import meant
@@ -22,6 +23,16 @@ def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
     return tuple(dict.fromkeys(signals))
 
 
+_SETPOINT_UNITS = {ord("v"): "rpm", ord("t"): ""}
+"""Units of a closed loop's set-point by its mode where it is no angle: a velocity, and counts of effort."""
+
+
+def units_in(state: Mapping[str, Any]) -> dict[str, str]:
+    """Units that signals of an axis have in this state, where they are not those of ``FIELDS``."""
+    unit = _SETPOINT_UNITS.get(int(state.get("mode") or 0)) if "r" in state else None
+    return {} if unit is None else {"r": unit}
+
+
 @dataclass
 class Recording:
     """Samples of one axis. ``rows``: (at_ns, one value for each signal), in time's order."""
@@ -30,6 +41,8 @@ class Recording:
     rows: list[tuple[float, ...]] = field(default_factory=list)
     lost: int = 0
     """Samples that nobody took in time."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Units of signals that have another one now than usual: ``units_in``."""
 
     def at_s(self, origin_ns: float | None = None) -> list[float]:
         """Times in seconds from ``origin_ns``; None: from the first sample."""
@@ -41,9 +54,12 @@ class Recording:
         at = self.signals.index(signal) + 1
         return [row[at] for row in self.rows]
 
+    def unit(self, signal: str) -> str:
+        return self.units.get(signal, FIELDS[signal].unit)
+
     def label(self, signal: str) -> str:
         """Name of the signal with its unit."""
-        unit = FIELDS[signal].unit
+        unit = self.unit(signal)
         return f"{signal} [{unit}]" if unit else signal
 
     def panels(self) -> list[list[str]]:
@@ -51,7 +67,7 @@ class Recording:
         own: beside the angle it would be a straight line."""
         groups: dict[tuple[str, bool], list[str]] = {}
         for signal in self.signals:
-            groups.setdefault((FIELDS[signal].unit, signal == "e"), []).append(signal)
+            groups.setdefault((self.unit(signal), signal == "e"), []).append(signal)
         return list(groups.values())
 
     def csv(self) -> Iterable[str]:

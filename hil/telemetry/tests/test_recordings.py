@@ -8,6 +8,7 @@ import pytest
 
 from hil.core.kinds import MECHADUINO
 from hil.telemetry import Recording, check_signals, other_motion, picture, step_response, text_plot
+from hil.telemetry.recording import units_in
 from hil.testing import Bench
 from hil.wire.step_dir import generate
 
@@ -160,3 +161,13 @@ def test_a_picture_that_cannot_be_made(tmp_path: Path) -> None:
 def test_csv() -> None:
     recording = Recording(("r", "loop_on"), [(1000, 0.5, 1), (2000, 1.5, 0)])
     assert "".join(recording.csv()) == "at_ns,r,loop_on\n1000,0.5,1\n2000,1.5,0\n"
+
+
+def test_a_set_point_that_is_a_velocity_is_not_drawn_as_an_angle() -> None:
+    recording = Recording(("r", "yw", "velocity_rpm"))
+    assert recording.panels() == [["r", "yw"], ["velocity_rpm"]]
+    recording.units = units_in({"mode": ord("v"), "r": 60.0, "yw": 1.0})
+    assert recording.panels() == [["r", "velocity_rpm"], ["yw"]]
+    assert recording.label("r") == "r [rpm]"
+    assert units_in({"mode": ord("t"), "r": 60.0}) == {"r": ""}
+    assert units_in({"mode": ord("x"), "r": 60.0}) == units_in({"position_deg": 0.0, "mode": 118}) == {}
