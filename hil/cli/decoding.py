@@ -8,7 +8,7 @@ from hil.cli.decoded_item import DecodedItem, DecodedKind
 from hil.cli.terminal_lines import APART_NS, TerminalLines
 from hil.compose.find import find_catalogue
 from hil.compose.framings import LINE_FRAMING, in_format
-from hil.vocab.framing import Framing, Item, Splitter
+from hil.vocab.framing import Framing, Item, Party, Splitter
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.bytes_framing import BYTES, shown_bytes
@@ -50,9 +50,15 @@ class _Line:
         self._kind = DecodedKind.BYTES if self._framing is BYTES else DecodedKind.PACKET
         self._begun_ns = self._last_ns = 0
         """Times at which what is held began, and the last bytes ended."""
+        self._sender = 0, ""
+        """Direction and sender of what came last, as far as the capture says it."""
         self.has_ends = self._framing.has_ends
 
-    def packets(self, data: bytes, at_ns: int) -> Iterator[DecodedItem]:
+    def packets(self, record: Record) -> Iterator[DecodedItem]:
+        data, at_ns = record.data, record.at_ns
+        if self._kind is DecodedKind.BYTES and (record.event, record.comment) != self._sender:
+            yield from self.silent(FOREVER)  # only who sends says where bytes belong together
+            self._sender = record.event, record.comment
         was_held = bool(self._splitter.pending)
         items = self._splitter.burst(data, SimTimeNs(at_ns), self._baud).items
         if items or not was_held:
@@ -78,11 +84,17 @@ class _Line:
 
     def _decoded(self, item: Item) -> DecodedItem:
         origin, destination = self._framing.parties(item)
+        _, sender = self._sender
+        if sender:
+            return self._item(item, sender, None, f"{sender}: ")
+        return self._item(item, origin, destination)
+
+    def _item(self, item: Item, origin: Party, destination: Party, by: str = "") -> DecodedItem:
         return DecodedItem(
             item.at_ns,
             self._name,
             self._kind,
-            lambda: self._framing.text(item),
+            lambda: f"{by}{self._framing.text(item)}",
             origin,
             destination,
             item.fault,
@@ -166,7 +178,7 @@ class Decoder:
                 self._terminals[record.line] = TerminalLines(record.interface)
             yield from self._terminals[record.line].take(record)
         else:
-            yield from self._line(record).packets(record.data, record.at_ns)
+            yield from self._line(record).packets(record)
 
     def _frame(self, record: Record) -> Iterator[DecodedItem]:
         try:

@@ -166,3 +166,18 @@ def test_names_and_comments_do_nothing_to_a_terminal() -> None:
     (text,) = lines_of(capture)
     assert text.isprintable()
     assert r"a\x1b[2Jb framing error (by\r\x9b1mme): 78" in text
+
+
+def test_bytes_of_two_senders_are_two_items_and_say_whose_they_are() -> None:
+    capture = header("test", [Interface("bus0", "bytes", 9600)]) + b"".join(
+        record(0, at_ns, RecordKind.RX, data, by)
+        for at_ns, data, by in (
+            (0, b"#0", "bus0.a"),
+            (2 * 10**6, b"1", "bus0.a"),
+            (4 * 10**6, b">", "bus0.b"),
+        )
+    )
+    assert list(lines_of(capture)) == [
+        "    0.000000 bus0 bus0.a: 23 30 31  #01",
+        "    0.004000 bus0 bus0.b: 3e  >",
+    ]

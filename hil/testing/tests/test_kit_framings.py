@@ -40,3 +40,17 @@ def test_faults_are_those_of_its_framing():
     b.run(ms=10)
     assert b.segment("bus0").counters(1)["errors"] == {"CRC": 1}
     b.fault("packet_nak", "bus1.c")
+
+
+def test_a_line_without_boards_has_bytes_between_silences():
+    taps = {name: {"port": "memory"} for name in "ab"}
+    b = Bench({"bench": "f", "devices": CONFIG["devices"], "segments": {"bus0": {"taps": taps}}})
+    assert b.segment("bus0").framing.name == "bytes"
+    for _ in range(2):
+        b.tap("bus0.a").write(b"#01RD0\r\n")
+        b.run(ms=10)
+    assert b.tap("bus0.b").read() == b"#01RD0\r\n" * 2
+    counters = b.segment("bus0").counters(1)
+    assert (counters["packets"], counters["errors"]) == (2, {})
+    with pytest.raises(FaultRefused, match="packet_nak means nothing on a line of bytes"):
+        b.fault("packet_nak", "bus0.a")
