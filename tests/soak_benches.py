@@ -12,6 +12,8 @@ from hil.vocab.faults import FAULT_KINDS
 
 Config = dict[str, Any]
 CATALOGUE = find_catalogue()
+LINE = "line"
+"""Name of the tap at which a real line is, with an adapter that echoes."""
 PORTS = ("pty", "pty", "tcp", "rfc2217")
 BAUDS = (9600, 19200, 38400, 57600, 115200)
 LOADS: tuple[dict[str, Any], ...] = (
@@ -23,8 +25,9 @@ LOADS: tuple[dict[str, Any], ...] = (
 )
 
 
-def random_bench(random: Random, name: str, metrics_port: int, zenoh_port: int) -> Config:
-    """A configuration as plain values. The TCP ports are the machine's choice, the rest is chance."""
+def random_bench(random: Random, name: str, first_port: int, adapter: str = "/dev/null") -> Config:
+    """A configuration as plain values. The three TCP ports are the machine's choice, as the device of an
+    adapter is; the rest is chance."""
     devices = {f"m{n}": _servo(random) for n in range(1, random.randint(1, 3) + 1)}
     steppers = [f"s{n}" for n in range(1, random.randint(0, 5) + 1)]
     devices |= {stepper: _stepper(random) for stepper in steppers}
@@ -34,20 +37,27 @@ def random_bench(random: Random, name: str, metrics_port: int, zenoh_port: int) 
         "seed": random.randrange(1000),
         "rate_hz": random.choice((1000, 1000, 250, 2000)),
         "devices": devices,
-        "segments": _segments(random, steppers),
+        "segments": _segments(random, steppers, adapter),
         "wires": [],
         "faults": [],
         "bridges": {
-            "metrics": {"listen": f"127.0.0.1:{metrics_port}"},
+            "metrics": {"listen": f"127.0.0.1:{first_port}"},
             "zenoh": {
-                "listen": [f"tcp/127.0.0.1:{zenoh_port}"],
+                "listen": [f"tcp/127.0.0.1:{first_port + 1}"],
                 "state_hz": random.choice((0.7, 7.0, 10.0, 30.0)),
                 "packed_hz": random.choice((10.0, 77.7, 100.0, 300.0)),
             },
+            "web": {"port": first_port + 2},
         },
     }
     for _ in range(random.choice((0, 0, 1, 2, 4))):
-        _keep_if_valid(config, "wires", _wire(random, devices))
+        _keep_if_valid(config, "wires", _wire(random, dict(devices)))
+    if random.random() < 0.5:
+        devices["arm"] = {"profile": "walter"}
+    if random.random() < 0.6:
+        devices["c1"] = {"profile": "canopen_drive"}
+        taps = {"slcan0": {"port": random.choice(PORTS[:3])}}
+        config["can"] = {"can0": {"bit_rate": 500_000, "nodes": {"c1": 5}, "taps": taps}}
     for _ in range(random.choice((0, 0, 1, 3))):
         _keep_if_valid(config, "faults", _fault(random, config))
     return config
@@ -105,7 +115,13 @@ def _of_any(random: Random) -> Config:
     return device
 
 
-def _segments(random: Random, steppers: list[str]) -> Config:
+def axes(config: Config) -> list[str]:
+    """Addresses of axes for runs."""
+    joints = ["arm.forearm", "arm.wrist"]
+    return [axis for name in config["devices"] for axis in (joints if name == "arm" else [name])]
+
+
+def _segments(random: Random, steppers: list[str], adapter: str) -> Config:
     """Random wires, at most two; each stepper is on one of them or on none."""
     segments: Config = {}
     rest = list(steppers)
@@ -121,6 +137,8 @@ def _segments(random: Random, steppers: list[str]) -> Config:
             for tap in ("a", "b", "c")[: random.randint(1, 3)]
         }
         baud = random.choice((38400, 38400, 38400, 9600))
+        if number == 0 and random.random() < 0.5:
+            taps[LINE] = {"port": {"kind": "serial", "url": adapter, "baud": baud}}
         segments[f"bus{number}"] = {"stations": stations, "taps": taps, "baud": baud}
     return segments
 

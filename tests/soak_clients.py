@@ -16,7 +16,7 @@ from typing import Any
 
 import soak_inputs as inputs
 from e2e_support import HIL, TERMINAL, Client
-from soak_benches import Config, changed, targets
+from soak_benches import LINE, Config, axes, changed, targets
 
 from hil.client import ClientError, connect_sync
 from hil.net.control_client import BenchSilent, ControlError, ask
@@ -162,7 +162,7 @@ class Asker(Actor):
 
     def run_document(self) -> None:
         self.runs += 1
-        text = inputs.run_document(self.chance, f"{self.name}-{self.runs}", list(self.scene.profiles))
+        text = inputs.run_document(self.chance, f"{self.name}-{self.runs}", axes(self.scene.config))
         self.scene.ask("run", text=text, file="soak.run.yaml", check=self.chance.random() < 0.1)
 
     def cancel(self) -> None:
@@ -308,8 +308,12 @@ class Subscriber(Actor):
     def put(self, device: str) -> None:
         profile = self.scene.profiles[device]
         verbs = [verb for verb in inputs.verbs_of(profile) if verb.name in ("position", "velocity", "torque")]
+        if not verbs:
+            return
         verb = self.chance.choice(verbs)
-        self.bench.axis(device).put(verb.name, **inputs.verb_parameters(self.chance, verb, profile))
+        self.bench.axis("arm.forearm" if device == "arm" else device).put(
+            verb.name, **inputs.verb_parameters(self.chance, verb, profile)
+        )
 
     def heard(self, payload: bytes) -> None:
         self.scene.counts["heard"] += len(payload)
@@ -351,8 +355,11 @@ def actors(scene: Scene) -> list[Actor]:
     every += [Subscriber(scene, "subscriber"), Recorder(scene, "recorder")]
     listed = scene.ask("list")
     for row in listed["devices"]:
+        if row["address"] is None:
+            continue
         every.append(Typist(scene, row["device"], row["address"], scene.profiles[row["device"]]))
         if row["network"]:
             every.append(Typist(scene, f"{row['device']}.network", row["network"], ""))
-    every += [Typist(scene, row["tap"], row["port"], "") for row in listed["taps"]]
+    taps = [row for row in listed["taps"] if row["tap"].startswith("bus") and not row["tap"].endswith(LINE)]
+    every += [Typist(scene, row["tap"], row["port"], "") for row in taps]
     return every

@@ -40,6 +40,10 @@ STEPPER_LINES = (
     ),
     *("$R", "$CM{}", "$U", "$V", "$O1", "86m{}", "85q", "0m{}", "86 hello", "\\ and back", "t500000", "p"),
 )
+ARM_LINES = (
+    *("POWER on", "ENABLE", "ENABLE", "DISABLE", "HELP", "nonsense", "STATUS", "VERSION", "?"),
+    *("MOVETO {} 1000", "MOVETO 0 10 {} 0 0 0 0 500", "LED on", "CALIB", "STOP"),
+)
 PINS = ("D0", "D1", "D2", "D3", "sync", "Estop", "RST", "EnA", "EnB", "nothing")
 SET_FIELDS = ("load_torque_Nm", "diaagc", "errfl", "position_deg")
 ODD: tuple[Any, ...] = (None, "", -1, 1e308, "nonsense", [], {}, True)
@@ -53,7 +57,7 @@ def typed(random: Random, profile: str) -> bytes:
     chance = random.random()
     if chance < 0.08:
         return random.randbytes(random.randint(1, 80))
-    line = random.choice(SERVO_LINES if profile == "mechaduino" else STEPPER_LINES)
+    line = random.choice({"mechaduino": SERVO_LINES, "walter": ARM_LINES}.get(profile, STEPPER_LINES))
     text = line.format(random.choice((0, 1, 7, 90, 200, 3000))).encode()
     if profile != "mechaduino":
         text += random.choice((b"\r", b"\r", b"\r\n", b"\n", b""))

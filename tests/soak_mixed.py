@@ -1,9 +1,11 @@
 """Mixed soak: everything at once, at random, in real time; then the replay, which must say identical.
 
 Each seed makes a bench and its clients of chance: verbs, faults, bytes at ports and taps, resets, pins,
-loads, reloads, runs, set-points, captures, and watchers at odd intervals. Then the daemon is stopped, and its
-log is replayed. All that the program chooses comes from the seed; when it happens is the machine's. A seed
-that went wrong leaves its folder behind and says how to do it again.
+loads, reloads, runs, set-points, captures, drawings, pages that read or do not, masters of a CAN bus, a real
+line that echoes, and watchers at odd intervals. Then the daemon is stopped, or killed, and its log is
+replayed. All that the program chooses comes from the seed; when it happens is the machine's. A seed that went
+wrong leaves its folder behind and says how to do it again. Beside them one bench runs all the time, with bad
+pages and watchers alone: its memory afterwards is that of before.
 
     python tests/soak_mixed.py            five minutes, as `make soak-mixed`
     python tests/soak_mixed.py 3600       an hour
@@ -30,13 +32,17 @@ sys.path.insert(0, str(Path(__file__).parent))
 from e2e_support import HIL, PATIENCE_S, Place, Server
 from soak_benches import random_bench
 from soak_clients import Scene, Watcher, actors
+from soak_doors import Drawer, EchoingAdapter, can_masters, pages
+from soak_memory import MemorySoak
 
 os.environ["HIL_CHECK_INPUTS"] = "1"  # in daemons: an input that no replay would take is an error
 SEED_S = 25.0
+KILLED_SHARE = 0.25
+"""Share of the seeds whose daemon is killed; its log is cut."""
 AT_ONCE = 2
 REPLAY_S = 600.0
 LOG = "inputs.log"
-KINDS = ("asker", "typist", "looker", "subscriber", "recorder", "watcher")
+KINDS = ("asker", "typist", "looker", "subscriber", "recorder", "watcher", "page", "canmaster", "drawer")
 """Kinds of clients. A difference that goes with one of them is its doing."""
 
 
@@ -54,6 +60,8 @@ class Outcome:
     over_zenoh: int = 0
     stopped: int = 0
     """Number of times that the guard or a bug stopped a board."""
+    is_killed: bool = False
+    """True if the daemon was killed, and did not stop orderly."""
     troubles: list[str] = dataclasses.field(default_factory=list)
     kept: str = ""
 
@@ -62,9 +70,10 @@ def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] =
     """Run one bench with all its clients for so long, and its replay. ``without``: kinds of clients."""
     chance = Random(seed)
     name = f"soak{seed}"
-    metrics_port = 10_000 + 2 * os.getpid() % 20_000  # below those that the kernel gives to others
-    zenoh_port = metrics_port + 1
-    config = random_bench(chance, name, metrics_port, zenoh_port)
+    port = 10_000 + 4 * os.getpid() % 20_000  # below those that the kernel gives to others
+    adapter = EchoingAdapter(chance, place.folder)
+    config = random_bench(chance, name, port, adapter.path)
+    adapter.start()
     log = place.folder / LOG
     server = place.serve(json.dumps(config), "--log", str(log), bench=name)
     scene = Scene(
@@ -72,22 +81,29 @@ def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] =
         config,
         place.folder / f"{name}.yaml",
         server.control,
-        f"tcp/127.0.0.1:{zenoh_port}",
-        f"http://127.0.0.1:{metrics_port}/metrics",
+        f"tcp/127.0.0.1:{port + 1}",
+        f"http://127.0.0.1:{port}/metrics",
     )
-    every = [actor for actor in actors(scene) if type(actor).__name__.lower() not in without]
+    clients = [*actors(scene), *pages(scene, f"http://127.0.0.1:{port + 2}/ws"), Drawer(scene, "drawer")]
+    clients += can_masters(scene)
+    every = [actor for actor in clients if type(actor).__name__.lower() not in without]
     screen = None if "watcher" in without else Watcher(place.runtime)
     for actor in every:
         actor.start()
     scene.over.wait(seconds)
     died = server.process.poll() is not None
     troubles = list(scene.troubles)
-    stop(server, troubles)
+    is_killed = Random(f"{seed} end").random() < KILLED_SHARE
+    if is_killed:
+        server.kill()
+    else:
+        stop(server, troubles)
     scene.over.set()
     if screen:
         screen.end()
     for actor in every:
         actor.join(PATIENCE_S)
+    adapter.end()
     (place.folder / "output").write_text(server.output)
     (place.folder / "config.json").write_text(json.dumps(config, indent=1))
     if died:
@@ -97,7 +113,7 @@ def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] =
     outcome = Outcome(seed, _boards(config), asked=scene.counts["asked"], refused=scene.counts["refused"])
     outcome.over_zenoh = scene.counts["over zenoh"]
     outcome.stopped = server.output.count(" stopped: ")
-    outcome.troubles = troubles
+    outcome.troubles, outcome.is_killed = troubles, is_killed
     check_replay(log, outcome)
     return outcome
 
@@ -129,6 +145,8 @@ def check_replay(log: Path, outcome: Outcome) -> None:
     if not said.startswith("identical: "):
         outcome.troubles.append(said)
         return
+    if (" where the log ends" in said) != outcome.is_killed:
+        outcome.troubles.append(f"the log of a daemon that was killed: {outcome.is_killed}, and: {said}")
     words = said.split()
     outcome.inputs, outcome.bytes, outcome.states = int(words[1]), int(words[3]), int(words[8])
 
@@ -169,7 +187,8 @@ def row(outcome: Outcome) -> str:
     """A line of the table, and what went wrong below it."""
     o = outcome
     line = f"{o.seed:6}  {o.boards:>6}  {o.inputs:6}  {o.bytes:7}  {o.states:6}  {o.asked:6}  {o.refused:6}  "
-    line += f"{o.over_zenoh:6}  {o.stopped:7}  {'TROUBLE' if o.troubles else 'identical'}"
+    line += f"{o.over_zenoh:6}  {o.stopped:7}  "
+    line += "TROUBLE" if o.troubles else "identical, cut" if o.is_killed else "identical"
     rest = [f"        {trouble}" for trouble in o.troubles]
     if o.troubles:
         rest.append(f"        kept in {o.kept}; again: {sys.executable} tests/soak_mixed.py --seed {o.seed}")
@@ -188,7 +207,22 @@ def in_process_of_its_own(seed: int, seconds: float, without: Collection[str]) -
 
 
 def soak(first: int, seconds: float, each_s: float, at_once: int, without: Collection[str]) -> list[Outcome]:
-    """Run seeds from ``first`` on until the time is over."""
+    """Run seeds from ``first`` on until the time is over, beside a bench whose memory is looked at."""
+    with Place() as place:
+        memory = MemorySoak(place, 30_000 + 2 * os.getpid() % 2_000)
+        memory.start()
+        outcomes = _seeds(first, seconds, each_s, at_once, without)
+        memory.end()
+        print(memory.said)
+        if memory.troubles or memory.is_alive():
+            outcomes.append(Outcome(0, troubles=[memory.said, *memory.troubles], kept=keep(place, 0)))
+            print(row(outcomes[-1]))
+    return outcomes
+
+
+def _seeds(
+    first: int, seconds: float, each_s: float, at_once: int, without: Collection[str]
+) -> list[Outcome]:
     outcomes: list[Outcome] = []
     until_s = time.monotonic() + seconds
     lock = threading.Lock()

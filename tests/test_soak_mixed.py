@@ -25,7 +25,7 @@ def test_a_short_one_and_a_log_that_lacks_an_input(place: Place) -> None:
 def test_a_seed_says_all_that_is_chosen() -> None:
     def choices(seed: int) -> list[object]:
         random = Random(seed)
-        config = random_bench(random, "t", 1, 2)
+        config = random_bench(random, "t", 1)
         return [config, run_document(random, "r", list(config["devices"])), typed(random, "sac")]
 
     for seed in range(100):

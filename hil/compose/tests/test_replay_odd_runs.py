@@ -35,7 +35,7 @@ CONFIG: dict[str, Any] = {
         "arm": {"profile": "walter"},
     },
 }
-AXES = ("s1", "m1", "x1", "c1", "arm.forearm", "arm.heel")
+AXES = ("s1", "m1", "x1", "c1", "arm.forearm", "arm.wrist")
 READY_MS = 4200
 MOST_MS = 2000
 """Time after which a run is cancelled."""
