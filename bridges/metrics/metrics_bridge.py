@@ -11,6 +11,7 @@ from bridges.metrics.exposition import CONTENT_TYPE, lines
 from bridges.metrics.metrics_options import Options
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.net.endpoint import endpoint, is_loopback
+from hil.net.transports import abort
 from hil.net.visitors import Visit, Visitors
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import Role, VerbRefused
@@ -102,7 +103,7 @@ class MetricsBridge:
         except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
             self._refused += 1  # it left, is too slow, or asks for too much
         finally:
-            writer.transport.abort()
+            abort(writer.transport)
 
     async def _answer(self, request: bytes, writer: asyncio.StreamWriter) -> None:
         method, _, rest = request.partition(b" ")

@@ -8,6 +8,7 @@ from time import thread_time
 from typing import Any, cast
 
 from bridges.modbus.request_handler import Asker, RequestHandler
+from hil.net.transports import abort
 from hil.net.turns import Turns
 from hil.net.visitors import Visit
 from hil.wire.modbus.mbap import MbapPacket, MbapSplitter, encode
@@ -44,7 +45,7 @@ class TcpClient(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
         if (asker := self._known(self._transport)) is None:
-            self._transport.abort()
+            abort(self._transport)
         self._asker = asker
 
     def data_received(self, data: bytes) -> None:
@@ -106,7 +107,7 @@ class TcpClient(asyncio.Protocol):
                     self.has_turn(HELD)
         finally:
             self.forget()
-            self._transport.abort()
+            abort(self._transport)
 
     def forget(self) -> None:
         """Drop the request that is being carried out, if any."""

@@ -25,6 +25,7 @@ from bridges.web.web_terminals import SharedPorts
 from bridges.web.web_users import UsersError, read_users
 from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
 from hil.net.endpoint import is_loopback
+from hil.net.transports import abort
 from hil.net.turns import Turns
 from hil.net.visitors import Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
@@ -205,7 +206,7 @@ class WebBridge:
         finally:
             del self._visits[protocol]
             if isinstance(transport, asyncio.Transport):
-                transport.abort()
+                abort(transport)
 
     async def _enter(self, request: web.BaseRequest, source: Source, session: str) -> web.StreamResponse:
         """Take a page in. Its connection is not let go for others meanwhile."""

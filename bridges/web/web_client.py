@@ -32,6 +32,7 @@ from bridges.web.web_messages import (
 from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
 from bridges.web.wire_streams import Records
+from hil.net.transports import abort
 from hil.net.turns import Turns
 from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.vocab.verbs import VerbRefused
@@ -133,7 +134,7 @@ class WebClient:
 
     def abort(self) -> None:
         """Hang up."""
-        self._transport.abort()
+        abort(self._transport)
 
     async def end(self, code: WSCloseCode, why: str) -> None:
         """Close the socket: its page has to go."""

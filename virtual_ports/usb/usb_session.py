@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable
 
 from hil.net.traffic import QUEUE_BYTES, Traffic
+from hil.net.transports import abort
 from hil.vocab.ports import PortHost
 from virtual_ports.usb.cdc_acm import CdcAcm
 from virtual_ports.usb.descriptors import Descriptors
@@ -101,7 +102,7 @@ class UsbSession(asyncio.Protocol):
         if self._touch:
             self._touch.cancel()
         if self._transport:
-            self._transport.abort()
+            abort(self._transport)
         was_open, had_backlog = self.device.is_open, self.backlog_bytes > 0
         self.device.close()
         self._count()

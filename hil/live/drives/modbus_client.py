@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from hil.drives.control_bits import RegisterWrite
 from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost
 from hil.net.echo_guard import EchoGuard
+from hil.net.transports import abort
 from hil.vocab.ports import EchoStats, Sole
 from hil.wire.drive_address import RtuPlace, TcpPlace
 from hil.wire.echo import Echo
@@ -122,7 +123,7 @@ class ModbusClient:
             with suppress(Exception):  # a serial port that was unplugged
                 if isinstance(self._place, RtuPlace):
                     transport.sync_serial.reset_output_buffer()
-                transport.abort()
+                abort(transport)
         client.ctx.transport = None  # type: ignore[assignment]
 
     async def read(self, unit: int, span: Span) -> Sequence[int]:
