@@ -11,7 +11,9 @@ from bridges.modbus.request_handler import Asker, RequestHandler
 from hil.net.transports import abort
 from hil.net.turns import Turns
 from hil.net.visitors import Visit
+from hil.vocab.operation import Urgency
 from hil.wire.modbus.mbap import MbapPacket, MbapSplitter, encode
+from hil.wire.modbus.pdu import is_write
 
 HELD = 16
 """Requests that may wait for their turn while more are read."""
@@ -89,7 +91,7 @@ class TcpClient(asyncio.Protocol):
             self._visit.is_busy = True
             if len(self._waiting) > HELD:
                 self._transport.pause_reading()
-            self._turns.queue(self)
+            self._turns.queue(self, Urgency.COMMAND if is_write(self._waiting[0].pdu) else Urgency.READING)
         elif self._splitter.fault:
             self._transport.close()
 

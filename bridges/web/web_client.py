@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from inspect import isawaitable
@@ -35,11 +36,14 @@ from bridges.web.wire_streams import Records
 from hil.net.transports import abort
 from hil.net.turns import Turns
 from hil.vocab.desk_protocol import Desk, Encoded, Source
+from hil.vocab.operation import Urgency, urgency_of
 from hil.vocab.verbs import VerbRefused
 
 MOST_TASKS = 32
 """Requests of a page that wait for their answers at a time."""
 EXPORT = "export"
+SHORT_CHARACTERS = 1024
+"""Length of a message that is read before its turn: a stop must not wait for one."""
 STALLED_S = 10.0
 """Time without reading after which a page loses its socket; it comes back by itself."""
 
@@ -102,7 +106,7 @@ class WebClient:
             async for message in self._socket:
                 await self._rate.wait(asyncio.get_running_loop().time())
                 await self._outbox.room()
-                await self._around.turns.wait()
+                await self._around.turns.wait(self._urgency(message))
                 began_s = thread_time()
                 self._read(message)
                 self._around.turns.note(None, thread_time() - began_s)
@@ -113,6 +117,18 @@ class WebClient:
                 task.cancel()
             await asyncio.gather(sending, *self._tasks, return_exceptions=True)
             self._outbox.drop()
+
+    def _urgency(self, message: WSMessage) -> Urgency:
+        """Class of a message; of a long one, which takes time to read, that of a reading."""
+        if message.type is not WSMsgType.TEXT or len(message.data) > SHORT_CHARACTERS:
+            return Urgency.READING
+        with suppress(BadMessage):
+            asked = read_request(message.data)
+            match asked.given:
+                case {"operation": str(name), "given": dict(given)} if asked.do == "ask":
+                    known = self._desk.describe().operations.get(name)
+                    return urgency_of(known, given) if known else Urgency.READING
+        return Urgency.READING
 
     def turn(self, now_s: float) -> None:
         """Give the page what came since its last turn; a page that does not read gets nothing, and goes."""
@@ -218,8 +234,9 @@ class WebClient:
         known = self._desk.describe().operations
         if (found := known.get(operation)) and not is_offered(found):
             raise VerbRefused("no_verb", f"{operation} is not asked for here")
-        if len(self._tasks) >= MOST_TASKS:
-            raise VerbRefused("not_now", f"{MOST_TASKS} requests wait already; wait for an answer")
+        is_stop = found and urgency_of(found, values["given"]) is Urgency.STOP
+        if len(self._tasks) >= MOST_TASKS and not is_stop:
+            raise VerbRefused("busy", f"{MOST_TASKS} requests wait already; wait for an answer")
         return self._desk.ask(self._source, operation, values["target"], values["given"])
 
     def _send(self, given: Mapping[str, Any]) -> Any:

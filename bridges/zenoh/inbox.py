@@ -7,7 +7,6 @@ import logging
 import threading
 from collections.abc import Callable, Collection
 from contextlib import suppress
-from enum import IntEnum
 from time import thread_time
 from typing import NamedTuple
 
@@ -17,6 +16,7 @@ from bridges.zenoh.keys import COMMAND, KEYS, VERSION
 from bridges.zenoh.publications import encoding
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.source_lane import SourceLane
+from hil.vocab.operation import Urgency
 from hil.wire.json_text import JsonError, read_json
 
 log = logging.getLogger("hil")
@@ -36,14 +36,6 @@ _VERBS, _PARAMETERS = "axis/<device>/cmd/<verb>", "axis/<device>/param/<name>"
 _STOP = "/cmd/stop"
 _NAME_BYTES = 1024
 _REFUSED = encoding("hil.error.v1")
-
-
-class Urgency(IntEnum):
-    """Classes of requests, the most urgent first."""
-
-    STOP = 0
-    COMMAND = 1
-    READING = 2
 
 
 class Request(NamedTuple):

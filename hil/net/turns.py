@@ -4,6 +4,8 @@ import asyncio
 from collections import deque
 from typing import Protocol
 
+from hil.vocab.operation import Urgency
+
 IN_A_PASS = 4
 """Requests of all clients between two looks at what else has come, as for serial ports: some 0.2 ms."""
 SHARE = 0.15
@@ -25,7 +27,7 @@ class Turns:
 
     def __init__(self) -> None:
         self._left = IN_A_PASS
-        self._queue: deque[Waiting] = deque()
+        self._lanes = {Urgency.COMMAND: deque[Waiting](), Urgency.READING: deque[Waiting]()}
         self._next: asyncio.Handle | None = None
         self._loop = asyncio.get_running_loop()
         self._last: object | None = None
@@ -40,13 +42,20 @@ class Turns:
         self._go_on_in_the_next_pass()
         return True
 
-    async def wait(self) -> None:
-        """Wait for a turn for one request, and take it."""
-        if not self._queue and self.take():
+    async def wait(self, urgency: Urgency = Urgency.READING) -> None:
+        """Wait for a turn for one request, and take it. A stop needs none."""
+        if urgency is Urgency.STOP or (not self._waits(urgency) and self.take()):
             return
         waiting = self._loop.create_future()
-        self.queue(_Sleeper(self, waiting))
+        self.queue(_Sleeper(self, waiting), urgency)
         await waiting
+
+    def _waits(self, urgency: Urgency = Urgency.READING) -> bool:
+        """True if a request of this urgency, or of a higher one, waits."""
+        return any(lane for each, lane in self._lanes.items() if each <= urgency)
+
+    def _next_waiting(self) -> Waiting:
+        return next(lane for lane in self._lanes.values() if lane).popleft()
 
     def note(self, client: object | None, took_s: float) -> None:
         """Note the CPU time that turns took. A client alone has no limit: it waits for each answer. None: one
@@ -55,14 +64,15 @@ class Turns:
             self._over_s += took_s
         self._last = client
 
-    def queue(self, client: Waiting) -> None:
-        """Tell a client when it is its turn. Once for each call."""
-        self._queue.append(client)
+    def queue(self, client: Waiting, urgency: Urgency = Urgency.READING) -> None:
+        """Tell a client when it is its turn. Once for each call. Commands come before readings."""
+        self._lanes[urgency].append(client)
         self._go_on_in_the_next_pass()
 
     def close(self) -> None:
         """Give no more turns."""
-        self._queue.clear()
+        for lane in self._lanes.values():
+            lane.clear()
         if self._next:
             self._next.cancel()
 
@@ -80,10 +90,10 @@ class Turns:
             return
         self._next = None
         self._left = IN_A_PASS
-        while self._left and self._queue:
-            client = self._queue.popleft()
-            client.has_turn(1 if self._queue else self._left)
-        if self._queue:
+        while self._left and self._waits():
+            client = self._next_waiting()
+            client.has_turn(1 if self._waits() else self._left)
+        if self._waits():
             self._go_on_in_the_next_pass()
 
 

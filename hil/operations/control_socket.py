@@ -27,7 +27,7 @@ from hil.net.visitors import Visit, Visitors
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
 from hil.vocab.desk_protocol import LOCAL, Desk, Done, Encoded
-from hil.vocab.operation import Operation
+from hil.vocab.operation import Operation, urgency_of
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
@@ -38,6 +38,8 @@ _BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 LOOK_S = 0.25
 """Time between two looks whether a client that waits for an answer is still there."""
+SHORT_BYTES = 1024
+"""Length of a line that is read before its turn: a stop must not wait for one. It takes some 10 us."""
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 _PROBLEMS = ("bad_run", "bad_config")
 """Codes of refusals that are answers here: the problems of a text."""
@@ -160,11 +162,15 @@ class ControlServer:
         """Answer a line of a client, request or not; ``capture`` in the answer: the connection carries one
         from now on."""
         name = ""
-        await self._turns.wait()
+        is_short = not isinstance(line, TooLong) and len(line) <= SHORT_BYTES
+        if not is_short:
+            await self._turns.wait()
         try:
             if isinstance(line, TooLong):
                 raise VerbRefused("bad_request", f"not a request: longer than {_LINE_LIMIT} bytes")
             name, target, given = await off_loop(line, read_request, line, self._operations)
+            if is_short:
+                await self._turns.wait(urgency_of(self._operations[name], given))
             began_s = thread_time()
             result = self._desk.ask(LOCAL, name, target, given)
             self._turns.note(client, thread_time() - began_s)

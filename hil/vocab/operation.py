@@ -1,7 +1,8 @@
 """One thing that can be asked of a bench, as data."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum
 from typing import Any
 
 from hil.vocab.parameters import Parameter
@@ -47,3 +48,21 @@ class Operation:
         """Names of a request's arguments: the target's, then the parameters'."""
         named = (self.target.argument,) if self.target.argument else ()
         return (*named, *(parameter.name for parameter in self.parameters))
+
+
+class Urgency(IntEnum):
+    """Classes of requests, the most urgent first: who comes first where many wait."""
+
+    STOP = 0
+    COMMAND = 1
+    READING = 2
+
+
+STOP_VERB = "stop"
+
+
+def urgency_of(operation: Operation, given: Mapping[str, object]) -> Urgency:
+    """Class of a request for an operation. A viewer's are readings, whatever else he asks for is refused."""
+    if operation.name == "do":
+        return Urgency.STOP if given.get("name") == STOP_VERB else Urgency.COMMAND
+    return Urgency.READING if operation.role is Role.VIEWER else Urgency.COMMAND

@@ -132,7 +132,7 @@ def test_what_takes_its_time_holds_up_nothing() -> None:
             for number in range(100, 100 + web_client.MOST_TASKS):
                 operation = "fail" if number == 100 else "wait"
                 await page.socket.send_json({"id": number, "do": "ask", "operation": operation})
-            assert (await page.ask("ask", operation="wait"))["code"] == "not_now"
+            assert (await page.ask("ask", operation="wait"))["code"] == "busy"
             SlowDesk.may_end.set()
             assert await page.answer(100) == {"code": "not_now", "message": "later"}
             assert await page.answer(101) == {"done": 1}

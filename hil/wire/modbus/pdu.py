@@ -131,6 +131,21 @@ _MASK = struct.Struct(">BHHH")
 _READ_WRITE = struct.Struct(">BHHHHB")
 
 
+WRITES = {
+    Function.WRITE_SINGLE_COIL,
+    Function.WRITE_SINGLE_REGISTER,
+    Function.WRITE_MULTIPLE_COILS,
+    Function.WRITE_MULTIPLE_REGISTERS,
+    Function.MASK_WRITE_REGISTER,
+    Function.READ_WRITE_MULTIPLE_REGISTERS,
+}
+
+
+def is_write(pdu: bytes) -> bool:
+    """True if a request is one of a function that writes."""
+    return pdu[0] in WRITES
+
+
 def parse(pdu: bytes, *, is_serial_line: bool = False) -> Request:
     """Parse a request. Functions 8 and 17 are known on a serial line alone (5.1).
 
