@@ -49,7 +49,8 @@ def master(place: Place) -> Iterator[ModbusSerialClient]:
 
 def test_pymodbus_moves_an_axis(server: Server, master: ModbusSerialClient) -> None:
     assert master.read_input_registers(0, count=1, device_id=2).registers == VERSION
-    assert master.report_device_id(device_id=1).identifier.startswith(b"mechaduino")
+    # pymodbus takes the last byte for the run state: masters differ in where a text may be.
+    assert master.report_device_id(device_id=1).identifier.startswith(b"\1\xffmechaduin")
     assert master.read_input_registers(3000, count=1, device_id=1).exception_code == 2
     assert not master.write_register(0, 1, device_id=1).isError(), "enable"
     high, low = master.convert_to_registers(45.0, master.DATATYPE.FLOAT32)
