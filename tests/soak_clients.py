@@ -43,11 +43,11 @@ class Scene:
         """Random numbers of a client's own."""
         return Random(f"{self.seed} {who}")
 
-    def ask(self, verb: str, **arguments: Any) -> Any:
+    def ask(self, verb: str, patience_s: float = ASK_S, **arguments: Any) -> Any:
         """Ask the daemon; None if the request was refused."""
         self.counts["asked"] += 1
         try:
-            return ask(self.control, verb, timeout_s=ASK_S, **arguments)
+            return ask(self.control, verb, timeout_s=patience_s, **arguments)
         except ControlError as error:
             self.counts["refused"] += 1
             if isinstance(error, BenchSilent) and not self.over.is_set():

@@ -19,6 +19,8 @@ from soak_clients import ASK_S, Actor, Scene
 
 SAVE, LOAD = 0x65766173, 0x64616F6C
 """Signatures of CiA 301 for 1010h and 1011h."""
+PLANS_S = 300.0
+"""Maximum wait for a drawing, which is planned when nothing else is to do, one at a time."""
 WATCHES = ("samples", "packets", "frames", "bytes", "runs", "status", "faults")
 PROTOCOL = "hil.v1"
 CLOSES = aiohttp.ClientWSTimeout(ws_close=0.2)
@@ -136,7 +138,7 @@ class Drawer(Actor):
     pause_s = 1.0
 
     def act(self) -> None:
-        answer = self.scene.ask("drawing", text=program(self.chance), machine=MACHINE)
+        answer = self.scene.ask("drawing", PLANS_S, text=program(self.chance), machine=MACHINE)
         for run in (answer or {}).get("runs", ())[:1]:
             self.scene.ask("run", text=run["text"], file="drawing", fresh=True)
         self.scene.counts["drawings"] += 1

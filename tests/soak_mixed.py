@@ -209,7 +209,7 @@ def in_process_of_its_own(seed: int, seconds: float, without: Collection[str]) -
 def soak(first: int, seconds: float, each_s: float, at_once: int, without: Collection[str]) -> list[Outcome]:
     """Run seeds from ``first`` on until the time is over, beside a bench whose memory is looked at."""
     with Place() as place:
-        memory = MemorySoak(place, 30_000 + 2 * os.getpid() % 2_000)
+        memory = MemorySoak(place, 30_000 + 2 * os.getpid() % 2_000, seconds)
         memory.start()
         outcomes = _seeds(first, seconds, each_s, at_once, without)
         memory.end()
