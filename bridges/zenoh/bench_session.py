@@ -23,7 +23,7 @@ from bridges.zenoh.users import SecurityError, read_users, refuse_endless
 from bridges.zenoh.work import Work
 from bridges.zenoh.zenoh_config import opened, password_file, session_config
 from hil.vocab.address import owner_of
-from hil.vocab.bridge_protocol import Answered, BenchGone, BridgeError, NameClash
+from hil.vocab.bridge_protocol import Answered, BenchGone, BenchProblem, BridgeError
 from hil.vocab.desk_protocol import Desk, Source
 
 log = logging.getLogger("hil")
@@ -107,7 +107,7 @@ class ZenohBridge:
         self._senders: Senders | None = None
         self._joined: _Joined | None = None
         self._is_closed = False
-        self._clash: NameClash | None = None
+        self._clash: BenchProblem | None = None
         """Clash that keeps this bench from joining."""
 
     async def open(self) -> None:
@@ -202,7 +202,7 @@ class ZenohBridge:
     async def benches(self) -> Sequence[str]:
         return await self._joined.others.benches() if self._joined else []
 
-    def name_clash(self) -> NameClash | None:
+    def name_clash(self) -> BenchProblem | None:
         return self._joined.name.clash if self._joined else self._clash
 
     def status(self) -> Mapping[str, Any]:

@@ -17,7 +17,7 @@ from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from bridges.zenoh.work import LATER, Work
 from hil.vocab.address import owner_of
-from hil.vocab.bridge_protocol import NameClash
+from hil.vocab.bridge_protocol import BenchProblem
 from hil.vocab.desk_protocol import Desk, Done, Source
 from hil.vocab.verbs import VerbRefused
 
@@ -48,7 +48,7 @@ class CommandHandler:
         readings: Readings,
         sender: Sender,
         work: Work,
-        clash: Callable[[], NameClash | None] = lambda: None,
+        clash: Callable[[], BenchProblem | None] = lambda: None,
     ) -> None:
         self._desk, self._gate = desk, gate
         self._here = desk.describe()

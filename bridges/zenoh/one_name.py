@@ -6,7 +6,7 @@ from typing import Any
 import zenoh
 
 from bridges.zenoh.keys import prefix
-from hil.vocab.bridge_protocol import NameClash
+from hil.vocab.bridge_protocol import BenchProblem
 
 ASK_S = 1.0
 _REMEDY = "end one of them, or give it another name (`bench:`)"
@@ -18,10 +18,10 @@ def is_taken(session: zenoh.Session, bench: str) -> bool:
     return any(token.ok for token in tokens)
 
 
-def stands_aside(bench: str, where: str) -> NameClash:
+def stands_aside(bench: str, where: str) -> BenchProblem:
     """Clash of a bench that does not join, as it came second."""
     what = f"another bench {bench} is joined at {where}; this one is not, and tries again each second"
-    return NameClash(bench, what, _REMEDY)
+    return BenchProblem(bench, what, _REMEDY)
 
 
 class OneName:
@@ -49,9 +49,9 @@ class OneName:
             self._others.add(key)
 
     @property
-    def clash(self) -> NameClash | None:
+    def clash(self) -> BenchProblem | None:
         """Clash with others that are joined too; None: there are none."""
         if not (count := len(self._others)):
             return None
         what = f"{count} more joined as {self._bench}: commands, except stop, are refused here"
-        return NameClash(self._bench, what, _REMEDY)
+        return BenchProblem(self._bench, what, _REMEDY)

@@ -43,8 +43,8 @@ class BenchGone(Exception):
     """Error of another bench that does not answer: ``str(error)`` says which and for how long."""
 
 
-class NameClash(NamedTuple):
-    """Other benches that have the name of this one: what is so, and what helps."""
+class BenchProblem(NamedTuple):
+    """Problem of a bench behind a door, as another one has its name: what is so, and what helps."""
 
     bench: str
     what: str
@@ -68,7 +68,7 @@ class BenchDoor(Protocol):
     async def benches(self) -> Sequence[str]:
         """Names of the other benches that are joined now."""
 
-    def name_clash(self) -> NameClash | None:
+    def name_clash(self) -> BenchProblem | None:
         """Clash of this bench's name with another's, as it is now."""
 
 
