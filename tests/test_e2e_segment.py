@@ -120,6 +120,27 @@ def test_a_real_node_keeps_its_address(place: Place) -> None:
         assert node.quiet(0.2) == b""
 
 
+def test_a_client_has_its_speed_both_ways(place: Place) -> None:
+    """Boards at another speed than the usual one: the taps follow them, or a client sets it."""
+    fast = {**SAC, "bauds": {"network": 115200}}
+    server = place.serve(config(speed=1, devices={"s1": fast}, segments={"bus0": {
+        "stations": ["s1"], "baud": 38400, "taps": {"master": {}},
+    }}))  # fmt: skip
+    server.ready("s1", boot_ns=SAC_READY_NS)
+    (row,) = server.ask("segments")
+    assert row["notes"] == [
+        "the speeds differ, and stations of two speeds read wrong bytes: s1.network 115200 baud;"
+        " bus0.master 38400 baud"
+    ]
+    problems = server.ask("status")["health"]["problems"]
+    assert [(each["kind"], each["about"]) for each in problems] == [("segment", "bus0")]
+    with serial.Serial(address(server, "bus0.master"), 115200, timeout=20) as master:
+        master.write(encode(85, 1, b"y"))
+        assert master.read(7) == encode(1, 85, ACK)
+        (row,) = server.ask("segments")
+        assert row["notes"] == []
+
+
 def test_more_than_a_tap_takes_at_once_goes_out_all_the_same(place: Place) -> None:
     """The rest goes out although nothing else happens on the wire that could wake anybody."""
     text = config(

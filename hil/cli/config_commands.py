@@ -52,6 +52,7 @@ def check(
         besides, said = say_what_is_spoilt(bench), _what_boards_say(bench)
         text = f"{config}: bench {bench.bench}, {counted(len(bench.devices), 'device')}, no problems{besides}"
         answer = {"bench": bench.bench, "devices": list(bench.devices), "problems": [], "said": said}
+        said |= _what_lines_say(bench)
         lines = [f"{axis}: {line}" for axis, each in said.items() for line in each]
         return CommandAnswer(answer, "\n".join([text, *lines]))
     from hil.config import diff as difference
@@ -106,6 +107,17 @@ def _what_boards_say(bench: "BenchConfig") -> dict[str, list[str]]:
             if lines := [*says(plan)]:
                 said[axes.label(name, axis)] = lines
     return said
+
+
+def _what_lines_say(bench: "BenchConfig") -> dict[str, list[str]]:
+    """Notes on the speeds of segments, by their names: those of stations, taps and real adapters."""
+    from hil.compose import find_catalogue
+    from hil.config.segment_speeds import segment_speeds
+    from hil.vocab.segment import speed_notes
+
+    profiles = find_catalogue(path=bench.profile_path).profiles
+    notes = {name: speed_notes(segment_speeds(bench, name, profiles)) for name in bench.segments}
+    return {name: each for name, each in notes.items() if each}
 
 
 def _table_problems(bench: "BenchConfig", config: Path) -> list[str]:

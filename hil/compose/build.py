@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from hil.compose.find import make_segment
 from hil.compose.framings import framing_of
 from hil.config import BenchConfig, Catalogue, DeviceConfig
+from hil.config.segment_speeds import USUAL_BAUD
 from hil.config.station_names import station_uart
 from hil.core import Core
 from hil.firmware.idle import Idle
@@ -182,16 +183,19 @@ def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalo
     framing = framing_of(config, framings, catalogue)
     segment = make_segment(group, framing, FORMATS[config.format])
     bench.roster.add_segment(name, segment, group)
+    bauds = [config.baud] if config.baud else []
     for device, part in stations:
         uarts = bench.devices[device].uarts
         uart = part or str(station_uart(uarts))
         uarts[uart].join(segment, str(Address(device, uart)))
+        bauds.append(uarts[uart].baud_now)
+    baud = (*bauds, USUAL_BAUD)[0]
     if config.modbus:
         from hil.compose.modbus_nodes import add_nodes  # most benches start without Modbus
 
-        add_nodes(bench, config.modbus, config.baud, segment, group, catalogue)
+        add_nodes(bench, config.modbus, baud, segment, group, catalogue)
     for tap_name, tap in config.taps.items():
         label = str(Address(name, tap_name))
-        made = Tap(label, segment, group, config.baud, only_listens=tap.listen, is_real=tap.real)
+        made = Tap(label, segment, group, baud, only_listens=tap.listen, is_real=tap.real)
         bench.roster.add_tap(made, group)
         segment.set_echo(label, tap.hears_itself)

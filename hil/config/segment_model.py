@@ -76,11 +76,12 @@ class SegmentConfig(StrictModel):
     modbus: ModbusConfig | None = Field(
         default=None, description="Axes on this wire as nodes of Modbus RTU, a mapping."
     )
-    baud: int = Field(
-        default=38400,
+    baud: int | None = Field(
+        default=None,
         ge=300,
         le=4_000_000,
-        description="The speed at which taps and Modbus nodes send and listen, in baud.",
+        description="The speed at which taps and Modbus nodes send and listen, in baud; null: that of the"
+        " first of the stations, 38400 without one. A client that sets a speed at a tap has it both ways.",
     )
     format: Annotated[Literal["8N1", "8E1", "8O1", "8N2"], BeforeValidator(_format)] = Field(
         default="8N1",

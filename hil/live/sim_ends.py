@@ -203,6 +203,8 @@ class TapEnd:
         self._is_held = False
         self._is_fresh = False
         tap.listeners.append(self._has_heard)
+        if isinstance(tap, Tap):
+            tap.client_baud = joint.port.client_baud
         if isinstance(joint.port, EchoPort) and isinstance(tap, Tap):
             joint.port.tell_sole(tap.sole, in_pieces=True)
 

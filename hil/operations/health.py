@@ -13,9 +13,11 @@ from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.vitals import Vitals
 from hil.sim.bench import BenchRuntime
+from hil.sim.segment_tap import Tap
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BenchDoor, Bridge
 from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, OK
+from hil.vocab.segment import SegmentView, speed_notes
 
 MISSED_SHARE = 0.01
 LOOP_LATE_NS = 1_000_000_000
@@ -34,7 +36,7 @@ KINDS = {
     "device": "a device's firmware has stopped",
     "flash": "a device's memory could not be written",
     "port": "a port cannot go on, or a real board or drive is away",
-    "segment": "stations of a segment share an address",
+    "segment": "stations of a segment share an address, or have several speeds",
     "name": "another bench has the name of this one",
     "bus": "a client has opened a tap of a CAN bus with a wrong bit rate",
 }
@@ -149,6 +151,15 @@ class Health:
             for address, stations in segment.clashes().items():
                 what = f"two stations have one address {address}: {', '.join(stations)}"
                 yield HealthProblem("segment", name, what, "give each an address of its own")
+            yield from self._speeds(name, segment)
+
+    def _speeds(self, name: str, segment: SegmentView) -> Iterator[HealthProblem]:
+        """Problem of stations of several speeds; what clients of taps have set is theirs."""
+        own = {label: tap.baud for label, tap in self.sim.taps.items() if isinstance(tap, Tap)}
+        for what in speed_notes({each: own.get(each, baud) for each, baud in segment.speeds().items()}):
+            yield HealthProblem(
+                "segment", name, what, "give all one `baud`, those of devices and the segment's"
+            )
 
     def _of_taps(self) -> Iterator[HealthProblem]:
         for bus in self.sim.buses:

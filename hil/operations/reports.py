@@ -25,11 +25,13 @@ from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.load_limit import load_notes
+from hil.sim.segment_tap import Tap
 from hil.vocab.address import Address, address_of
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import PortStats
+from hil.vocab.segment import speed_notes
 from hil.vocab.verbs import described
 
 NO_PORT = PortStats(clients=0, connects=0, rx_bytes=0, tx_bytes=0, dropped_bytes=0, unheard_bytes=0)
@@ -254,11 +256,17 @@ def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
         own = {label: tap for label, tap in places.taps.items() if label.startswith(f"{name}.")}
         taps = [
             {"tap": label, "address": tap.port.address, "clients": tap.port.stats().clients}
-            | {"baud": segment.baud_of(label)}
+            | {"baud": tap.end.tap.baud if isinstance(tap.end.tap, Tap) else None}
             for label, tap in own.items()
         ]
         clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
         notes = [f"two stations have one {clash}" for clash in clashes]
+        unheard = {
+            label: tap.end.tap.baud
+            for label, tap in own.items()
+            if isinstance(tap.end.tap, Tap) and not tap.port.stats().clients
+        }
+        notes += speed_notes(dict(segment.speeds()) | unheard)
         for tap in own.values():
             notes += [tap.failure] if tap.failure else []
             notes += tap.end.tap.notes.values()

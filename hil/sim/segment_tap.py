@@ -26,8 +26,12 @@ class Tap:
     name: str
     segment: Segment
     clock: Clock
-    baud_now: int
+    baud: int
+    """Speed of a client that has set none, in baud."""
     _: KW_ONLY
+    client_baud: Callable[[], int | None] = lambda: None
+    """Speed that a client has set, at which it sends and listens; None: it has set none. What others on the
+    wire hear does not depend on it."""
     only_listens: bool = False
     is_real: bool = False
     """True if a real line hangs here: addresses that send there are left to the real nodes."""
@@ -45,6 +49,11 @@ class Tap:
     def __post_init__(self) -> None:
         self._sent = self.segment.framing.splitter()
         self._bits = self.segment.line_format.bits
+
+    @property
+    def baud_now(self) -> int:
+        """Speed at which a client listens now."""
+        return self.client_baud() or self.baud
 
     @property
     def sole(self) -> SoleOf:
@@ -71,7 +80,7 @@ class Tap:
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         if isinstance(given, Play):
             for offset_ns, data in given.bursts:
-                self.clock.at(now_ns + offset_ns, partial(self._send, bytes.fromhex(data), self.baud_now))
+                self.clock.at(now_ns + offset_ns, partial(self._send, bytes.fromhex(data), self.baud))
             return
         if not isinstance(given, Bytes):
             return
@@ -80,7 +89,7 @@ class Tap:
             return
         if self.is_real:
             self._leave_to_real_nodes(given.data, now_ns)
-        self._send(given.data, given.client_baud or self.baud_now, now_ns)
+        self._send(given.data, given.client_baud or self.baud, now_ns)
 
     def _send(self, data: bytes, baud: int, now_ns: SimTimeNs) -> None:
         start_ns = SimTimeNs(max(now_ns, self._free_ns))
@@ -88,7 +97,7 @@ class Tap:
         self.segment.transmit(self.name, start_ns, data, baud)
 
     def _leave_to_real_nodes(self, data: bytes, now_ns: SimTimeNs) -> None:
-        for item in self._sent.burst(data, now_ns, self.baud_now).items:
+        for item in self._sent.burst(data, now_ns, self.baud).items:
             if item.origin is not None and not item.fault:
                 for station in self.segment.clashes_with(item.origin, self.name):
                     self.segment.give_way(station)

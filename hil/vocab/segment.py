@@ -9,6 +9,9 @@ from hil.vocab.framing import Framing, Item
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import SimTimeNs
 
+_NAMED = 4
+"""Maximum number of stations of one speed that a note names."""
+
 
 class HeardCharacter(Protocol):
     """Character that a receiver reads, complete at ``at_ns``; a framing error if its stop bit was low, a
@@ -80,6 +83,9 @@ class SegmentView(Protocol):
     def baud_of(self, station: str) -> int:
         """Speed of a station, in baud."""
 
+    def speeds(self) -> Mapping[str, int]:
+        """Speeds of all stations now, in baud."""
+
     def clashes(self) -> Mapping[int, list[str]]:
         """Stations on the line by address, for each address that several have."""
 
@@ -123,3 +129,17 @@ class Segment(SegmentView, Protocol):
 
     def clear(self, number: int, fault: Fault, station: str) -> None:
         """End a fault."""
+
+
+def speed_notes(speeds: Mapping[str, int]) -> list[str]:
+    """Say that stations of one segment have several speeds; nothing if they have one. ``speeds``: in baud."""
+    by_speed: dict[int, list[str]] = {}
+    for name, baud in speeds.items():
+        by_speed.setdefault(baud, []).append(name)
+    if len(by_speed) < 2:
+        return []
+    said = (
+        f"{', '.join(names[:_NAMED])}{' ...' if len(names) > _NAMED else ''} {baud} baud"
+        for baud, names in by_speed.items()
+    )
+    return [f"the speeds differ, and stations of two speeds read wrong bytes: {'; '.join(said)}"]

@@ -92,6 +92,9 @@ class Segment:
     def left_address(self, station: str) -> int | None:
         return self.stations[station].left_address
 
+    def speeds(self) -> Mapping[str, int]:
+        return {name: station.receiver.baud_now for name, station in self.stations.items()}
+
     def clashes_with(self, address: int, but: str) -> list[str]:
         members = self.stations.by_address.get(address, {})
         return [name for name, member in members.items() if name != but and not member.is_cut]

@@ -4,6 +4,8 @@ import pytest
 
 from hil.compose import find_catalogue
 from hil.config import ConfigError, from_dict, parse, schema
+from hil.config.segment_speeds import segment_speeds
+from hil.vocab.segment import speed_notes
 
 CATALOGUE = find_catalogue()
 SAC = {"profile": "sac"}
@@ -215,3 +217,14 @@ def test_an_echo_is_of_adapters():
     at = "modbus+rtu:///dev/ttyUSB0?unit=1"
     _, said = problems(devices={"x": {"profile": "modbus_drive", "at": at, "echo": True}})
     assert said.startswith("a real drive has no such key")
+
+
+def test_speeds_on_a_segment_are_those_of_its_stations_nodes_and_taps():
+    taps = {"here": {}, "real": {"port": {"kind": "serial", "url": "/dev/ttyUSB0", "baud": 9600}}}
+    segment = {"stations": ["s1", "s2"], "taps": taps}
+    devices = {"s1": {**SAC, "bauds": {"network": 115200}}, "s2": SAC}
+    made = from_dict({"bench": "t", "devices": devices, "segments": {"bus0": segment}}, CATALOGUE)
+    speeds = segment_speeds(made, "bus0", CATALOGUE.profiles)
+    assert speeds == {"s1.network": 115200, "s2.network": 38400, "bus0.here": 115200, "bus0.real": 9600}
+    (said,) = speed_notes(speeds)
+    assert said.endswith("s1.network, bus0.here 115200 baud; s2.network 38400 baud; bus0.real 9600 baud")
