@@ -184,7 +184,7 @@ def test_plots_are_saved(pages: Bench) -> None:
 def test_fields_of_a_plot_are_chosen(pages: Bench) -> None:
     page = pages.open("bench/m1")
     plotted(page, "position_deg")
-    button(page, "Fields (7)")
+    button(page, "Fields (8)")
     page.get_by_label(re.compile("^yw")).check()
     expect(page.locator(".trace", has_text=re.compile("^yw"))).to_be_visible()
     page.get_by_label(re.compile("^torque_Nm")).uncheck()
