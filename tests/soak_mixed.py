@@ -29,7 +29,7 @@ from random import Random
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from e2e_support import HIL, PATIENCE_S, Place, Server
+from e2e_support import FAULTS_OF_OURS, HIL, PATIENCE_S, Place, Server
 from soak_benches import random_bench
 from soak_clients import Scene, Watcher, actors
 from soak_doors import Drawer, EchoingAdapter, can_masters, pages
@@ -108,8 +108,7 @@ def run_seed(seed: int, seconds: float, place: Place, without: Collection[str] =
     (place.folder / "config.json").write_text(json.dumps(config, indent=1))
     if died:
         troubles.insert(0, "the daemon ended by itself")
-    if "Traceback" in server.output:
-        troubles.append("a traceback in the daemon's log")
+    troubles += [f"{word!r} in the daemon's log" for word in FAULTS_OF_OURS if word in server.output]
     outcome = Outcome(seed, _boards(config), asked=scene.counts["asked"], refused=scene.counts["refused"])
     outcome.over_zenoh = scene.counts["over zenoh"]
     outcome.stopped = server.output.count(" stopped: ")

@@ -107,7 +107,9 @@ class CommandHandler:
     def _carry_out(self, source: Source, key: str, command: Command, query: zenoh.Query | None) -> None:
         answer = self._desk.ask(source, command.operation, command.target, command.given)
         if isawaitable(answer):
-            self._work.begin(self._answer_later(source, key, command, query, answer))
+            doing = asyncio.ensure_future(answer)
+            task = self._work.begin(self._answer_later(source, key, command, query, doing))
+            task.add_done_callback(lambda _: doing.cancel())  # one that never began has not awaited it
         else:
             self._answer_done(source, key, command, query, answer)
 

@@ -37,7 +37,7 @@ class Readings:
         desk: Desk,
         publications: Publications,
         sender: Sender,
-        work: Callable[[Coroutine[Any, Any, None]], None],
+        work: Callable[[Coroutine[Any, Any, None]], object],
     ) -> None:
         self._desk = desk
         self._here = desk.describe()

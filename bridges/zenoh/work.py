@@ -24,10 +24,11 @@ class Work:
         """Number of tasks that wait for a motion's end."""
         return len(self._waiting)
 
-    def begin(self, working: Coroutine[Any, Any, None]) -> None:
+    def begin(self, working: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         task = asyncio.get_running_loop().create_task(working)
         self._working.add(task)
         task.add_done_callback(self._worked)
+        return task
 
     def _worked(self, task: asyncio.Task[None]) -> None:
         self._working.discard(task)

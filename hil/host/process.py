@@ -1,5 +1,6 @@
 """Resources of this process: memory, CPU time, file descriptors. Sources: proc(5), getrusage(2)."""
 
+import errno
 import os
 import re
 import resource
@@ -19,21 +20,23 @@ class Process(NamedTuple):
 
 
 def read_process() -> Process:
-    """Read the process's resources, in some tens of us; 0 where no file descriptor is left to read one."""
+    """Read the process's resources, in some tens of us. Where no file descriptor is left to read them, all
+    are in use, and the memory is 0."""
     usage = resource.getrusage(resource.RUSAGE_SELF)
+    max_fds = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     try:
         with open("/proc/self/status") as file:
             status = dict(re.findall(r"^(VmRSS|VmLck):\s*(\d+) kB", file.read(), re.M))
         open_fds = len(os.listdir("/proc/self/fd")) - 1  # without the one that lists them
-    except OSError:
-        status, open_fds = {}, 0
+    except OSError as error:
+        status, open_fds = {}, max_fds if error.errno == errno.EMFILE else 0
     return Process(
         resident_bytes=int(status.get("VmRSS", 0)) * 1024,
         locked_bytes=int(status.get("VmLck", 0)) * 1024,
         cpu_s=usage.ru_utime + usage.ru_stime,
         major_faults=usage.ru_majflt,
         open_fds=open_fds,
-        max_fds=resource.getrlimit(resource.RLIMIT_NOFILE)[0],
+        max_fds=max_fds,
     )
 
 

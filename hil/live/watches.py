@@ -6,11 +6,14 @@ from dataclasses import dataclass
 
 from hil.sim.bench import BenchRuntime
 from hil.telemetry import Sampler, Subscription
-from hil.telemetry.sampler import MAX_SAMPLES_PER_S
+from hil.telemetry.sampler import MAX_SAMPLES_PER_S, QUEUE_SAMPLES
 from hil.vocab.address import owner_of
 
 MAX_WATCHES = 256
 """Maximum number of watches of the control socket's clients."""
+MOST_WAITING = QUEUE_SAMPLES // 2
+"""Maximum number of samples that wait for all of them together: 50 MB, or 5 s of one at the shortest
+interval."""
 _LONGEST_POLL_S = 0.1
 _SHORTEST_POLL_S = 0.001
 
@@ -58,6 +61,7 @@ class Watches:
         held = self._open[watch]
         held.asked_s = asyncio.get_running_loop().time()
         self.sampler.poll()
+        self._keep_limit()
         return held.subscription.take(at_most), held.subscription.lost
 
     def close(self, watch: int) -> None:
@@ -70,12 +74,21 @@ class Watches:
             self._timer.cancel()
             self._timer = None
 
+    def _keep_limit(self) -> None:
+        """Let the watches with most samples lose the oldest ones: fewer than their share stay."""
+        queues = sorted((held.subscription for held in self._open.values()), key=lambda each: each.waiting)
+        left = MOST_WAITING
+        for number, queue in enumerate(queues):
+            queue.keep(left // (len(queues) - number))
+            left -= queue.waiting
+
     def _poll(self) -> None:
         self.stop()
         loop = asyncio.get_running_loop()
         for watch in [w for w, held in self._open.items() if loop.time() - held.asked_s > self._idle_s]:
             self.close(watch)
         self.sampler.poll()
+        self._keep_limit()
         if period_ns := self.sampler.period_ns:
             wait_s = period_ns * 1e-9 / self._speed / 2
             self._timer = loop.call_later(min(max(wait_s, _SHORTEST_POLL_S), _LONGEST_POLL_S), self._poll)

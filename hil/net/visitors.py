@@ -35,6 +35,8 @@ class Visitors:
     loop: asyncio.AbstractEventLoop
     stay: Callable[[socket.socket, Visit], Coroutine[None, None, None]]
     say: Callable[[str], object]
+    has_spare: bool = False
+    """True keeps a file descriptor for one more client when all others are in use."""
     turned_away: int = field(default=0, init=False)
     """Number of clients that were let go, or not let in."""
     visits: set[Visit] = field(default_factory=set, init=False)
@@ -45,7 +47,7 @@ class Visitors:
 
     def listen(self, listener: socket.socket) -> None:
         """Let clients in at this socket, too."""
-        self._acceptors.append(Acceptor(listener, self.loop, self.take, self._wait))
+        self._acceptors.append(Acceptor(listener, self.loop, self.take, self._wait, self.has_spare))
 
     def take(self, connection: socket.socket) -> None:
         """Serve a client, or hang up."""

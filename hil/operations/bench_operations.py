@@ -49,10 +49,10 @@ class BenchOperations:
         if name and not re.fullmatch(NAME_PATTERN, name):
             raise VerbRefused("bad_parameter", f"no name of a run: {name!r}; it is as in `{NAME_PATTERN}`")
         if check:
-            return _planned(self.queue.check(asked.source, text, file))
+            return _planned(lambda: self.queue.check(asked.source, text, file))
         try:
             submitted = self.queue.submit(asked.source, text, file, name=name, fresh=fresh)
-            return submitted.as_dict() if isinstance(submitted, Progress) else _planned(submitted)
+            return submitted.as_dict() if isinstance(submitted, Progress) else _planned(lambda: submitted)
         except ConfigError as error:
             raise VerbRefused("bad_run", str(error)) from None
 
@@ -82,9 +82,10 @@ class BenchOperations:
         return {"pid": os.getpid()}
 
 
-async def _planned(planning: Awaitable[Any]) -> dict[str, Any]:
+async def _planned(planning: Callable[[], Awaitable[Any]]) -> dict[str, Any]:
+    """Answer for a plan, which is not begun where this is not."""
     try:
-        answer = await planning
+        answer = await planning()
     except ConfigError as error:
         raise VerbRefused("bad_run", str(error)) from None
     return answer.as_dict() if isinstance(answer, Progress) else dict(answer)

@@ -11,7 +11,7 @@ import logging
 import os
 import select
 import socket
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import closing, suppress
 from inspect import isawaitable
 from pathlib import Path
@@ -36,6 +36,8 @@ _MODE = 0o660
 MAX_CLIENTS = 64
 _BACKLOG = 128
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
+ENDS_WITH_CLIENT = ("benches", "drawing", "run", "wait")
+"""Operations that end where their client has gone before they have done anything."""
 LOOK_S = 0.25
 """Time between two looks whether a client that waits for an answer is still there."""
 SHORT_BYTES = 1024
@@ -123,7 +125,8 @@ def let_in(listener: socket.socket, serve: Serve, line_limit: int) -> Visitors:
         with closing(writer), suppress(ConnectionError):
             await serve(reader, writer, visit)
 
-    visitors = Visitors("control socket", MAX_CLIENTS, asyncio.get_running_loop(), stay, log.warning)
+    loop = asyncio.get_running_loop()
+    visitors = Visitors("control socket", MAX_CLIENTS, loop, stay, log.warning, has_spare=True)
     visitors.listen(listener)
     return visitors
 
@@ -149,8 +152,7 @@ class ControlServer:
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
         while not self._is_closed and (line := await _next_line(reader)):
             visit.is_busy = visit.has_asked = True
-            if (answer := await _unless_gone(self.answer(line, visit), writer)) is None:
-                return
+            answer = await self.answer(line, writer)
             capture = answer.pop("capture", None)
             await _write(answer, writer)
             if capture:
@@ -158,9 +160,15 @@ class ControlServer:
             visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
             await writer.drain()
 
-    async def answer(self, line: bytes | TooLong, client: object | None = None) -> dict[str, Any]:
+    async def answer(
+        self, line: bytes | TooLong, client: asyncio.StreamWriter | None = None
+    ) -> dict[str, Any]:
         """Answer a line of a client, request or not; ``capture`` in the answer: the connection carries one
-        from now on."""
+        from now on.
+
+        Raises:
+            ConnectionError: the client has gone; what was done for it has ended.
+        """
         name = ""
         is_short = not isinstance(line, TooLong) and len(line) <= SHORT_BYTES
         if not is_short:
@@ -175,7 +183,11 @@ class ControlServer:
             result = self._desk.ask(LOCAL, name, target, given)
             self._turns.note(client, thread_time() - began_s)
             if isawaitable(result):
+                if client and name in ENDS_WITH_CLIENT:
+                    result = _unless_gone(result, client)
                 result = await result
+        except ConnectionError:
+            raise
         except VerbRefused as error:
             if error.code in _PROBLEMS:
                 return {"ok": True, "result": {"problems": str(error)}}
@@ -215,16 +227,13 @@ def read_request(line: bytes, operations: Mapping[str, Operation]) -> tuple[str,
     return name, target, request
 
 
-async def _unless_gone(
-    answering: Coroutine[Any, Any, dict[str, Any]], writer: asyncio.StreamWriter
-) -> dict[str, Any] | None:
-    """Wait for an answer as long as its client is there: what is done for it ends with it. None: it has
-    gone."""
+async def _unless_gone(answering: Awaitable[Any], client: asyncio.StreamWriter) -> Any:
+    """Wait for an answer as long as its client is there. Raises ConnectionError: it has gone."""
     task = asyncio.ensure_future(answering)
     try:
         while not (await asyncio.wait([task], timeout=LOOK_S))[0]:
-            if _has_gone(writer):
-                return None
+            if _has_gone(client):
+                raise ConnectionResetError
         return task.result()
     finally:
         task.cancel()

@@ -57,9 +57,18 @@ class Subscription:
         """Queue samples; ``lost`` were lost before them."""
         self.lost += lost
         self._queue.extend(samples)
-        while len(self._queue) > QUEUE_SAMPLES:
+        self.keep(QUEUE_SAMPLES)
+
+    def keep(self, most: int) -> None:
+        """Lose the oldest samples of more than so many."""
+        for _ in range(len(self._queue) - most):
             self._queue.popleft()
             self.lost += 1
+
+    @property
+    def waiting(self) -> int:
+        """Number of samples in the queue."""
+        return len(self._queue)
 
     def take(self, at_most: int | None = None) -> list[tuple[float, ...]]:
         """Rows of (at_ns, a value for each signal) since the last call."""

@@ -118,6 +118,7 @@ class DriveMotion(ABC):
         self.abandon()
         self.failure = None
         self._task = asyncio.get_running_loop().create_task(self._guarded(doing))
+        self._task.add_done_callback(lambda _: doing.close())  # if it was abandoned before it began
 
     async def _guarded(self, doing: Coroutine[Any, Any, None]) -> None:
         try:

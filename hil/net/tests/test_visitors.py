@@ -68,6 +68,9 @@ class FakeListener(FakeConnection):
     def accept(self) -> tuple[FakeConnection, Any]:
         raise OSError(24, "Too many open files")
 
+    def fileno(self) -> int:
+        return 0  # of the tests it is always readable: somebody waits
+
 
 class House:
     """Visitors by the names of their connections."""
