@@ -89,7 +89,8 @@ static void all_else_is_the_kernels(void)
     CHECK_INT(error_of(-1, TIOCMGET, &lines), EBADF);
     CHECK_INT(error_of(fd, TIOCMGET, NULL), EFAULT);
     CHECK_INT(error_of(fd, TIOCGICOUNT, NULL), EFAULT);
-    CHECK_INT(error_of(fd, TIOCGRS485, &lines), ENOTTY); /* a request of serial ports that is not about lines */
+    CHECK_INT(error_of(fd, TIOCSERGETLSR, &lines), ENOTTY); /* a request of serial ports that is not about lines */
+    CHECK_INT(error_of(ends[0], TIOCGRS485, &(struct serial_rs485){0}), ENOTTY);
     struct winsize size = {.ws_row = 7}, got = {0};
     CHECK_INT(ioctl(fd, TIOCSWINSZ, &size), 0);
     CHECK_INT(ioctl(master, TIOCGWINSZ, &got), 0);
