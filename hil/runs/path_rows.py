@@ -10,7 +10,7 @@ from hil.vocab.path import DEG_PER_S, PathPiece
 from hil.vocab.time import NS_PER_S
 
 ROWS = 100_000
-"""Maximum number of rows of a path."""
+"""Maximum number of rows of a path, and of all paths of a run, repetitions counted."""
 LONGEST_S = 86_400.0
 FARTHEST_DEG = 1e6
 SLACK = 1e-3

@@ -18,7 +18,7 @@ from hil.core.trajectory import (
     plan_spline_within,
 )
 from hil.runs.board_bounds import WHOLE_RPM, bound_findings, fitted
-from hil.runs.path_rows import PathReading
+from hil.runs.path_rows import ROWS, PathReading
 from hil.runs.plan import Phrases, Plan
 from hil.runs.run_document import (
     STEPS,
@@ -145,6 +145,7 @@ class StepPlanner:
         self.run, self._document = run, document
         self._axes = axes
         self._said: set[KeyPath] = set()
+        self._rows_left = ROWS
         self.findings: list[Finding] = []
         self.phrases = Phrases({name: axes[name] for name in run.axes})
 
@@ -283,6 +284,10 @@ class StepPlanner:
                 self._said.add(place)
                 self.findings += reading.findings
             raise _Impossible
+        self._rows_left -= len(reading.rows)
+        if self._rows_left < 0:
+            what = f"the run has over {ROWS} rows up to here, repetitions counted"
+            raise _Impossible((*place, "rows"), what, "repeat less, or make several runs of it")
         if reading.rows:
             pieces = dict(zip(path.axes, reading.pieces(here), strict=True))
             ends_deg = dict(zip(path.axes, reading.rows[-1].end_deg, strict=True))

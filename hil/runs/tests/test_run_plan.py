@@ -301,3 +301,12 @@ def test_all_problems_of_a_text_and_of_its_bench_are_listed_at_once() -> None:
     assert "there is no device 'm9'" in said
     assert "'m7' is none of" in said
     assert "any" not in said, "what a device has that there is not is not known"
+
+
+def test_rows_have_a_limit_with_their_repetitions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hil.runs.planner.ROWS", 8)
+    path = {"label": "again", "path": {"axes": ["m1"], "rows": "1 0 0.1\n1 2 0.2\n1 0 0.1\n1 2 0"}}
+    plan(path, {"repeat": {"label": "again", "times": 1}})
+    said = problems(path, {"repeat": {"label": "again", "times": 9000}})
+    assert "the run has over 8 rows up to here, repetitions counted (repeat less" in said
+    assert len(said) < 300
