@@ -43,6 +43,20 @@ def imports_in(text: str) -> list[str]:
     return names
 
 
+_C = {"libc", "cpython", "cython"}
+_OF_C = {"libc.time": "time"}
+"""What C has that the pure standard library has not, by the module of Python that it is as good as."""
+_CYTHON = re.compile(r"^[ \t]*(?:from\s+([\w.]+)\s+c?import\s|c?import\s+([\w., \t]+))", re.M)
+
+
+@cache
+def cython_imports_in(text: str) -> list[str]:
+    """Names of the modules that Cython's source imports or takes declarations from, without C's own."""
+    found = (one or many for one, many in _CYTHON.findall(text))
+    names = (name.split()[0] for group in found for name in group.split(",") if name.strip())
+    return [_OF_C.get(name, name) for name in names if _root(name) not in _C or name in _OF_C]
+
+
 def is_within(module: str, package: str) -> bool:
     """True if a module is a package or anything in it."""
     return module == package or module.startswith(f"{package}.")
@@ -82,15 +96,28 @@ class House:
                 graph.remove_import(importer=importer, imported=package)
                 importers.add(importer)
         for importer in importers:
-            for imported in self._imports(importer):
+            for imported in self.imports(importer):
                 if _root(imported) in self.roots:
                     graph.add_import(importer=importer, imported=_longest(imported, known))
+        for importer in compiled:
+            for imported in {_root(name) for name in self._cython_imports(importer)} - set(self.roots):
+                graph.add_module(imported, is_squashed=True)
+                graph.add_import(importer=importer, imported=imported)
         return [name for name in unseen if name not in added]
 
-    def _imports(self, module: str) -> Iterator[str]:
+    def imports(self, module: str) -> Iterator[str]:
+        """Names that a module imports, with that of the module they are from before them."""
         path = self.files[module]
         package = module if path.stem == "__init__" else module.rpartition(".")[0]
-        return (resolve_name(name, package) for name in imports_in(path.read_text()))
+        names = [*imports_in(path.read_text()), *self._cython_imports(module)]
+        return (resolve_name(name, package) for name in names)
+
+    def _cython_imports(self, module: str) -> list[str]:
+        """Modules that a compiled module's source imports; declarations of C (``.pxd``) are none."""
+        source = self.files[module].with_suffix(".pyx")
+        names = cython_imports_in(source.read_text()) if source.exists() else []
+        beside = {f"{module.rpartition('.')[0]}.{path.stem}" for path in source.parent.glob("*.pxd")}
+        return [name for name in names if name not in beside]
 
 
 class _HouseContract(Contract):
@@ -194,6 +221,19 @@ class Signs(_HouseContract):
         if name == ANY:
             return _root(imported) not in self.house.roots
         return is_within(imported, name)
+
+
+class PrivateNames(_HouseContract):
+    """Contract: what begins with ``_`` is imported in its own room alone. A compiled module has such a name,
+    and is no private one."""
+
+    def problems(self, graph: ImportGraph) -> Iterator[str]:
+        for module in self.house.files:
+            for name in self.house.imports(module):
+                if _root(name) in self.house.roots and _room(name) != _room(module):
+                    inside = name.removeprefix(_longest(name, graph.modules)).removeprefix(".")
+                    if inside.startswith("_") and not inside.startswith("__"):
+                        yield f"{module} imports {name}, which is private to {_room(name)}"
 
 
 class NoCircles(_HouseContract):

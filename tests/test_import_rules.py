@@ -35,6 +35,12 @@ def kind(module: str, imported: str) -> Plant:
     return plant._replace(files={f"{folder}/__init__.py": '"""A new kind."""\n', **plant.files})
 
 
+def compiled(module: str, text: str, imported: str) -> Plant:
+    """A new compiled module whose source has this text."""
+    path = module.replace(".", "/")
+    return Plant({f"{path}.pyx": text, f"{path}.pyi": ""}, f"{module} imports {imported},")
+
+
 TYPES = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import {}\n"
 LATER = "def run() -> None:\n    import {}\n"
 PLANTS = {
@@ -96,6 +102,17 @@ PLANTS = {
     "when it runs": planted("hil.host.new", "hil.sim.bench", LATER),
     "relative": planted("hil.sim.new", "hil.live.guard", "from ..live import guard  # {}\n"),
     "a name of a module": planted("hil.wire.new", "hil.sim.uart", "from {} import DeviceUart\n"),
+    # compiled
+    "Cython to clock": compiled("hil.wire._new", "import time\n", "time"),
+    "Cython to C's clock": compiled("hil.wire._new", "from libc.time cimport time\n", "time"),
+    "Cython upwards": compiled("hil.wire._new", "from hil.sim.uart cimport DeviceUart\n", "hil.sim.uart"),
+    # rooms in rooms, private names, tests
+    "drives to runs in live": planted("hil.live.drives.new", "hil.live.runs.queue"),
+    "faults to nodes in sim": planted("hil.sim.faults.new", "hil.canopen.sync"),
+    "a test in sim to operations": planted("hil.sim.tests.test_new", "hil.operations.health"),
+    "a private name": planted(
+        "hil.operations.new", "hil.live.sim_ends._joined", "from hil.live.sim_ends import _joined  # {}\n"
+    ),
     # around the signs
     "a room without a sign": Plant({"hil/attic/__init__.py": '"""Old things."""\n'}, "hil.attic has no sign"),
     "a module without a sign": Plant({"hil/attic.py": '"""Old things."""\n'}, "hil.attic has no sign"),
@@ -132,8 +149,8 @@ PLANTS = {
 def answers(tmp_path_factory: pytest.TempPathFactory) -> list[list[str]]:
     """Findings in a copy as it is, and with each plant."""
     copy = tmp_path_factory.mktemp("copy")
-    for source in [path for root in ROOTS for path in (ROOT / root).rglob("*.py*")]:
-        if source.suffix in (".py", ".pyi"):
+    for source in [path for root in ROOTS for path in (ROOT / root).rglob("*.p[yx]*")]:
+        if source.suffix in (".py", ".pyi", ".pyx", ".pxd"):
             target = copy / source.relative_to(ROOT)
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(source, target)
@@ -145,7 +162,7 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> list[list[str]]:
         cwd=copy,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0, done.stderr

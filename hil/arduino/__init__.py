@@ -9,4 +9,6 @@ of the arduino-cli documentation, protocol version 1. The IDE 1.8 (from 1.8.9) h
 such monitor: PluggableDiscovery, BoardPort and BaseNoGui in the sources of 1.8.13 and 1.8.19.
 
 May import: hil.config, hil.host, hil.net, hil.vocab, the standard library, yaml.
+
+Tests may import too: hil.cli, hil.compose.
 """

@@ -5,6 +5,8 @@ alone.
 
 May import: hil.canopen, hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.registers, hil.sim,
 hil.vocab, hil.wire, the standard library, pydantic.
+
+Tests may import too: hil.testing.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -8,6 +8,8 @@ words.
 
 May import: hil.core, hil.registers, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib,
 pathlib, posixpath, pydantic, pydantic_core, yaml.
+
+Tests may import too: hil.compose, hil.live, hil.testing.
 """
 
 from hil.config.catalogue import Catalogue, ProfileInfo, profile_from_yaml

@@ -6,4 +6,6 @@ Light, because each start of a board's own command waits for it. A board is some
 raises is a problem of that board.
 
 May import: hil.vocab, the standard library.
+
+Tests may import too: hil.compose.
 """

@@ -2,4 +2,6 @@
 what they refuse, why, and the line that mends it (``doctor.py``).
 
 May import: hil.core, hil.vocab, the standard library.
+
+Tests may import too: hil.net.
 """

@@ -7,4 +7,6 @@ over firmware, the core's thread. ``live_bench.py`` composes it.
 
 May import: hil.canopen, hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.host, hil.net,
 hil.registers, hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire, the standard library, can, pymodbus.
+
+Tests may import too: hil.daemon, hil.testing.
 """

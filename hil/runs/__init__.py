@@ -4,6 +4,8 @@
 
 May import: hil.config, hil.core, hil.sim, hil.telemetry, hil.vocab, the pure standard library, pydantic,
 pydantic_core.
+
+Tests may import too: hil.firmware, hil.testing.
 """
 
 from hil.runs.board_bounds import bounds_of

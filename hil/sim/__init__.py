@@ -8,4 +8,6 @@ the operating system.
 
 May import: hil.canopen, hil.core, hil.firmware, hil.registers, hil.vocab, hil.wire,
 the pure standard library.
+
+Tests may import too: hil.live, hil.testing.
 """

@@ -4,6 +4,8 @@
 figures; ``text_plot.py`` and ``picture.py`` draw it.
 
 May import: hil.core, hil.vocab, the standard library, matplotlib, plotext.
+
+Tests may import too: hil.compose, hil.config, hil.sim, hil.testing, hil.wire.
 """
 
 from hil.telemetry.recording import Recording, check_signals

@@ -9,7 +9,7 @@ stable: changes stand in the CHANGELOG.
 May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.net, hil.runs,
 hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, can, numpy, pytest, serial.
 
-Tests may import too: device_profiles.
+Tests may import too: device_profiles, hil.live, hil.registers.
 """
 
 from hil.compose.replay import Replayed, replay

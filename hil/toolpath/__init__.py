@@ -9,5 +9,5 @@ Pure: no clock, no line, no file.
 
 May import: hil.config, hil.core, hil.gcode, hil.runs, hil.vocab, the pure standard library, pydantic.
 
-Tests may import too: device_profiles, hil.discovery, hil.testing.
+Tests may import too: device_profiles, hil.discovery, hil.firmware, hil.testing.
 """

@@ -4,4 +4,6 @@ names of serial ports; Modbus; CAN frames and slcan; JSON that comes from outsid
 Everything here is pure: times are arguments or offsets in nanoseconds.
 
 May import: hil.vocab, the pure standard library.
+
+Tests may import too: hil.testing.
 """

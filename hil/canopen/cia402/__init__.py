@@ -4,4 +4,6 @@
 Everything here is pure: simulated time is an argument, and the axis is moved through ``MotorAxis`` alone.
 
 May import: hil.canopen, hil.core, hil.firmware, hil.vocab, hil.wire.canopen, the pure standard library.
+
+Tests may import too: hil.wire.
 """

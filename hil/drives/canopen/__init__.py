@@ -8,4 +8,6 @@ lost. Times are arguments.
 
 Sources: CiA 301 V4.2.0, CANopen application layer and communication profile; CiA 402-2 V3.0 and V4.0, drives
 and motion control, operation modes and application data.
+
+May import: hil.drives, hil.wire, the pure standard library.
 """

@@ -14,4 +14,9 @@ On CAN: ``can_adapter.py`` is the one module that knows python-can; ``can_line.p
 drive, ``can_session.py`` how it is greeted and watched.
 
 What they decide is in ``hil.drives``, which knows no clock and no socket.
+
+May import: hil.drives, hil.firmware, hil.live.configured, hil.registers, hil.vocab, hil.wire,
+the standard library, can, pymodbus.
+
+Tests may import too: hil.config.
 """

@@ -3,4 +3,6 @@
 ``bench_bus.py`` is a bus as the bench has it, ``can_tap.py`` an adapter with a client, ``channel_node.py``
 the node of a channel, ``canopen_card.py`` the interface card of an axis.
 What clients send is an input; a node is an input of nothing.
+
+May import: hil.canopen, hil.core, hil.sim, hil.vocab, hil.wire, the pure standard library.
 """

@@ -4,4 +4,6 @@
 ``register_server.py`` carries out its requests at one moment, ``verb_ends.py`` says when a motion that one
 began has ended, ``answer_faults.py`` spoils answers. A node is an input of nothing: its inputs are the bytes
 on the wire.
+
+May import: hil.core, hil.registers, hil.sim, hil.vocab, hil.wire, the pure standard library.
 """

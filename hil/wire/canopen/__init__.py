@@ -6,4 +6,6 @@ of which ``eds_names.py`` reads more; ``canopen_codes.py`` and ``abort_codes.py`
 here is a node, or decides what one answers: a frame that is wrong is said as well as it can be.
 
 Sources: CiA 301 (application layer), CiA 305 (LSS), CiA 402 (drives).
+
+May import: hil.vocab, hil.wire.can, the pure standard library.
 """

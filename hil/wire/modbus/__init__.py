@@ -6,4 +6,8 @@ requests and parses answers. ``mbap.py`` splits a TCP stream; a serial line's fr
 ``hil.wire.modbus_rtu``. Nothing here knows what a register means.
 
 Source: MODBUS Application Protocol Specification V1.1b3, whose sections stand in parentheses.
+
+May import: hil.vocab, the pure standard library.
+
+Tests may import too: hil.wire.
 """

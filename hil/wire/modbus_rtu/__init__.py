@@ -5,4 +5,6 @@ tells questions from answers, which ``frame_words.py`` says in words; ``rtu_fram
 asks. Many kinds of boards may speak it, so it is here and in no board's folder.
 
 Source: MODBUS over Serial Line, Specification and Implementation Guide V1.02, 2.5.1 (RTU transmission mode).
+
+May import: hil.vocab, hil.wire, the pure standard library.
 """
