@@ -7,7 +7,7 @@ from typing import NamedTuple
 from hil.cli.decoded_item import DecodedItem, DecodedKind
 from hil.cli.terminal_lines import APART_NS, TerminalLines
 from hil.compose.find import find_catalogue
-from hil.compose.framings import LINE_FRAMING, in_format
+from hil.compose.framings import in_format
 from hil.vocab.framing import Framing, Item, Party, Splitter
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -45,7 +45,7 @@ class _Line:
             left_out.note(f"{line.name} says {name!r}, which is no framing here: shown as bytes (--framing)")
         self._name = line.name
         self._baud = line.baud or choice.baud
-        self._framing: Framing = in_format(framings.get(name) or framings[LINE_FRAMING], line_format)
+        self._framing: Framing = in_format(framings.get(name) or BYTES, line_format)
         self._splitter: Splitter = self._framing.splitter()
         self._kind = DecodedKind.BYTES if self._framing is BYTES else DecodedKind.PACKET
         self._begun_ns = self._last_ns = 0

@@ -6,7 +6,7 @@ alone.
 May import: hil.canopen, hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.registers, hil.sim,
 hil.vocab, hil.wire, the standard library, pydantic.
 
-Tests may import too: hil.testing.
+Tests may import too: hil.runs, hil.testing.
 """
 
 from typing import TYPE_CHECKING, Any

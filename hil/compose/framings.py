@@ -7,13 +7,9 @@ from hil.config import Catalogue, ConfigError
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import FORMATS, LineFormat
 from hil.vocab.profile import Profile
-from hil.wire.bytes_framing import BYTES
 
 if TYPE_CHECKING:
     from hil.config.segment_model import SegmentConfig
-
-LINE_FRAMING = BYTES.name
-"""Framing of a line for which neither a board on it nor a tap says one."""
 
 
 class Framings(Mapping[str, Framing]):
@@ -45,6 +41,7 @@ class Framings(Mapping[str, Framing]):
 
 def _common() -> dict[str, Framing]:
     """Framings that belong to no board; most benches have no line."""
+    from hil.wire.bytes_framing import BYTES
     from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
 
     return {MODBUS_RTU.name: MODBUS_RTU, BYTES.name: BYTES}
@@ -58,12 +55,16 @@ def in_format(framing: Framing, line_format: LineFormat) -> Framing:
 
 
 def framing_of(config: "SegmentConfig", boards: Iterable[Framing | None], catalogue: Catalogue) -> Framing:
-    """Find the framing of a line: Modbus RTU if it has to, what a tap says, or the first of the ``boards`` on
-    it that says one."""
+    """Find the framing of a line: Modbus RTU if it has to, what a tap says, the first of the ``boards`` on it
+    that says one, or bytes."""
     if config.speaks_modbus:
         from hil.wire.modbus_rtu.rtu_framing import modbus_rtu
 
         return modbus_rtu(FORMATS[config.format])
-    said = [tap.framing for tap in config.taps.values() if tap.framing]
-    name = said[0] if said else LINE_FRAMING
-    return (None if said else next(filter(None, boards), None)) or catalogue.framings[name]
+    if said := next((tap.framing for tap in config.taps.values() if tap.framing), None):
+        return catalogue.framings[said]
+    if found := next(filter(None, boards), None):
+        return found
+    from hil.wire.bytes_framing import BYTES
+
+    return BYTES

@@ -9,7 +9,7 @@ words.
 May import: hil.core, hil.registers, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib,
 pathlib, posixpath, pydantic, pydantic_core, yaml.
 
-Tests may import too: hil.compose, hil.live, hil.testing.
+Tests may import too: hil.cli, hil.compose, hil.live, hil.runs, hil.testing, hil.toolpath.
 """
 
 from hil.config.catalogue import Catalogue, ProfileInfo, profile_from_yaml

@@ -11,7 +11,6 @@ from hil.vocab.address import Address, owner_of
 from hil.vocab.faults import OF_FRAMINGS
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import EIGHT_N_1
-from hil.wire.bytes_framing import BYTES
 
 _NO_PACKETS = "say at a tap what the packets on this line are, as in `framing: sac`"
 Said = tuple[KeyPath, str, str]
@@ -38,9 +37,16 @@ def framing_findings(
                 message = f"{name} speaks {known[0][2]} already, by {known[0][1]}; this is {framing}"
                 yield Finding(path, message, "put it on a segment of its own")
         if known or not said:
-            framing_here = catalogue.framings[known[0][2]] if known else BYTES
+            framing_here = catalogue.framings[known[0][2]] if known else _of_bytes()
             lines |= dict.fromkeys((name, *_stations(name, segment, devices)), framing_here)
     yield from _faults(value.get("faults"), lines)
+
+
+def _of_bytes() -> Framing:
+    """Framing of a line on which nothing says what it speaks."""
+    from hil.wire.bytes_framing import BYTES  # most benches have no such line
+
+    return BYTES
 
 
 def _boards(

@@ -7,5 +7,5 @@ here is a node, or decides what one answers: a frame that is wrong is said as we
 
 Sources: CiA 301 (application layer), CiA 305 (LSS), CiA 402 (drives).
 
-May import: hil.vocab, hil.wire.can, the pure standard library.
+May import: hil.vocab, hil.wire.can, hil.wire.left_out, hil.wire.outside_text, the pure standard library.
 """
