@@ -74,9 +74,8 @@ class _Reader:
         elif name:
             is_whole = part == _WHOLE and self._plain(fields, "objecttype") in _HAS_SUBINDICES
             self.names[index, part] = ObjectName("" if is_whole else kind, name)
-        given = fields.get("parametervalue") or fields.get("defaultvalue")
-        if given and count <= 0:
-            self._set(index, max(part, 0), given)
+        if count <= 0:
+            self._set(index, max(part, 0), fields.get("parametervalue"), fields.get("defaultvalue"))
 
     def _take_compact(self, index: int, name: str, kind: str, count: int, fields: _Fields) -> None:
         """Take an object whose sub-indices have no sections: they are alike except lists of names and of
@@ -88,15 +87,15 @@ class _Reader:
         for subindex in range(1, count + 1):
             own, _ = names.get(str(subindex), (f"{name} {subindex}", 0))
             self.names.setdefault((index, subindex), ObjectName(kind, own))
-            if given := values.get(str(subindex)) or fields.get("defaultvalue"):
-                self._set(index, subindex, given)
+            self._set(index, subindex, values.get(str(subindex)), fields.get("defaultvalue"))
 
-    def _set(self, index: int, subindex: int, given: tuple[str, int]) -> None:
-        """Set a first value, if it is one that is wanted."""
+    def _set(self, index: int, subindex: int, *given: tuple[str, int] | None) -> None:
+        """Set a first value, if it is one that is wanted: the first that is given and not empty."""
         if index not in _OF_PDOS or (subindex > 1 and index & 0x200 == 0):
             return
-        text, line = given
-        if not (text := _COMMENT.sub("", text)):
+        texts = [(_COMMENT.sub("", each[0]), each[1]) for each in given if each]
+        text, line = next((each for each in texts if each[0]), ("", 0))
+        if not text:
             return
         value = _number(text, self._node)
         if value is None:

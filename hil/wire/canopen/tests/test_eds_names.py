@@ -101,6 +101,20 @@ def test_a_dcf_has_the_values_that_were_set() -> None:
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "[1800sub1]\nParameterName=x\nDataType=7\nDefaultValue=0x181\nParameterValue=\n",
+        "[1800sub1]\nParameterName=x\nDataType=7\nDefaultValue=0x181\nParameterValue= ; as it was\n",
+        "[1800]\nParameterName=x\nDataType=7\nDefaultValue=0x181\nCompactSubObj=1\n[1800Value]\n1=\n",
+    ],
+)
+def test_an_empty_value_of_a_dcf_leaves_the_default(text: str) -> None:
+    objects, said = read(text)
+    assert not said
+    assert objects.values[0x1800, 1] == bytes.fromhex("81010000")
+
+
+@pytest.mark.parametrize(
     ("number", "data", "words"),
     [
         (0x08, "0000c841", "25"),
