@@ -129,6 +129,19 @@ export function pointsOf(made: Drawing, line: number): [number, number] {
   return [Math.max(made.lines[at]![0] - 1, 0), made.lines[at + 1]?.[0] ?? made.count];
 }
 
+/** Points of the path between which the machine is, with so much of a part's plan gone at least and at most. Within a
+ * line it goes at most twice as far as evenly: a closed arc's beginning is not taken for its end. */
+export function pointsBetween(made: Drawing, part: DrawingPart | undefined, least_s: number, most_s: number): [number, number] {
+  if (!part) return [0, 0];
+  const [from] = pointsOf(made, lineAt(part, least_s));
+  const [first, last] = pointsOf(made, lineAt(part, most_s));
+  const next = part.timeline.findIndex(([at_s]) => at_s > most_s);
+  const begin_s = part.timeline[(next < 0 ? part.timeline.length : next) - 1]?.[0] ?? 0;
+  const end_s = part.timeline[next]?.[0] ?? part.duration_s;
+  const share = end_s > begin_s ? Math.min(Math.max((2 * (most_s - begin_s)) / (end_s - begin_s), 0), 1) : 1;
+  return [from, Math.max(from, first + Math.floor(share * (last - 1 - first)))];
+}
+
 /** Share of a drawing that is done, 0 to 1. */
 export function shareDone(parts: DrawingPart[], number: number, gone_s: number): number {
   const whole = parts.reduce((sum, part) => sum + part.duration_s, 0);

@@ -15,6 +15,8 @@ export interface RunProgress {
   steps: number;
   /** Simulated time at which it ends as planned; null: it is not known. */
   planned_end_ns: number | null;
+  /** Simulated time at which it was begun; null: it waits, or that is not known. */
+  started_at_ns: number | null;
   /** Time of its plan that is gone, and its pace: 1 as planned, 0 paused. */
   gone_ns: number;
   pace: number;
@@ -34,6 +36,7 @@ export function readRun(raw: unknown): RunProgress | null {
     step: numberOf(told["step"]) ?? 0,
     steps: numberOf(told["steps"]) ?? 0,
     planned_end_ns: numberOf(told["planned_end_ns"]),
+    started_at_ns: numberOf(told["started_at_ns"]),
     gone_ns: numberOf(told["gone_ns"]) ?? 0,
     pace: numberOf(told["pace"]) ?? 1,
     why: typeof told["why"] === "string" ? told["why"] : "",

@@ -3,17 +3,20 @@
 
 import { effect, signal } from "@preact/signals";
 import type { Drawing } from "../../model/drawing";
-import { lineAt, partOf, pointsOf } from "../../model/drawing";
+import { partOf, pointsBetween } from "../../model/drawing";
 import { PathDeviation } from "../../model/path_deviation";
+import type { RunProgress } from "../../model/run_progress";
+import { boardAngleOf, SampledPlaces } from "../../model/sampled_places";
 import type { WatchHandle } from "../../net/channels";
 import { devices, link } from "../../store";
 import { drawing, run } from "./path_state";
 
 const RATE_HZ = 200;
 const MOST_POINTS = 200_000;
-const SAME_s = 1e-4;
 /** A run that is seen so early is seen whole: its axes have hardly moved. */
 const BEGINNING_NS = 3e8;
+/** The first samples come later than what is known of the run by so much at most. */
+const LATER_s = 2;
 
 /** Places of all axes, one point after the other. */
 export class Followed {
@@ -52,74 +55,52 @@ export const deviation = signal<{ largest: number; now: number } | null>(null);
 export const isSeenWhole = signal(true);
 export const whyNotSeen = signal("");
 
-/** Signals that tell where an axis stands by its board's zero, in which set-points are; `hil zero` moves the shaft's. */
-function boardAngle(axis: string): string[] {
-  const names = (devices.peek().get(axis)?.fields ?? []).map((field) => field.name);
-  return ["yw", "commanded_deg", "to_be_deg"].filter((name) => names.includes(name)).slice(0, 1);
-}
-
 class Following {
-  /** Board's angle less the shaft's, by axis, as the first samples have them. */
-  private readonly shifts_deg: (number | undefined)[] = [];
-  private readonly waiting: Float64Array[][];
   private readonly watches: WatchHandle[];
-  private readonly off: PathDeviation;
-  private readonly place: Float64Array;
+  private readonly sampled: SampledPlaces;
+  private off: PathDeviation | null = null;
 
+  /** `pointsAt`: points of the path between which the machine is at a time of the bench. */
   constructor(
     private readonly made: Drawing,
     private readonly into: Followed,
-    from: [number, number],
+    private readonly pointsAt: (at_s: number) => [number, number],
   ) {
-    const { axes } = made;
-    this.off = new PathDeviation(made.places, axes.length, ...from);
-    this.off.largest = deviation.peek()?.largest ?? 0;
-    this.place = new Float64Array(axes.length);
-    this.waiting = axes.map(() => []);
-    this.watches = axes.map(({ axis }, number) =>
-      link.watch(
-        { what: "samples", target: axis, fields: ["position_deg", ...boardAngle(axis)], rate_Hz: RATE_HZ },
+    this.sampled = new SampledPlaces(made.axes);
+    this.watches = made.axes.map(({ axis }, number) => {
+      const board = boardAngleOf(devices.peek().get(axis)?.fields ?? []);
+      const fields = board === undefined ? ["position_deg"] : ["position_deg", board];
+      return link.watch(
+        { what: "samples", target: axis, fields, rate_Hz: RATE_HZ },
         {
-          samples: (values, rows, columns) => this.take(number, values, rows, columns),
+          samples: (values, rows, columns) => (this.sampled.take(number, values, rows, columns), this.join()),
           refused: (error) => (whyNotSeen.value = error.message),
           again: () => (isSeenWhole.value = false),
         },
-      ),
-    );
+      );
+    });
   }
 
   end(): void {
     for (const watch of this.watches) watch.close();
   }
 
-  private take(number: number, values: Float64Array, rows: number, columns: number): void {
-    for (let row = 0; row < rows; row++) this.waiting[number]!.push(values.slice(row * columns, (row + 1) * columns));
-    this.join();
+  /** Take the places that are complete. */
+  private join(): void {
+    let now: number | null = null;
+    while (this.sampled.next()) {
+      const { place, at_s } = this.sampled;
+      this.into.add(place);
+      this.off ??= this.begin(at_s);
+      now = this.off.take(place);
+    }
+    if (now !== null) deviation.value = { largest: this.off!.largest, now };
   }
 
-  /** Make points of samples of one time. */
-  private join(): void {
-    const { axes } = this.made;
-    let now = deviation.peek()?.now ?? 0;
-    let isNew = false;
-    while (this.waiting.every((rows) => rows.length > 0)) {
-      const last_s = Math.max(...this.waiting.map((rows) => rows[0]![0]!));
-      const late = this.waiting.find((rows) => rows[0]![0]! < last_s - SAME_s);
-      if (late) {
-        late.shift();
-        continue;
-      }
-      this.waiting.forEach((rows, number) => {
-        const { deg_per_unit, zero_deg } = axes[number]!;
-        const [, shaft_deg, board_deg] = rows.shift()!;
-        const shift_deg = (this.shifts_deg[number] ??= board_deg === undefined ? 0 : board_deg - shaft_deg!);
-        this.place[number] = (shaft_deg! + shift_deg - zero_deg) / deg_per_unit;
-      });
-      this.into.add(this.place);
-      now = this.off.take(this.place);
-      isNew = true;
-    }
-    if (isNew) deviation.value = { largest: this.off.largest, now };
+  private begin(at_s: number): PathDeviation {
+    const off = new PathDeviation(this.made.places, this.made.axes.length, ...this.pointsAt(at_s));
+    off.largest = deviation.peek()?.largest ?? 0;
+    return off;
   }
 }
 
@@ -133,6 +114,13 @@ function clear(made: Drawing): void {
   whyNotSeen.value = "";
 }
 
+/** Time of a run's plan that is gone at most at a time of the bench. */
+function mostGone_s(run: RunProgress, at_s: number): number {
+  const gone_s = run.gone_ns / 1e9;
+  const since_s = run.started_at_ns === null ? gone_s : at_s - run.started_at_ns / 1e9;
+  return Math.max(Math.min(since_s, gone_s + LATER_s * run.pace), gone_s);
+}
+
 effect(() => {
   const [made, now] = [drawing.value, run.value];
   const name = now && now.state === "running" && made ? now.run : null;
@@ -144,9 +132,8 @@ effect(() => {
   const isFirst = partOf(now.run, made.machine) === 0;
   if (isFirst || !followed.peek() || followed.peek()!.axes !== made.axes.length) clear(made);
   const part = made.parts[partOf(now.run, made.machine) ?? 0];
-  const isBeginning = isFirst && now.gone_ns < BEGINNING_NS;
   if (now.gone_ns >= BEGINNING_NS) isSeenWhole.value = false;
-  const from: [number, number] = isBeginning || !part ? [0, 0] : pointsOf(made, lineAt(part, now.gone_ns / 1e9));
-  following = { name, made, it: new Following(made, followed.peek()!, from) };
+  const gone_s = now.gone_ns / 1e9;
+  const pointsAt = (at_s: number) => pointsBetween(made, part, gone_s, mostGone_s(now, at_s));
+  following = { name, made, it: new Following(made, followed.peek()!, pointsAt) };
 });
-
