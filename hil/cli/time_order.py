@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Iterator
 from hil.cli.decoded_item import DecodedItem
 from hil.wire.pcapng import CaptureError
 
-_LATEST_NS = (1 << 63) - 1
-"""Year 2262. A file may say later times, which have no order among them then."""
+_EARLIEST_NS, _LATEST_NS = -(1 << 63), (1 << 63) - 1
+"""Years 1677 and 2262. A file may say times beyond, which have no order among them then."""
 WINDOW_NS = 500_000_000
 """Time by which items are held back live: longer than nearly all of them take."""
 
@@ -69,7 +69,7 @@ def in_order(again: Callable[[], Iterable[DecodedItem]]) -> Iterator[DecodedItem
     """
     next_ns, error = array("q"), None
     try:
-        next_ns.extend(min(item.at_ns, _LATEST_NS) for item in again())
+        next_ns.extend(max(_EARLIEST_NS, min(item.at_ns, _LATEST_NS)) for item in again())
     except CaptureError as caught:
         error = caught
     for at in range(len(next_ns) - 2, -1, -1):  # the earliest time of each item and all behind it

@@ -270,7 +270,7 @@ def _line(body: bytes, order: str, number: int) -> _Line:
     resolution = (options.get(_IF_TSRESOL) or b"\x06")[0]
     ticks = 1 << (resolution & 0x7F) if resolution & 0x80 else 10**resolution
     offset = options.get(_IF_TSOFFSET, b"")
-    since_s = int.from_bytes(offset, "little" if order == "<" else "big", signed=True)
+    (since_s,) = struct.unpack(f"{order}q", offset) if len(offset) == 8 else (0,)
     return _Line(_interface(options, order, number, link in CAN_LINKS), link, ticks, since_s)
 
 

@@ -23,6 +23,11 @@ def test_what_can_be_had_twice_is_sorted(given: list[int]) -> None:
     assert times(in_order(lambda: map(item, given))) == sorted(given)
 
 
+def test_times_that_cannot_be_end_no_reading() -> None:
+    given = [5, -(10**21), 10**27, 7]
+    assert [each.at_ns for each in in_order(lambda: map(item, given))] == sorted(given)
+
+
 def test_equal_times_stay_as_they_come() -> None:
     given = [item(5, "a"), item(3, "b"), item(5, "c"), item(3, "d")]
     assert [each.source for each in in_order(lambda: given)] == ["b", "d", "a", "c"]

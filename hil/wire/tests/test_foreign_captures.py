@@ -108,6 +108,14 @@ def test_pcapng_of_other_programs() -> None:
         assert said.startswith("3 left out: ")
 
 
+@pytest.mark.parametrize("size", [0, 4, 5000])
+def test_an_offset_of_times_that_has_no_eight_bytes_is_none(size: int) -> None:
+    since = struct.pack("<HH", 14, size) + b"\x7f" * size
+    found, said = rows(section() + interface(227, since) + packet(HEARTBEAT, 5))
+    assert [(each.at_ns, each.data) for each in found] == [(5000, HEARTBEAT)]
+    assert not said
+
+
 def test_older_and_simpler_blocks_have_packets_too() -> None:
     old = block(2, struct.pack("<HHIIII", 0, 0, 0, 5, 9, 9) + HEARTBEAT)
     simple = block(3, struct.pack("<I", 9) + HEARTBEAT)
