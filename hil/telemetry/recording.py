@@ -23,6 +23,8 @@ def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
     return tuple(dict.fromkeys(signals))
 
 
+_BOARD_ANGLES = {"yw", "y", "r", "commanded_deg", "to_be_deg", "measured_deg"}
+"""Angles by the zero of a board; `hil zero` moves that of the shaft's, ``position_deg``."""
 _SETPOINT_UNITS = {ord("v"): "rpm", ord("t"): ""}
 """Units of a closed loop's set-point by its mode where it is no angle: a velocity, and counts of effort."""
 
@@ -64,10 +66,12 @@ class Recording:
 
     def panels(self) -> list[list[str]]:
         """Signals that share a panel of a picture: those of one unit, in order. The control error has its
-        own: beside the angle it would be a straight line."""
-        groups: dict[tuple[str, bool], list[str]] = {}
+        own: beside the angle it would be a straight line. So has the shaft's angle beside the board's, which
+        has another zero."""
+        groups: dict[tuple[str, str], list[str]] = {}
         for signal in self.signals:
-            groups.setdefault((self.unit(signal), signal == "e"), []).append(signal)
+            is_apart = signal == "e" or (signal == "position_deg" and bool(_BOARD_ANGLES & {*self.signals}))
+            groups.setdefault((self.unit(signal), signal if is_apart else ""), []).append(signal)
         return list(groups.values())
 
     def csv(self) -> Iterable[str]:

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { decimate, display, niceRange, niceStep, widen } from "../src/model/decimate";
+import { copyWhere, decimate, display, niceRange, niceStep, widen } from "../src/model/decimate";
 import { Ring } from "../src/model/ring";
 
 function filled(rows: number, capacity: number): Ring {
@@ -105,5 +105,19 @@ describe("ranges", () => {
     const range = niceRange(3, 3, 1, [0, 0]);
     expect(range[1] - range[0]).toBeGreaterThanOrEqual(1);
     expect(niceRange(Infinity, -Infinity, 2, [0, 0])).toEqual([-1, 1]);
+  });
+});
+
+describe("values that change their unit", () => {
+  it("are parted by what stands beside them", () => {
+    const ring = new Ring(10, 3);
+    for (let row = 0; row < 8; row++) ring.push(Float64Array.of(row, 10 + row, row < 3 ? 120 : 118), 1, 3);
+    const all = display(ring, 8);
+    decimate(ring, 0, 8, all);
+    const [angle, rpm] = [new Float64Array(8), new Float64Array(8)];
+    copyWhere(all[1]!, all[2]!, (mode) => mode === 120, angle);
+    copyWhere(all[1]!, all[2]!, (mode) => mode === 118, rpm);
+    expect([...angle]).toEqual([10, 11, NaN, NaN, NaN, NaN, NaN, NaN]);
+    expect([...rpm]).toEqual([NaN, NaN, NaN, NaN, 14, 15, 16, 17]);
   });
 });

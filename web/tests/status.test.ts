@@ -4,7 +4,7 @@ import { plain } from "../src/model/numbers";
 import { readRun, type RunProgress, withRun } from "../src/model/run_progress";
 import { readStatus } from "../src/model/status";
 import { readHello } from "../src/net/protocol";
-import { levelOf, panesOf, pinsOf } from "../src/views/bench/axis_fields";
+import { levelOf, neededFields, panesOf, pinsOf } from "../src/views/bench/axis_fields";
 
 const GARBAGE = [null, undefined, 3, "x", [], {}, true, [null], [3], ["x"], { a: null }, NaN];
 
@@ -75,17 +75,29 @@ describe("bounds", () => {
 
 it("angles of two zeros have two panes, and a set-point has the unit of its mode", () => {
   const field = (name: string, unit: string) => ({ name, unit, type: "f64", meaning: "", is_settable: false, is_state: false });
-  const fields = [field("position_deg", "deg"), field("yw", "deg"), field("r", "deg"), field("velocity_rpm", "rpm")];
+  const fields = [field("position_deg", "deg"), field("yw", "deg"), field("r", "deg"), field("velocity_rpm", "rpm"), field("mode", "")];
   const servo = { name: "m1", profile: "p", is_real: false, verbs: {}, fields, inputs: {} };
-  const chosen = fields.map((each) => each.name);
-  const names = (mode: number) => panesOf(servo, chosen, mode).map((pane) => [pane.title, pane.unit, pane.fields.map((f) => f.name).join(" ")]);
+  const chosen = fields.map((each) => each.name).filter((name) => name !== "mode");
+  const names = (...modes: number[]) => panesOf(servo, chosen, modes).map((pane) => [pane.title, pane.unit, pane.fields.map((f) => f.name).join(" ")]);
   expect(names(120)).toEqual([
     ["Shaft's angle", "deg", "position_deg"],
     ["Board's angle and set-point", "deg", "yw r"],
     ["Velocity", "rpm", "velocity_rpm"],
   ]);
   expect(names(118).at(-1)).toEqual(["Velocity", "rpm", "r velocity_rpm"]);
-  expect(panesOf(servo, chosen, 118).at(-1)!.fields[0]!.unit).toBe("rpm");
-  const stepper = { ...servo, fields: [field("position_deg", "deg"), field("commanded_deg", "deg")] };
-  expect(panesOf(stepper, ["position_deg", "commanded_deg"]).map((pane) => pane.title)).toEqual(["Position and set-point"]);
+  expect(names(120, 118, 116).map(([, unit, fields]) => [unit, fields])).toEqual([
+    ["deg", "position_deg"],
+    ["deg", "yw r"],
+    ["rpm", "r velocity_rpm"],
+    ["", "r"],
+  ]);
+  expect(panesOf(servo, chosen, [118]).at(-1)!.fields[0]!.unit).toBe("rpm");
+  expect(neededFields(servo, ["r", "yw"])).toEqual(["r", "yw", "mode"]);
+  expect(neededFields(servo, ["yw"])).toEqual(["yw"]);
+  for (const board of ["commanded_deg", "to_be_deg"]) {
+    const stepper = { ...servo, fields: [field("position_deg", "deg"), field(board, "deg")] };
+    expect(panesOf(stepper, ["position_deg", board]).map((pane) => pane.title)).toEqual(["Shaft's angle", "Board's angle and set-point"]);
+  }
+  const drive = { ...servo, fields: [field("position_deg", "deg"), field("r", "deg")] };
+  expect(panesOf(drive, ["position_deg", "r"], [118]).map((pane) => pane.title)).toEqual(["Position and set-point"]);
 });

@@ -171,3 +171,19 @@ def test_a_set_point_that_is_a_velocity_is_not_drawn_as_an_angle() -> None:
     assert recording.label("r") == "r [rpm]"
     assert units_in({"mode": ord("t"), "r": 60.0}) == {"r": ""}
     assert units_in({"mode": ord("x"), "r": 60.0}) == units_in({"position_deg": 0.0, "mode": 118}) == {}
+
+
+@pytest.mark.parametrize(
+    ("signals", "panels"),
+    [
+        (("r", "yw", "position_deg"), [["r", "yw"], ["position_deg"]]),
+        (
+            ("speed_rpm", "commanded_deg", "position_deg"),
+            [["speed_rpm"], ["commanded_deg"], ["position_deg"]],
+        ),
+        (("to_be_deg", "measured_deg", "position_deg"), [["to_be_deg", "measured_deg"], ["position_deg"]]),
+        (("position_deg", "velocity_rpm"), [["position_deg"], ["velocity_rpm"]]),
+    ],
+)
+def test_angles_of_two_zeros_are_drawn_apart(signals: tuple[str, ...], panels: list[list[str]]) -> None:
+    assert Recording(signals).panels() == panels

@@ -70,6 +70,15 @@ function extremes(ring: Ring, column: number, low: number, high: number, out: Fl
   out[to + 1] = isMostFirst ? least : most;
 }
 
+/** Copy values to `out` where all that stand beside them, of another column, pass; NaN elsewhere. Values of a bucket are
+ * two, beside one another: both count. */
+export function copyWhere(values: ArrayLike<number>, others: ArrayLike<number>, passes: (other: number) => boolean, out: Float64Array): void {
+  for (let at = 0; at < out.length; at++) {
+    const mate = others[at ^ 1] ?? others[at]!;
+    out[at] = passes(others[at]!) && passes(mate) ? values[at]! : NaN;
+  }
+}
+
 /** Put the least and the most of the first `made` values into `out`, widening what it has; NaN do not count. */
 export function widen(values: ArrayLike<number>, made: number, out: [number, number]): void {
   for (let at = 0; at < made; at++) {

@@ -21,6 +21,8 @@ export class AxisFeed {
   ring = new Ring(CAPACITY, 1);
   /** Samples that the bench lost for lack of room. */
   readonly lost = signal(0);
+  /** Modes of the axis's loop that its samples have, where they are watched. */
+  readonly modes = signal<readonly number[]>([]);
   /** Why the bench does not give samples; empty: it does. */
   readonly refusal = signal("");
 
@@ -93,11 +95,21 @@ export class AxisFeed {
     this.instance = instance;
     this.isGap = false;
     this.ring.push(values, rows, columns);
+    this.noteModes(values, rows, columns);
     if (lost !== this.lost.peek()) this.lost.value = lost;
     const speed = status.peek().speed ?? 1;
     const offset_s = this.ring.last_s - (performance.now() / 1000) * speed;
     const by_s = offset_s - this.offset_s;
     this.offset_s = Math.abs(by_s) < JUMP_s * speed ? this.offset_s + FOLLOW * by_s : offset_s;
+  }
+
+  private noteModes(values: Float64Array, rows: number, columns: number): void {
+    const column = this.column("mode");
+    if (!column) return;
+    for (let row = 0; row < rows; row++) {
+      const mode = values[row * columns + column]!;
+      if (!this.modes.peek().includes(mode)) this.modes.value = [...this.modes.peek(), mode];
+    }
   }
 }
 

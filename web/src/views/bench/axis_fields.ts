@@ -1,5 +1,6 @@
 /** Which fields of an axis belong where: plots by unit, digital levels, set-points. Pure, by the bench's table. */
 
+import { boardAngleOf } from "../../model/sampled_places";
 import type { DeviceRow, FieldRow } from "../../net/protocol";
 
 export interface Pane {
@@ -46,25 +47,45 @@ export function drawable(device: DeviceRow): FieldRow[] {
 const SETPOINT_UNITS: Record<number, string> = { 118: "rpm", 116: "" };
 const SHAFT = "shaft";
 
-/** Make the panes for chosen fields: one for each unit, the usual units first. The shaft's angle of a servo has its
- * own, as its zero is not the board's; `mode`: letter of the loop's mode, by which its set-point has a unit. */
-export function panesOf(device: DeviceRow, chosen: string[], mode?: number): Pane[] {
-  const isServo = device.fields.some((field) => field.name === "yw");
-  const unitOf = (field: FieldRow) => (isServo && field.name === "r" ? (SETPOINT_UNITS[mode ?? NaN] ?? field.unit) : field.unit);
-  const keyOf = (field: FieldRow) => (isServo && field.name === "position_deg" ? SHAFT : unitOf(field));
-  const shown = drawable(device).filter((field) => chosen.includes(field.name));
-  const keys = [...new Set(shown.map(keyOf))];
+/** Whether a field's unit depends on the mode of the axis's loop at each moment. */
+export function isByMode(device: DeviceRow, name: string): boolean {
+  return name === "r" && device.fields.some((field) => field.name === "mode");
+}
+
+/** Unit of such a field in a mode. */
+export function unitIn(mode: number): string {
+  return SETPOINT_UNITS[mode] ?? "deg";
+}
+
+/** Fields to watch for those that are drawn. */
+export function neededFields(device: DeviceRow, chosen: string[]): string[] {
+  return chosen.some((name) => isByMode(device, name)) ? [...new Set([...chosen, "mode"])] : chosen;
+}
+
+/** Make the panes for chosen fields: one for each unit, the usual units first. The shaft's angle has its own where the
+ * board's has another zero; `modes`: those that the loop has had, by which its set-point has units. */
+export function panesOf(device: DeviceRow, chosen: string[], modes: Iterable<number> = []): Pane[] {
+  const hasTwoZeros = boardAngleOf(device.fields) !== undefined;
+  const unitsByMode = [...new Set([...modes].map(unitIn))];
+  const placed = drawable(device)
+    .filter((field) => chosen.includes(field.name))
+    .flatMap((field) => {
+      const units = isByMode(device, field.name) && unitsByMode.length ? unitsByMode : [field.unit];
+      const isShaft = hasTwoZeros && field.name === "position_deg";
+      return units.map((unit) => ({ key: isShaft ? SHAFT : unit, field: { ...field, unit } }));
+    });
+  const keys = [...new Set(placed.map(({ key }) => key))];
   const rank = (key: string) => (key === SHAFT ? -1 : UNITS.includes(key) ? UNITS.indexOf(key) : UNITS.length);
   keys.sort((a, b) => rank(a) - rank(b));
   return keys.map((key) => {
-    const fields = shown.filter((field) => keyOf(field) === key).map((field) => ({ ...field, unit: unitOf(field) }));
-    return { key, unit: fields[0]!.unit, title: titleOf(key, isServo), fields };
+    const fields = placed.filter((each) => each.key === key).map(({ field }) => field);
+    return { key, unit: fields[0]!.unit, title: titleOf(key, hasTwoZeros), fields };
   });
 }
 
-function titleOf(key: string, isServo: boolean): string {
+function titleOf(key: string, hasTwoZeros: boolean): string {
   if (key === SHAFT) return "Shaft's angle";
-  if (key === "deg" && isServo) return "Board's angle and set-point";
+  if (key === "deg" && hasTwoZeros) return "Board's angle and set-point";
   return TITLES[key] ?? (key ? `In ${key}` : "Without unit");
 }
 

@@ -4,7 +4,7 @@ import { computed, signal } from "@preact/signals";
 import type { Ring } from "../../model/ring";
 import { type DeviceRow } from "../../net/protocol";
 import { feedOf } from "./axis_feed";
-import { usualFields } from "./axis_fields";
+import { isByMode, unitIn, usualFields } from "./axis_fields";
 
 export const WINDOWS_s = [1, 2, 5, 10, 30, 60, 120, 300];
 
@@ -44,6 +44,19 @@ export class PlotModel {
 
   right_s(now_ms: number): number {
     return this.paused.peek() ? this.to_s.peek() : this.feed.edge_s(now_ms);
+  }
+
+  /** Value of a field at a time; NaN where it had another unit then than this, if one is given. */
+  valueAt(name: string, at_s: number, unit?: string): number {
+    const isOther = unit !== undefined && this.unitAt(name, at_s, unit) !== unit;
+    return isOther ? NaN : this.ring.nearest(this.feed.column(name), at_s);
+  }
+
+  /** Unit that a field had at a time. */
+  unitAt(name: string, at_s: number, usual: string): string {
+    const column = this.feed.column("mode");
+    const mode = column && isByMode(this.device, name) ? this.ring.nearest(column, at_s) : NaN;
+    return Number.isNaN(mode) ? usual : unitIn(mode);
   }
 
   togglePause(): void {

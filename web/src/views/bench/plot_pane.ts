@@ -3,11 +3,11 @@
 
 import uPlot from "uplot";
 import type { FaultMark } from "../../model/fault_marks";
-import { decimate, display, niceRange, widen } from "../../model/decimate";
+import { copyWhere, decimate, display, niceRange, widen } from "../../model/decimate";
 import { palette } from "../../parts/palette";
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
 import { faultMarks } from "../../store";
-import type { Pane } from "./axis_fields";
+import { isByMode, type Pane, unitIn } from "./axis_fields";
 import type { PlotModel } from "./plot_model";
 
 const POINTS = 1200;
@@ -77,6 +77,7 @@ export class PlotPane implements Drawer {
     const made = decimate(ring, this.x.min, this.x.max, this.all);
     this.values[0] = Infinity;
     this.values[1] = -Infinity;
+    this.leaveOutOtherUnits();
     for (let at = 1; at < this.data.length; at++) widen(this.data[at]!, made, this.values);
     niceRange(this.values[0], this.values[1], LEAST_SPAN[this.pane.unit] ?? 1, this.y);
     this.plot.setData(this.data as unknown as uPlot.AlignedData, false);
@@ -90,8 +91,24 @@ export class PlotPane implements Drawer {
   }
 
   private pick(): uPlot.TypedArray[] {
-    const columns = this.pane.fields.map((field) => this.model.feed.column(field.name));
-    return [this.all[0]!, ...columns.map((column) => this.all[column] ?? this.all[0]!)];
+    const { device, feed } = this.model;
+    const columns = this.pane.fields.map((field) => {
+      const all = this.all[feed.column(field.name)] ?? this.all[0]!;
+      const isSplit = isByMode(device, field.name) && feed.column("mode") in this.all && feed.column("mode") > 0;
+      return isSplit ? new Float64Array(POINTS) : all;
+    });
+    return [this.all[0]!, ...columns];
+  }
+
+  /** Leave out what had another unit than this pane's when it was sampled. */
+  private leaveOutOtherUnits(): void {
+    const { feed } = this.model;
+    this.pane.fields.forEach((field, at) => {
+      const all = this.all[feed.column(field.name)]!;
+      const out = this.data[at + 1] as Float64Array;
+      const isOwn = (mode: number) => !Number.isNaN(mode) && unitIn(mode) === field.unit;
+      if (out !== all) copyWhere(all, this.all[feed.column("mode")]!, isOwn, out);
+    });
   }
 
   private fit(): void {

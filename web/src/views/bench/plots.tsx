@@ -1,13 +1,12 @@
 /** The plots of an axis: a pane for each unit, one time axis, cursors, and what can be done with them. */
 
-import { useComputed } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { timesText } from "../../model/fault_marks";
 import { digitsOf, shown } from "../../model/numbers";
 import { notify } from "../../parts/notices";
-import { faultMarks, status } from "../../store";
+import { faultMarks } from "../../store";
 import { theme } from "../../theme";
-import { drawable, panesOf, type Pane } from "./axis_fields";
+import { drawable, neededFields, panesOf, type Pane } from "./axis_fields";
 import { csvOf, download, fileName, pngOf } from "./export";
 import { PlotPane } from "./plot_pane";
 import { type PlotModel, WINDOWS_s } from "./plot_model";
@@ -17,10 +16,9 @@ const KEY_STEP = 0.01;
 
 export function Plots({ model }: { model: PlotModel }) {
   const chosen = model.chosen.value;
-  const mode = useComputed(() => modeOf(model));
-  const panes = panesOf(model.device, chosen, mode.value);
+  const panes = panesOf(model.device, chosen, model.feed.modes.value);
   const made = useRef(new Map<string, PlotPane>());
-  useEffect(() => model.feed.want(chosen), [model, chosen.join(" ")]);
+  useEffect(() => model.feed.want(neededFields(model.device, chosen)), [model, chosen.join(" ")]);
   const isWithout = panes.length === 0;
   return (
     <section class="card plots" aria-label={`Plots of ${model.axis}`}>
@@ -51,13 +49,6 @@ export function Plots({ model }: { model: PlotModel }) {
   );
 }
 
-/** Letter of the mode that the axis's loop has now; of what has none undefined. */
-function modeOf(model: PlotModel): number | undefined {
-  const row = status.value.devices.find((each) => each.device === model.device.name);
-  const mode = row?.snapshot?.["mode"];
-  return typeof mode === "number" ? mode : undefined;
-}
-
 function onKey(event: KeyboardEvent, model: PlotModel): void {
   const actions: Record<string, () => void> = {
     " ": () => model.togglePause(),
@@ -79,7 +70,7 @@ function onKey(event: KeyboardEvent, model: PlotModel): void {
 function Controls({ model, made, panes }: { model: PlotModel; made: Map<string, PlotPane>; panes: Pane[] }) {
   const isPaused = model.isPaused.value;
   const saveCsv = () => {
-    const fields = model.chosen.peek().map((name) => ({ name, column: model.feed.column(name) }));
+    const fields = neededFields(model.device, model.chosen.peek()).map((name) => ({ name, column: model.feed.column(name) }));
     const now_ms = performance.now();
     const csv = csvOf(model.ring, fields, model.left_s(now_ms), model.right_s(now_ms));
     download(fileName(model.axis, "csv"), new Blob([csv], { type: "text/csv" }));
@@ -229,7 +220,7 @@ function tellValues(drawn: PlotPane, pane: Pane, model: PlotModel, places: (HTML
   const ring = model.ring;
   const at_s = drawn.hovered_s() ?? (model.paused.peek() ? model.to_s.peek() : ring.last_s);
   pane.fields.forEach((field, at) => {
-    const text = shown(ring.nearest(model.feed.column(field.name), at_s), digitsOf(field.unit));
+    const text = shown(model.valueAt(field.name, at_s, field.unit), digitsOf(field.unit));
     const place = places[at];
     if (place && place.textContent !== text) place.textContent = text;
   });
@@ -242,9 +233,14 @@ function Cursors({ model }: { model: PlotModel }) {
   if ((a === null && b === null) || !model.isPaused.value) {
     return <p class="soft hint">Click: cursor A. Shift and click: cursor B. Drag: zoom. Double click: live.</p>;
   }
-  const ring = model.ring;
-  const rows = model.device.fields.filter((field) => model.chosen.value.includes(field.name));
-  const value = (name: string, at: number | null) => (at === null ? NaN : ring.nearest(model.feed.column(name), at));
+  const fields = model.device.fields.filter((field) => model.chosen.value.includes(field.name));
+  const value = (name: string, at: number | null) => (at === null ? NaN : model.valueAt(name, at));
+  const rows = fields.map((field) => {
+    const units = [a, b].filter((at) => at !== null).map((at) => model.unitAt(field.name, at, field.unit));
+    const isOne = new Set(units).size === 1;
+    const by = isOne ? value(field.name, b) - value(field.name, a) : NaN;
+    return { name: field.name, unit: [...new Set(units)].join(", "), digits: digitsOf(units[0] ?? field.unit), by };
+  });
   return (
     <div class="scroll-x" role="region" aria-label="Values at the cursors" tabIndex={0}>
       <table class="cursors">
@@ -265,13 +261,13 @@ function Cursors({ model }: { model: PlotModel }) {
             <td class="num">{a !== null && b !== null ? shown(b - a, 4) : "–"}</td>
             <td>s</td>
           </tr>
-          {rows.map((field) => (
-            <tr key={field.name}>
-              <th scope="row">{field.name}</th>
-              <td class="num">{shown(value(field.name, a), digitsOf(field.unit))}</td>
-              <td class="num">{shown(value(field.name, b), digitsOf(field.unit))}</td>
-              <td class="num">{shown(value(field.name, b) - value(field.name, a), digitsOf(field.unit))}</td>
-              <td>{field.unit}</td>
+          {rows.map(({ name, unit, digits, by }) => (
+            <tr key={name}>
+              <th scope="row">{name}</th>
+              <td class="num">{shown(value(name, a), digits)}</td>
+              <td class="num">{shown(value(name, b), digits)}</td>
+              <td class="num">{shown(by, digits)}</td>
+              <td>{unit}</td>
             </tr>
           ))}
         </tbody>
