@@ -156,6 +156,8 @@ def _table(file: Path) -> list[Row] | None:
 
 
 def _compared(case: MotionCase) -> Iterator[Difference]:
+    if case.steps is None and not any({*_STATE, *_OF_LAW} & row.keys() for row in case.rows):
+        raise SessionRefused(f"{case.name}: nothing to compare: no {case.name}_steps.csv, and no states")
     states, steps = _law(case) if case.joint else _generator(case)
     for row, state in zip(case.rows, states, strict=True):
         for column, value in state.items():

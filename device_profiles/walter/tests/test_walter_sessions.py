@@ -132,6 +132,12 @@ def test_a_case_without_calls_is_refused(tmp_path: Path) -> None:
         replay_motion(case)
 
 
+def test_a_case_with_nothing_to_compare_is_refused(tmp_path: Path) -> None:
+    case = a_case(tmp_path, {"name": "bare", "ops": CALLS, "end_ms": 100})
+    with pytest.raises(SessionRefused, match=r"nothing to compare: no bare_steps\.csv, and no states"):
+        replay_motion(case)
+
+
 @pytest.mark.parametrize("poll_us", [0, -10, 2.5, True, "10"])
 def test_looks_that_are_no_whole_microseconds_are_refused(tmp_path: Path, poll_us: object) -> None:
     case = a_case(tmp_path, {"name": "odd", "poll_us": poll_us, "end_ms": 10, "ops": CALLS})
