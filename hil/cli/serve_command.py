@@ -53,7 +53,7 @@ def serve(
     from hil.host.journal import start_log
     from hil.host.notify import Notifier
     from hil.host.paths import log_file, runtime_base, state_base
-    from hil.host.process import allow_many_files
+    from hil.host.process import allow_many_files, give_large_blocks_back
     from hil.live.refusals import StartError
 
     writer = start_log(sys.stderr, os.environ)
@@ -76,6 +76,7 @@ def serve(
         notifier=notifier,
     )
     allow_many_files()
+    give_large_blocks_back()
     try:
         telling = Telling(runtime / bench.bench, ready_file, writer if as_json else None)
 

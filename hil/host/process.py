@@ -1,5 +1,6 @@
-"""Resources of this process: memory, CPU time, file descriptors. Sources: proc(5), getrusage(2)."""
+"""Resources of this process: memory, CPU time, descriptors. Sources: proc(5), getrusage(2), mallopt(3)."""
 
+import ctypes
 import errno
 import os
 import re
@@ -8,6 +9,10 @@ from typing import NamedTuple
 
 WANTED_FILES = 65_536
 """Wanted number of file descriptors: a pty takes three, so the usual limit of 1024 ends at 300."""
+LARGE_BYTES = 1 << 20
+"""Minimum size of a block that is mapped by itself: rings of watches and long answers. What sockets read
+into, 256 KB, is not: it would be mapped and unmapped with each read."""
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # malloc.h
 
 
 class Process(NamedTuple):
@@ -46,3 +51,12 @@ def allow_many_files() -> None:
     most = WANTED_FILES if hard == resource.RLIM_INFINITY else min(hard, WANTED_FILES)
     if soft != resource.RLIM_INFINITY and soft < most:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+
+
+def give_large_blocks_back() -> None:
+    """Let large blocks go back to the system when they are freed. By itself glibc puts them onto its
+    heap, once one was freed; small ones above them then keep their memory."""
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:  # other C libraries have none
+        mallopt(_M_MMAP_THRESHOLD, LARGE_BYTES)
+        mallopt(_M_TRIM_THRESHOLD, LARGE_BYTES)
