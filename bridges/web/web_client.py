@@ -36,7 +36,7 @@ from bridges.web.wire_streams import Records
 from hil.net.transports import abort
 from hil.net.turns import Turns
 from hil.vocab.desk_protocol import Desk, Encoded, Source
-from hil.vocab.operation import Urgency, urgency_of
+from hil.vocab.operation import Urgency, moved_by, urgency_of
 from hil.vocab.verbs import VerbRefused
 
 MOST_TASKS = 32
@@ -106,10 +106,7 @@ class WebClient:
             async for message in self._socket:
                 await self._rate.wait(asyncio.get_running_loop().time())
                 await self._outbox.room()
-                await self._around.turns.wait(self._urgency(message))
-                began_s = thread_time()
-                self._read(message)
-                self._around.turns.note(None, thread_time() - began_s)
+                await self._have_turn(message)
         finally:
             self.watches.close_all()
             self._terminals.close_all()
@@ -118,17 +115,18 @@ class WebClient:
             await asyncio.gather(sending, *self._tasks, return_exceptions=True)
             self._outbox.drop()
 
-    def _urgency(self, message: WSMessage) -> Urgency:
-        """Class of a message; of a long one, which takes time to read, that of a reading."""
-        if message.type is not WSMsgType.TEXT or len(message.data) > SHORT_CHARACTERS:
-            return Urgency.READING
-        with suppress(BadMessage):
-            asked = read_request(message.data)
-            match asked.given:
-                case {"operation": str(name), "given": dict(given)} if asked.do == "ask":
-                    known = self._desk.describe().operations.get(name)
-                    return urgency_of(known, given) if known else Urgency.READING
-        return Urgency.READING
+    async def _have_turn(self, message: WSMessage) -> None:
+        """Carry out a message when its turn has come."""
+        turns = self._around.turns
+        number, urgency, moves = _wanted(message, self._desk)
+        try:
+            await turns.wait(urgency, moves)
+        except VerbRefused as refusal:
+            self._refuse(number, refusal)
+            return
+        began_s = thread_time()
+        self._read(message)
+        turns.note(None, thread_time() - began_s)
 
     def turn(self, now_s: float) -> None:
         """Give the page what came since its last turn; a page that does not read gets nothing, and goes."""
@@ -237,7 +235,10 @@ class WebClient:
         is_stop = found and urgency_of(found, values["given"]) is Urgency.STOP
         if len(self._tasks) >= MOST_TASKS and not is_stop:
             raise VerbRefused("busy", f"{MOST_TASKS} requests wait already; wait for an answer")
-        return self._desk.ask(self._source, operation, values["target"], values["given"])
+        answer = self._desk.ask(self._source, operation, values["target"], values["given"])
+        if is_stop:
+            self._around.turns.stopped(values["target"])
+        return answer
 
     def _send(self, given: Mapping[str, Any]) -> Any:
         values = taken(given, {"segment": NAME, "data_hex": TEXT, "tap": NAME}, {"tap": ""})
@@ -258,3 +259,17 @@ class WebClient:
     def _export(self, number: int, given: Mapping[str, Any]) -> LongText:
         recorded = self.watches.recorded(taken(given, {"watch": WHOLE}, {})["watch"])
         return self._around.exports.begin(self, number, recorded.capture("hil"))
+
+
+def _wanted(message: WSMessage, desk: Desk) -> tuple[int, Urgency, str]:
+    """Number of a message, its class, and the device that it tells a verb. A long one, which takes time to
+    read, is a reading."""
+    if message.type is WSMsgType.TEXT and len(message.data) <= SHORT_CHARACTERS:
+        with suppress(BadMessage):
+            asked = read_request(message.data)
+            match asked.given:
+                case {"operation": str(name), "given": dict(given)} if asked.do == "ask":
+                    if known := desk.describe().operations.get(name):
+                        target = str(asked.given.get("target", ""))
+                        return asked.id, urgency_of(known, given), moved_by(known, target)
+    return 0, Urgency.READING, ""

@@ -4,7 +4,9 @@ import asyncio
 from collections import deque
 from typing import Protocol
 
+from hil.vocab.address import owner_of
 from hil.vocab.operation import Urgency
+from hil.vocab.verbs import VerbRefused
 
 IN_A_PASS = 4
 """Requests of all clients between two looks at what else has come, as for serial ports: some 0.2 ms."""
@@ -28,6 +30,7 @@ class Turns:
     def __init__(self) -> None:
         self._left = IN_A_PASS
         self._lanes = {Urgency.COMMAND: deque[Waiting](), Urgency.READING: deque[Waiting]()}
+        self._sleepers: set[_Sleeper] = set()
         self._next: asyncio.Handle | None = None
         self._loop = asyncio.get_running_loop()
         self._last: object | None = None
@@ -42,13 +45,30 @@ class Turns:
         self._go_on_in_the_next_pass()
         return True
 
-    async def wait(self, urgency: Urgency = Urgency.READING) -> None:
-        """Wait for a turn for one request, and take it. A stop needs none."""
+    async def wait(self, urgency: Urgency = Urgency.READING, moves: str = "") -> None:
+        """Wait for a turn for one request, and take it. A stop needs none. ``moves``: the device, or axis of
+        one, that is told a verb.
+
+        Raises:
+            VerbRefused: a stop of it came meanwhile; the verb would move it afterwards.
+        """
         if urgency is Urgency.STOP or (not self._waits(urgency) and self.take()):
             return
-        waiting = self._loop.create_future()
-        self.queue(_Sleeper(self, waiting), urgency)
-        await waiting
+        sleeper = _Sleeper(self, self._loop.create_future(), moves)
+        self._sleepers.add(sleeper)
+        try:
+            self.queue(sleeper, urgency)
+            await sleeper.waiting
+        finally:
+            self._sleepers.discard(sleeper)
+        if sleeper.is_overtaken:
+            raise VerbRefused("not_now", f"a stop of {moves} came while this waited; ask for it again")
+
+    def stopped(self, name: str) -> None:
+        """Refuse the verbs of a device, or axis of one, that wait: a stop of it was carried out."""
+        for sleeper in self._sleepers:
+            if sleeper.moves and name in (sleeper.moves, owner_of(sleeper.moves)):
+                sleeper.is_overtaken = True
 
     def _waits(self, urgency: Urgency = Urgency.READING) -> bool:
         """True if a request of this urgency, or of a higher one, waits."""
@@ -98,11 +118,12 @@ class Turns:
 
 
 class _Sleeper:
-    """Client that waits for a turn. The future is done when it has one."""
+    """Client that waits for a turn. ``waiting``: done when it has one."""
 
-    def __init__(self, turns: Turns, waiting: "asyncio.Future[None]") -> None:
-        self._turns, self._waiting = turns, waiting
+    def __init__(self, turns: Turns, waiting: "asyncio.Future[None]", moves: str) -> None:
+        self._turns, self.waiting, self.moves = turns, waiting, moves
+        self.is_overtaken = False
 
     def has_turn(self, most: int) -> None:
-        if not self._waiting.done() and self._turns.take():
-            self._waiting.set_result(None)
+        if not self.waiting.done() and self._turns.take():
+            self.waiting.set_result(None)

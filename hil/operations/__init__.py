@@ -9,5 +9,5 @@ May import: hil.canopen, hil.compose, hil.config, hil.core, hil.drives, hil.firm
 hil.live, hil.net, hil.registers, hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire,
 the standard library.
 
-Tests may import too: hil.client, hil.daemon.
+Tests may import too: hil.client, hil.daemon, hil.testing.
 """

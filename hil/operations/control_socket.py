@@ -27,7 +27,7 @@ from hil.net.visitors import Visit, Visitors
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
 from hil.vocab.desk_protocol import LOCAL, Desk, Done, Encoded
-from hil.vocab.operation import Operation, urgency_of
+from hil.vocab.operation import Operation, Urgency, moved_by, urgency_of
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
@@ -177,11 +177,15 @@ class ControlServer:
             if isinstance(line, TooLong):
                 raise VerbRefused("bad_request", f"not a request: longer than {_LINE_LIMIT} bytes")
             name, target, given = await off_loop(line, read_request, line, self._operations)
+            operation = self._operations[name]
+            urgency = urgency_of(operation, given)
             if is_short:
-                await self._turns.wait(urgency_of(self._operations[name], given))
+                await self._turns.wait(urgency, moved_by(operation, target))
             began_s = thread_time()
             result = self._desk.ask(LOCAL, name, target, given)
             self._turns.note(client, thread_time() - began_s)
+            if urgency is Urgency.STOP:
+                self._turns.stopped(target)
             if isawaitable(result):
                 if client and name in ENDS_WITH_CLIENT:
                     result = _unless_gone(result, client)

@@ -66,3 +66,8 @@ def urgency_of(operation: Operation, given: Mapping[str, object]) -> Urgency:
     if operation.name == "do":
         return Urgency.STOP if given.get("name") == STOP_VERB else Urgency.COMMAND
     return Urgency.READING if operation.role is Role.VIEWER else Urgency.COMMAND
+
+
+def moved_by(operation: Operation, target: str) -> str:
+    """Device, or axis of one, that a request tells a verb; empty: none."""
+    return target if operation.name == "do" else ""

@@ -19,7 +19,8 @@ from bridges.web.page_files import read_page
 from bridges.web.streams import MOST_ITEMS
 from bridges.web.web_watches import MOST_WIRES
 from hil.vocab.desk_protocol import Encoded, Watched
-from hil.vocab.verbs import VerbRefused
+from hil.vocab.operation import Operation, Target
+from hil.vocab.verbs import Role, Verb, VerbRefused
 
 
 def run(use: Callable[[Door], Awaitable[None]], desk: PagesDesk | None = None, **options: Any) -> None:
@@ -549,3 +550,34 @@ def test_pages_are_told_that_the_bench_ends() -> None:
             assert await closing == 1001
 
     asyncio.run(main())
+
+
+def test_a_verb_that_waits_does_not_move_what_another_page_has_stopped() -> None:
+    desk = PagesDesk()
+    desk._operations = {"do": Operation("do", Target.MEMBER, "", role=Role.VIEWER, answer=dict)}
+    desk.devices["m1"].verbs["stop"], desk.devices["m1"].verbs["wave"] = Verb("stop", ""), Verb("wave", "")
+
+    async def use(door: Door) -> None:
+        turns = door.bridge._pages._around.turns  # type: ignore[attr-defined]
+        async with door.page() as mover, door.page() as stopper:
+            while turns.take():
+                pass
+            turns.note(None, 60.0)  # whoever comes now waits
+            moving = asyncio.create_task(
+                mover.ask("ask", operation="do", target="m1", given={"name": "wave", "parameters": {}})
+            )
+            await door.until(lambda: bool(turns._sleepers))
+            stop = await stopper.ask(
+                "ask", operation="do", target="m1", given={"name": "stop", "parameters": {}}
+            )
+            assert "effective_at_ns" in stop
+            turns._over_s = 0.0
+            turns._go_on()
+            assert (await moving)["code"] == "not_now"
+            again = await mover.ask(
+                "ask", operation="do", target="m1", given={"name": "wave", "parameters": {}}
+            )
+            assert "effective_at_ns" in again
+        assert desk.done == [("m1", "stop"), ("m1", "wave")]
+
+    run(use, desk)

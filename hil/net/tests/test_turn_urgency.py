@@ -4,7 +4,7 @@ import asyncio
 
 from hil.net.turns import IN_A_PASS, Turns
 from hil.vocab.operation import STOP_VERB, Operation, Target, Urgency, urgency_of
-from hil.vocab.verbs import Role
+from hil.vocab.verbs import Role, VerbRefused
 
 
 def operation(name: str, role: Role) -> Operation:
@@ -43,3 +43,36 @@ def test_a_stop_waits_for_nobody_and_a_command_for_no_reading() -> None:
     readings = [f"reading{n}" for n in range(3 * IN_A_PASS)]
     assert [each for each in order if each.startswith("reading")] == readings
     assert order[IN_A_PASS : IN_A_PASS + 2] == ["stop", "command"]
+
+
+def test_a_verb_that_a_stop_has_overtaken_is_refused_and_no_other() -> None:
+    told: dict[str, str] = {}
+
+    async def moves(turns: Turns, name: str) -> None:
+        try:
+            await turns.wait(Urgency.COMMAND, name)
+            told[name] = "carried out"
+        except VerbRefused as refusal:
+            told[name] = f"{refusal.code}: {refusal}"
+
+    async def main() -> None:
+        turns = Turns()
+        while turns.take():
+            pass
+        turns.note(None, 0.002)  # more than the burst: whoever comes now waits
+        names = ("m1", "m1.elbow", "m10", "m2", "")
+        tasks = [asyncio.create_task(moves(turns, name)) for name in names]
+        await asyncio.sleep(0)
+        assert not told
+        turns.stopped("m1")
+        tasks.append(asyncio.create_task(moves(turns, "m1.wrist")))  # asked for after the stop
+        async with asyncio.timeout(30):
+            await asyncio.gather(*tasks)
+        turns.close()
+
+    refused = "not_now: a stop of {} came while this waited; ask for it again"
+    asyncio.run(main())
+    assert told == {
+        **{name: refused.format(name) for name in ("m1", "m1.elbow")},
+        **dict.fromkeys(("m10", "m2", "", "m1.wrist"), "carried out"),
+    }
