@@ -32,6 +32,8 @@ _RAW_DLC = re.compile("(.*#(?:[0-9A-Fa-f]{16}|R8?))_[9A-Fa-f]")
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _COUNTED_FROM = re.compile(r"\(\d{3}\.")
 """Beginning of a time that does not count from 1970: since the first frame (-tz), or the one before (-td)."""
+_OF_A_CYCLE = 2
+"""Number of times in a log of differences that are all alike: that of the first frame is 0."""
 _OF_FD = "a frame of CAN FD; this reads classic CAN"
 
 
@@ -137,16 +139,23 @@ def _long(identifier: str, length: str, rest: str | None) -> CanFrame | CanError
 
 
 def _has_differences(lines: Iterable[str]) -> bool:
-    """True if times cannot count from the first frame: a bus has two frames at once, or goes back."""
+    """True if times cannot count from the first frame, as they go back on a bus, or are one cycle alone. Two
+    frames of a bus at once say nothing: adapters give several a time together."""
     latest: dict[str, str] = {}
+    times: set[str] = set()
+    is_tied = False
     for line in lines:
         line = _COLOURS.sub("", line[:LONGEST_LINE]).strip()
         if not _COUNTED_FROM.match(line) or len(words := line.split(None, 2)) < 3:
             continue
-        if words[0] <= latest.get(words[1], ""):
+        at, bus = words[:2]
+        if at < latest.get(bus, ""):
             return True
-        latest[words[1]] = words[0]
-    return False
+        if len(times) <= _OF_A_CYCLE:
+            times.add(at)
+        is_tied |= at == latest.get(bus) and len(times) == _OF_A_CYCLE
+        latest[bus] = at
+    return is_tied and len(times) == _OF_A_CYCLE
 
 
 def _added_up(frames: Iterable[LoggedFrame]) -> Iterator[LoggedFrame]:

@@ -1,5 +1,7 @@
 """What candump writes in all its ways, and lines that are no frames of classic CAN among them."""
 
+from collections.abc import Sequence
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -96,6 +98,22 @@ def test_differences_are_added_up_and_times_since_the_first_frame_are_not() -> N
     assert [row.at_ns for row in read(*lines[:2])[0]] == [0, 10**8]
     two_buses = [lines[0], lines[1], lines[2].replace("can0", "can1")]
     assert [row.at_ns for row in read(*two_buses)[0]] == [0, 10**8, 10**8]
+
+
+@pytest.mark.parametrize(
+    ("times", "at_us"),
+    [
+        ((0, 100, 200, 200, 300), (0, 100, 200, 200, 300)),
+        ((0, 0, 100), (0, 0, 100)),
+        ((0, 0), (0, 0)),
+        ((0, 100, 200, 150), (0, 100, 300, 450)),
+        ((0, 100, 100, 100), (0, 100, 200, 300)),
+    ],
+)
+def test_frames_of_one_time_are_no_differences(times: Sequence[int], at_us: Sequence[int]) -> None:
+    rows, said = read(*(f" (000.{us:06})  can0  701   [1]  05" for us in times))
+    assert [row.at_ns // 1000 for row in rows] == [*at_us]
+    assert bool(said) == (at_us != times)
 
 
 @given(st.lists(st.text(max_size=60), max_size=5))
