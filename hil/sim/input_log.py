@@ -112,7 +112,7 @@ class InputLogWriter:
 
 
 END_LINE = '{"end":true}\n'
-KILLED = "its last lines are missing, because the program that wrote it was killed, or had no room left"
+KILLED = "its last lines are missing: the program that writes it runs on, was killed, or had no room left"
 NOT_TOLD = "logs of version 1 do not say whether their last lines are missing"
 
 
