@@ -9,17 +9,19 @@ from markdown_blocks import ROOT
 from device_profiles.sac.board import PROFILE
 from device_profiles.sac.line_nodes import NODES
 from hil.config import ConfigError
+from hil.gcode.canonical import Point, Settings
 from hil.gcode.reader import read_program
 from hil.mother.path_run import path_run
 from hil.mother.turns.mother import Mother
 from hil.mother.turns.run_items import RunState
 from hil.telemetry.picture import FORMATS
 from hil.testing import Bench, FollowedPath, attend, draw_by_runs, followed_by
+from hil.toolpath.bench_runs import BenchRuns
 from hil.toolpath.board_angle import zero_shift_deg
-from hil.toolpath.deviation import asked_path
+from hil.toolpath.deviation import asked_path, deviation
 from hil.toolpath.machine import parse_machine
 from hil.toolpath.node_phrases import NodePhrases
-from hil.toolpath.path_plan import plan_path
+from hil.toolpath.path_plan import plan_path, plan_program
 
 EXAMPLES = ROOT / "examples/mother"
 LIMITS = "min_mm: -200, max_mm: 200, velocity_mm_per_min: 1500, acceleration_mm_per_s2: 200"
@@ -107,3 +109,28 @@ def test_problems_of_program_and_machine_are_told_together(tmp_path: Path) -> No
         draw_by_runs(bench, b"G0 X9\nM2\n", machine.replace("axis: m2", "axis: m7"))
     with pytest.raises(ConfigError, match=r"program:1:1"):
         draw_by_runs(bench, b"\xff\xfe", machine)
+
+
+@pytest.mark.parametrize("pause_ms", [70, 150, 230, 300])
+def test_a_pause_in_the_first_rapid_moves_no_axis_off_its_path(pause_ms: int) -> None:
+    """Servos overshoot at the end of their rapid, by the same with a pause and without."""
+    bench = plotter()
+    machine = parse_machine((EXAMPLES / "plotter.yaml").read_text(), "plotter.yaml")
+    axes = bench.run_axes
+    stand_deg = {axis: axes[str(axis.bench_axis)].position_deg - axis.zero_deg for axis in machine.axes}
+    begin = Point(**{axis.letter: at_deg / axis.motor_deg_per_unit for axis, at_deg in stand_deg.items()})
+    program = read_program(b"G21 G90 G17\nG0 X20 Y0\nF1500\nG3 I-20\nM2\n", Settings("circle.ngc", begin))
+    plan = plan_program(program, machine, "circle.ngc", begin)
+    (run,) = BenchRuns(plan, axes).runs
+    execution = bench.execute(run.text)
+
+    def carry_out() -> None:
+        begun_ns, paces = bench.now_ns, [(pause_ms, 0.0), (pause_ms + 400, 1.0)]
+        for until_ns in execution.run():
+            bench.run_until(until_ns / 1e6)
+            if paces and bench.now_ns - begun_ns >= paces[0][0] * 1e6:
+                execution.set_pace(paces.pop(0)[1])
+
+    followed = followed_by(bench, machine, carry_out)
+    assert execution.progress.state == "done"
+    assert 0.01 < deviation(asked_path(program.motions, machine, begin), followed).largest < 0.12
