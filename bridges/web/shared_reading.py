@@ -1,6 +1,7 @@
 """Readings that all pages share: fifty pages cost the bench no more than one."""
 
 import asyncio
+import logging
 from collections.abc import Sequence
 from inspect import isawaitable
 
@@ -8,9 +9,13 @@ from hil.net.turns import SHARE
 from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.wire.json_pieces import json_text
 
+log = logging.getLogger("hil")
+
 SHORTEST_S = 0.2
 """Minimum time between two readings. One that takes long is made less often: its share of the loop is as
 small as that of requests."""
+FAILED_S = 10.0
+"""Time until a reading is made again that met a fault of hil's own: the log has it each time."""
 OLDEST_S = 0.5
 """Age from which the answer before is not told while the next one is being made: two turns of pages."""
 
@@ -39,7 +44,12 @@ class SharedReading:
 
     def _made(self, done: "asyncio.Future[object]", begun_s: float) -> None:
         self._reading = None
-        if not done.cancelled():
+        if done.cancelled():
+            return
+        if error := done.exception():
+            log.error("bridges.web: %s could not be read", self._operation, exc_info=error)
+            self._due_s = begun_s + FAILED_S
+        else:
             self._take(done.result(), begun_s)
 
     def _take(self, answer: object, begun_s: float) -> None:
