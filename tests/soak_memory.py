@@ -11,12 +11,15 @@ from soak_benches import Config
 from soak_clients import Actor, Looker, Recorder, Scene
 from soak_doors import Drawer, pages
 
-WARM_S = 300.0
-"""Time in which everything is loaded, and buffers get their sizes: measured, 75 MB became 102 MB in five
-minutes, and stayed so."""
+from hil.operations.table import WATCH_IDLE_S
+
+WARM_S = 30.0
+"""Time in which everything is loaded. Measured on two busy CPUs: 67 MB at the start became 74 MB in
+it, and 83 MB in four minutes."""
 LEAST_S = 3 * WARM_S
 """Shortest soak that says anything of the memory."""
-QUIET_S = 5.0
+QUIET_S = WATCH_IDLE_S + 2.0
+"""Time in which watches end that nobody asks any more."""
 MOST_MB = 20.0
 CONFIG: Config = {
     "bench": "memory",
@@ -73,7 +76,7 @@ class MemorySoak(threading.Thread):
         for actor in every:
             actor.join(PATIENCE_S)
         self.troubles += scene.troubles
-        time.sleep(QUIET_S)  # what a page left behind is put away
+        time.sleep(QUIET_S)  # what clients left behind is put away
 
 
 def _rss_MB(server: Server) -> float:
