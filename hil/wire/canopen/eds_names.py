@@ -23,6 +23,9 @@ _HAS_SUBINDICES = (8, 9)
 _OF_PDOS = range(0x1400, 0x1C00)
 """Objects whose first values are wanted: they say what PDOs have."""
 _MOST_SUBINDICES = 254
+_MOST_NAMES = 100_000
+"""Number of names behind which objects without sections for their sub-indices have none: 64 bytes of a file
+make 254 names. Files of devices have some thousands."""
 _WHOLE, _NAMES, _VALUES = -1, -2, -3
 """Parts of an object beside its sub-indices: its section, and its lists of names and values."""
 _Fields = dict[str, tuple[str, int]]
@@ -82,6 +85,10 @@ class _Reader:
         values. Sub-index 0 has their number; a section of one sub-index stands above both."""
         names, values = (self._sections.get((index, part), {}) for part in (_NAMES, _VALUES))
         self.names[index, _WHOLE] = ObjectName("", name)
+        if len(self.names) > _MOST_NAMES:
+            _, line = fields["compactsubobj"]
+            self._left_out.add(f"line {line}", f"sub-indices behind {_MOST_NAMES} names")
+            return
         self.names.setdefault((index, 0), ObjectName("u8", "Number of entries"))
         self._set(index, 0, (str(count), 0))
         for subindex in range(1, count + 1):

@@ -95,6 +95,14 @@ def test_a_compact_object_has_sub_indices_with_names_and_values() -> None:
     }
 
 
+def test_compact_objects_have_a_limit_all_together() -> None:
+    each = "[{:04X}]\nParameterName=x\nDataType=7\nCompactSubObj=254\n"
+    objects, said = read("".join(map(each.format, range(0x2000, 0x2200))))
+    assert 100_000 < len(objects.names) < 101_000
+    assert (0x21FF, -1) in objects.names
+    assert said.startswith("121 left out: line 1568 and 120 more: sub-indices behind 100000 names"), said
+
+
 def test_a_dcf_has_the_values_that_were_set() -> None:
     objects, _ = read("[1800sub1]\nParameterName=x\nDataType=7\nDefaultValue=0x181\nParameterValue=0x281\n")
     assert objects.values == {(0x1800, 1): bytes.fromhex("81020000")}
