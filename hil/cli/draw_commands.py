@@ -72,7 +72,7 @@ def plot(
     wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
     with _watching(bench, runtime_dir, device, wanted, interval_ms) as (names, more):
         recording = _recorded(names)
-        if "r" in names:
+        if {"r", "e"} & {*names}:
             recording.units = units_in(ask_bench(bench, runtime_dir, "state", device=device))
         say(f"{device}: recording {', '.join(names)} for {seconds:g} s; Ctrl-C ends it", sys.stderr)
         try:

@@ -26,13 +26,14 @@ def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
 _BOARD_ANGLES = {"yw", "y", "r", "commanded_deg", "to_be_deg", "measured_deg"}
 """Angles by the zero of a board; `hil zero` moves that of the shaft's, ``position_deg``."""
 _SETPOINT_UNITS = {ord("v"): "rpm", ord("t"): ""}
-"""Units of a closed loop's set-point by its mode where it is no angle: a velocity, and counts of effort."""
+"""Units of a closed loop's set-point and its error by its mode where they are no angles: a velocity, and
+counts of effort."""
 
 
 def units_in(state: Mapping[str, Any]) -> dict[str, str]:
     """Units that signals of an axis have in this state, where they are not those of ``FIELDS``."""
     unit = _SETPOINT_UNITS.get(int(state.get("mode") or 0)) if "r" in state else None
-    return {} if unit is None else {"r": unit}
+    return {} if unit is None else {name: unit for name in ("r", "e") if name in state}
 
 
 @dataclass

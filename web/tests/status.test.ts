@@ -93,6 +93,7 @@ it("angles of two zeros have two panes, and a set-point has the unit of its mode
   ]);
   expect(panesOf(servo, chosen, [118]).at(-1)!.fields[0]!.unit).toBe("rpm");
   expect(neededFields(servo, ["r", "yw"])).toEqual(["r", "yw", "mode"]);
+  expect(neededFields(servo, ["e"])).toEqual(["e", "mode"]);
   expect(neededFields(servo, ["yw"])).toEqual(["yw"]);
   for (const board of ["commanded_deg", "to_be_deg"]) {
     const stepper = { ...servo, fields: [field("position_deg", "deg"), field(board, "deg")] };

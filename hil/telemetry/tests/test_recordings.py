@@ -170,6 +170,7 @@ def test_a_set_point_that_is_a_velocity_is_not_drawn_as_an_angle() -> None:
     assert recording.panels() == [["r", "velocity_rpm"], ["yw"]]
     assert recording.label("r") == "r [rpm]"
     assert units_in({"mode": ord("t"), "r": 60.0}) == {"r": ""}
+    assert units_in({"mode": ord("v"), "r": 60.0, "e": 1.0}) == {"r": "rpm", "e": "rpm"}
     assert units_in({"mode": ord("x"), "r": 60.0}) == units_in({"position_deg": 0.0, "mode": 118}) == {}
 
 

@@ -43,13 +43,14 @@ export function drawable(device: DeviceRow): FieldRow[] {
   return device.fields.filter((field) => field.name !== "at_ns");
 }
 
-/** Units of a closed loop's set-point `r` by its mode, where it is no angle: velocity, torque. */
+/** Units of a closed loop's set-point and its error by its mode, where they are no angles: velocity, torque. */
 const SETPOINT_UNITS: Record<number, string> = { 118: "rpm", 116: "" };
+const BY_MODE = ["r", "e"];
 const SHAFT = "shaft";
 
 /** Whether a field's unit depends on the mode of the axis's loop at each moment. */
 export function isByMode(device: DeviceRow, name: string): boolean {
-  return name === "r" && device.fields.some((field) => field.name === "mode");
+  return BY_MODE.includes(name) && device.fields.some((field) => field.name === "mode");
 }
 
 /** Unit of such a field in a mode. */
