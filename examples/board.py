@@ -11,6 +11,8 @@ def holding(**device: object) -> Bench:
     bench.run(ms=4500)  # the board's start
     bench.port("m1").write(b"xy")
     bench.run(ms=500)
+    for level in (1, 0):  # the firmware learns of the direction input at its edges alone; now it is low
+        bench.device("m1").pin("D0", level)
     move_to(bench, 0)
     bench.run(ms=500)
     bench.port("m1").read()

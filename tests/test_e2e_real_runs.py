@@ -132,8 +132,8 @@ def test_real_boards_move_beside_a_twin(pair: Pair) -> None:
 
 def test_what_cannot_be_is_found_before_anything_moves(pair: Pair) -> None:
     problems = pair.submit("a", {"move": {"m1": 1.0}})["problems"]
-    assert "axes.m2: what this real board does is not known; `hil axis m2 enable` first" in problems
-    assert "axes.s2: what this real board does is not known; `hil axis s2 reset` first" in problems
+    assert "axes.m2: what this real board does is not known (`hil axis m2 enable` first)" in problems
+    assert "axes.s2: what this real board does is not known (`hil axis s2 reset` first)" in problems
     pair.taken()
     steps = (
         {"line": {"s2": 1.0}},

@@ -93,7 +93,7 @@ def test_a_taps_client_gets_nothing_that_can_still_be_taken_back() -> None:
     segment = {"stations": ["s1"], "taps": {"m": {"port": "memory"}, "n": {"port": "memory"}}}
     with Bench({"bench": "x", "devices": {"s1": {"profile": "sac"}}, "segments": {"bus0": segment}}) as bench:
         got = bytearray()
-        port: Any = SimpleNamespace(write=got.extend)
+        port: Any = SimpleNamespace(write=got.extend, client_baud=lambda: None)
         lines: Any = SimpleNamespace(has_sent=lambda line: None)
         session = TapEnd(bench._runtime, lines, Joint("bus0.n", port), bench._runtime.taps["bus0.n"])
         bench.run(1100)

@@ -125,7 +125,7 @@ def test_a_drawing_is_followed(
     monkeypatch.chdir(tmp_path)
     (program,) = (text for _, text in python_of("docs/how-to/gcode.md"))
     exec(program, {})
-    assert capsys.readouterr().out == "largest deviation 0.075 mm in 9.8 s\n"
+    assert capsys.readouterr().out == "largest deviation 0.073 mm in 9.8 s\n"
     assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -118,7 +118,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
     drives = [
         Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
     ]
-    adapters = [Text(f"{name}: {echo_words(echo)}") for name, echo in status.get("echoes", {}).items()]
+    adapters = [Text(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
     return Group(head, Text(), table, wires, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
 
 

@@ -92,6 +92,7 @@ _STATUS: dict[str, Any] = (
         ],
         "health": {"state": str, "late_ms": float, "problems": [_PROBLEM]},
         "bridges": {str: _BRIDGE},
+        "echoes": {str: {"state": str, "bytes": int, "collisions": int}},
         "segments": [_SEGMENT],
         "buses": [_BUS],
         "faults": [_FAULT],

@@ -31,6 +31,7 @@ def status(**shots: Any) -> dict[str, Any]:
         "devices": rows,
         "health": {"state": "ok", "late_ms": 0.0, "problems": []},
         "bridges": {},
+        "echoes": {},
         "rt_line": "",
         **numbers,
         **lists,

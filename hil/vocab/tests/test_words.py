@@ -20,6 +20,9 @@ FORMS = {
     },  # what a word that was mistyped means
     "line_format": {"format_named"},  # how a format is spelled
     "port_programs": {"port_use", "is_held"},  # which row of the table is a port's
+    "operation": {"urgency_of", "moved_by"},  # how urgent a request is, and what it moves
+    "segment": {"speed_notes"},  # which speeds of a line do not go together
+    "shown_text": {"printable", "printable_lines", "_escaped"},  # how a text from outside is shown
     "verbs": {"checked", "described", "table_of"},
 }
 """Functions that are part of a word's meaning."""
