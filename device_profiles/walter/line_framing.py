@@ -7,11 +7,13 @@ from hil.vocab.framing import BurstItems, Item, Party, Transform
 from hil.vocab.time import FOREVER, SimTimeNs
 
 CR = 0x0D
+_LONGEST = 1024
+"""Bytes after which a piece is given that no CR has ended; the firmware drops what is behind the 128th."""
 
 
 @dataclass(frozen=True)
 class EndedLine:
-    """A line that has ended, with its CR."""
+    """A line that has ended, with its CR; or a piece of one that does not end, which is no packet."""
 
     at_ns: int
     raw: bytes
@@ -28,7 +30,11 @@ class LineSplitter:
 
     def burst(self, data: bytes, start_ns: SimTimeNs, baud: int) -> BurstItems:
         *lines, self._held = (self._held + data).split(bytes((CR,)))
-        return BurstItems([EndedLine(start_ns, line + bytes((CR,))) for line in lines], None, False, FOREVER)
+        items = [EndedLine(start_ns, line + bytes((CR,))) for line in lines]
+        if len(self._held) >= _LONGEST:
+            items.append(EndedLine(start_ns, self._held, is_packet=False))
+            self._held = b""
+        return BurstItems(items, None, False, FOREVER)
 
     def characters(self, data: bytes, times_ns: Sequence[int], baud: int) -> BurstItems:
         return self.burst(data, SimTimeNs(times_ns[0]) if times_ns else SimTimeNs(0), baud)
