@@ -12,7 +12,7 @@ from bridges.metrics.metrics_options import Options
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.net.endpoint import endpoint, is_loopback
 from hil.net.transports import abort
-from hil.net.visitors import Visit, Visitors
+from hil.net.visitors import NO_ROOM, Visit, Visitors
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import Role, VerbRefused
 
@@ -59,7 +59,7 @@ class MetricsBridge:
         listeners = await open_listeners(self._options.listen)
         self._addresses = [address_shown(each) for each in listeners]
         loop = asyncio.get_running_loop()
-        self._visitors = Visitors("metrics", CONNECTIONS, loop, self._stay, log.warning)
+        self._visitors = Visitors("metrics", CONNECTIONS, loop, self._stay, log.warning, NO_ROOM)
         for listener in listeners:
             self._visitors.listen(listener)
 

@@ -27,7 +27,7 @@ from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
 from hil.net.endpoint import is_loopback
 from hil.net.transports import abort
 from hil.net.turns import Turns
-from hil.net.visitors import Visit, Visitors
+from hil.net.visitors import NO_ROOM, Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import Role
@@ -101,7 +101,9 @@ class WebBridge:
         self._pages = pages = OpenPages(around, options.sockets, message_bytes)
         self._door = HttpDoor(hosts, page, lock, f"hil-{port}", self._enter, pages.leave)
         self._server = _Server(self._door.answer)
-        self._visitors = Visitors("web", options.sockets + HTTP_CLIENTS, loop, self._stay, log.warning)
+        refusal = b"" if self._tls else NO_ROOM
+        most = options.sockets + HTTP_CLIENTS
+        self._visitors = Visitors("web", most, loop, self._stay, log.warning, refusal)
         for listener in listeners:
             self._visitors.listen(listener)
         if isinstance(lock, TokenLock):

@@ -2,12 +2,22 @@
 
 import asyncio
 import socket
+from collections import deque
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.net.limits import Limit
 
+_REFUSED, _REFUSED_S = 16, 0.2
+"""Maximum number of refused connections that stay for a moment, and the moment."""
+_READ_BYTES = 65536
+NO_ROOM = (
+    b"HTTP/1.1 503 Service Unavailable\r\nContent-Type: text/plain\r\nContent-Length: 46\r\n"
+    b"Retry-After: 1\r\nConnection: close\r\n\r\nbusy: too many clients are served; ask again.\n"
+)
+"""Refusal of a door that speaks HTTP."""
 _GONE_AFTER_S = 0.002  # a client that was let go has closed its file
 
 
@@ -35,11 +45,15 @@ class Visitors:
     loop: asyncio.AbstractEventLoop
     stay: Callable[[socket.socket, Visit], Coroutine[None, None, None]]
     say: Callable[[str], object]
+    refusal: bytes = b""
+    """Answer to a client for whom there is no room, before its connection is closed; empty: the protocol has
+    none."""
     has_spare: bool = False
     """True keeps a file descriptor for one more client when all others are in use."""
     turned_away: int = field(default=0, init=False)
     """Number of clients that were let go, or not let in."""
     visits: set[Visit] = field(default_factory=set, init=False)
+    _refused: deque[socket.socket] = field(default_factory=deque, init=False)
     _acceptors: list[Acceptor] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
@@ -50,10 +64,10 @@ class Visitors:
         self._acceptors.append(Acceptor(listener, self.loop, self.take, self._wait, self.has_spare))
 
     def take(self, connection: socket.socket) -> None:
-        """Serve a client, or hang up."""
+        """Serve a client, or refuse it."""
         if not self._make_room():
             self.turned_away += 1
-            connection.close()
+            self._refuse(connection)
             return
         visit = Visit(self.loop.time())
         self.visits.add(visit)
@@ -65,6 +79,27 @@ class Visitors:
                 connection.close()
 
         task.add_done_callback(has_gone)
+
+    def _refuse(self, connection: socket.socket) -> None:
+        """Hang up with the refusal. The connection stays for a moment: its client may be about to ask, and
+        could not even write to a closed one."""
+        if not self.refusal or len(self._refused) >= _REFUSED:
+            connection.close()
+            return
+        with suppress(OSError):
+            connection.setblocking(False)
+            connection.send(self.refusal)
+        self._refused.append(connection)
+        self.loop.call_later(_REFUSED_S, self._hang_up)
+
+    def _hang_up(self) -> None:
+        """End the connection that was refused first. What its client has sent is read: closed with that in
+        it, the connection would be reset, and the refusal could be lost."""
+        if self._refused:
+            connection = self._refused.popleft()
+            with suppress(OSError):
+                connection.recv(_READ_BYTES)
+            connection.close()
 
     async def _begin(self, connection: socket.socket, visit: Visit) -> None:
         visit.has_begun = True
@@ -105,5 +140,7 @@ class Visitors:
         """Let nobody in any more; clients that are inside stay."""
         for acceptor in self._acceptors:
             acceptor.close()
+        while self._refused:
+            self._hang_up()
         self._full.close()
         self._no_file.close()

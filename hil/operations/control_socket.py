@@ -35,6 +35,8 @@ CONTROL_VERSION = 1
 _MODE = 0o660
 MAX_CLIENTS = 64
 _BACKLOG = 128
+_BUSY = b'{"ok": false, "error": "%d clients wait here already; ask again", "code": "busy"}\n' % MAX_CLIENTS
+"""Answer to a client for whom there is no room."""
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 ENDS_WITH_CLIENT = ("benches", "drawing", "run", "wait")
 """Operations that end where their client has gone before they have done anything."""
@@ -126,7 +128,7 @@ def let_in(listener: socket.socket, serve: Serve, line_limit: int) -> Visitors:
             await serve(reader, writer, visit)
 
     loop = asyncio.get_running_loop()
-    visitors = Visitors("control socket", MAX_CLIENTS, loop, stay, log.warning, has_spare=True)
+    visitors = Visitors("control socket", MAX_CLIENTS, loop, stay, log.warning, _BUSY, has_spare=True)
     visitors.listen(listener)
     return visitors
 

@@ -1,12 +1,13 @@
 """Admission of clients: who is let in, who gives way, and what is logged of it."""
 
+import socket
 from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
 
 from hil.net.acceptor import ACCEPT_AGAIN_S
-from hil.net.visitors import Visit, Visitors
+from hil.net.visitors import NO_ROOM, Visit, Visitors
 
 MOST = 3
 
@@ -119,6 +120,22 @@ def test_when_all_are_busy_nobody_is_let_in() -> None:
     assert house.comes().is_closed
     assert (len(house.inside()), house.visitors.turned_away) == (MOST, 1)
     assert not house.visitors.let_go()
+
+
+def test_who_finds_all_busy_gets_the_refusal_and_its_end() -> None:
+    house = House()
+    house.visitors.refusal = NO_ROOM
+    for _ in range(MOST):
+        house.visits[house.comes()].is_busy = True
+    ours, client = socket.socketpair()
+    with client:
+        house.visitors.take(ours)
+        client.sendall(b"GET / HTTP/1.1\r\n\r\n")
+        house.loop.timers[-1][1]()
+        head, _, body = client.recv(1000).partition(b"\r\n\r\n")
+        assert client.recv(1) == b"", "no reset"
+    assert head.startswith(b"HTTP/1.1 503 ")
+    assert b"Content-Length: %d" % len(body) in head
 
 
 def test_who_is_let_go_before_it_was_served_is_hung_up_on() -> None:
