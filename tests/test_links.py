@@ -8,7 +8,9 @@ from markdown_blocks import ROOT, all_pages
 from mentions import MENTION, is_defined
 
 PAGES = all_pages()
-FOLDERS = sorted(path.name for path in ROOT.iterdir() if path.is_dir() and path.name.isidentifier())
+FOLDERS = sorted(
+    {page.relative_to(ROOT).parts[0] for page in PAGES if page.parent != ROOT} | {"hil", "tests"}
+)
 PRESENT = [page for page in PAGES if page.name != "CHANGELOG.md" and page.parent.name != "decisions"]
 """Pages that describe what is; the others describe what was."""
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
