@@ -162,7 +162,7 @@ class Decoder:
         self.lost = 0
         """Number of records that were lost while it was captured."""
         self.left_out = LeftOut()
-        """What was left out of it, by who reads it and here."""
+        """Tally of what was left out of it, by who reads it and here."""
 
     def take(self, record: Record) -> Iterator[DecodedItem]:
         """Take a record; answers what it completes."""

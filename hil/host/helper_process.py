@@ -43,7 +43,7 @@ async def asked_of_process(module: str, request: bytes) -> Sequence[bytes]:
 
 
 class _Talk(asyncio.SubprocessProtocol):
-    """What a process says. ``ended``: done when it has ended and all is read."""
+    """Output of a process. ``ended``: done when it has ended and all is read."""
 
     def __init__(self, ended: "asyncio.Future[None]") -> None:
         self.ended = ended

@@ -50,7 +50,7 @@ class LinePlace:
     control: Path | None = None
     """Control socket of the tap's bench."""
     echo: bool | None = None
-    """Whether its adapter echoes what is sent; None: recognised by itself."""
+    """True if its adapter echoes what is sent; None: recognised by itself."""
 
     def wait_until_heard(self) -> None:
         """Wait as ``wait_until_heard`` does, where the line is a tap."""

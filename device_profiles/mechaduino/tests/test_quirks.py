@@ -330,7 +330,7 @@ def pulse_dir(bench: Bench) -> None:
 
 
 def stepped_deg(bench: Bench) -> float:
-    """What a pulse at the step input adds to the set-point."""
+    """Amount that a pulse at the step input adds to the set-point."""
     before = state(bench).r
     bench.device("m1").pin("D1", 1)
     bench.device("m1").pin("D1", 0)

@@ -45,7 +45,7 @@ def at_a_terminal() -> Iterator[Terminal]:
 
 
 def unescaped(text: str) -> str:
-    """What is left of a text without colours, and of the control of rich."""
+    """Text without colours and without the control of rich."""
     return re.sub(r"\x1b\[[0-9;]*m", "", text)
 
 
