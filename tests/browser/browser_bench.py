@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from browser_pages import DESK, PHONE, Bench, served
+from browser_pages import DESK, PHONE, Bench, fits, served
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Page, expect
 
@@ -226,7 +226,7 @@ def test_a_step_response_is_drawn_before_and_after_new_gains(pages: Bench) -> No
     assert before != after
     expect(page.get_by_role("img", name=re.compile("^Step responses"))).to_be_visible()
     page.set_viewport_size(PHONE)
-    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+    fits(page, PHONE["width"])
     page.set_viewport_size(DESK)
     expect(page.get_by_label(re.compile(r"^pKp, now 40"))).to_be_visible()
     page.get_by_label(re.compile("^pKp")).fill("15")

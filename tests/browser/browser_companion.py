@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_pages import PHONE, Bench, companion_bench, served, violations
+from browser_pages import PHONE, Bench, companion_bench, fits, served, violations
 from e2e_support import Place, config, free_port
 from playwright.sync_api import Browser, Page, expect
 
@@ -227,7 +227,7 @@ def test_two_pages_see_the_same(page: Page, bench: Bench) -> None:
 
 def test_a_phone_and_the_keyboard(page: Page) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
-    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    fits(page, 390)
     steps = page.get_by_label("Row 1 Steps", exact=True)
     steps.focus()
     steps.press("ArrowDown")

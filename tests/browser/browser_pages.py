@@ -139,6 +139,14 @@ class Between:
         self.sockets[-1].close()
 
 
+def fits(page: Page, width_px: int) -> None:
+    """Wait until nothing is wider than the page: what is drawn follows a new size a moment later.
+
+    Raises TimeoutError of Playwright: something stays wider.
+    """
+    page.wait_for_function("width => document.documentElement.scrollWidth <= width", arg=width_px)
+
+
 def violations(page: Page) -> list[str]:
     """What axe-core finds wrong with a page for those who do not see or use a mouse: rules and elements."""
     if not AXE.is_file():

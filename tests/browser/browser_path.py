@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from browser_pages import DESK, PHONE, Bench, served, violations
+from browser_pages import DESK, PHONE, Bench, fits, served, violations
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Page, expect
 
@@ -159,5 +159,4 @@ def test_everybody_can_use_it(pages: Bench, scheme: str, size: dict[str, int]) -
     page.get_by_role("img").press("ArrowLeft")
     click(page, "Fit XY: show all of it")
     assert violations(page) == []
-    wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
-    assert wide <= 0
+    fits(page, size["width"])

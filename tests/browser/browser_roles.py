@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_pages import DESK, PHONE, Bench, served, violations
+from browser_pages import DESK, PHONE, Bench, fits, served, violations
 from e2e_support import READY_NS, Place
 from playwright.sync_api import Browser, Page, expect
 
@@ -137,7 +137,7 @@ def test_everybody_can_use_it(pages: Bench, theme: str, size: dict[str, int]) ->
                 page.get_by_role("tab", name=tab, exact=True).click()
             expect(page.get_by_role("main").locator("> *").first).to_be_visible()
             found += [f"{place} {tab}: {each}" for each in violations(page)]
-            assert page.evaluate("document.documentElement.scrollWidth") <= size["width"], (place, tab)
+            fits(page, size["width"])
     page.keyboard.press("?")
     page.get_by_role("dialog").wait_for()
     found += violations(page)

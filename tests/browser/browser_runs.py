@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser_pages import DESK, PHONE, Bench, served
+from browser_pages import DESK, PHONE, Bench, fits, served
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -63,7 +63,7 @@ def test_a_fault_is_injected_seen_on_the_plots_and_cleared(pages: Bench) -> None
     expect(active(page)).to_have_count(1)
     expect(active(page)).to_contain_text(re.compile(r"shaft_jam.*m1"))
     page.set_viewport_size(PHONE)
-    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+    fits(page, PHONE["width"])
     page.set_viewport_size(DESK)
     page.goto(f"{pages.url}#/bench/m1")
     expect(page.get_by_role("list", name="Faults on the plots of m1")).to_contain_text(

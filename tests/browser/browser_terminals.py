@@ -130,7 +130,10 @@ def test_a_text_that_is_pasted_arrives_whole(pages: Bench, board: tuple[int, str
             heard += os.read(board[0], 65536)
         return len(heard) >= len(pasted)
 
-    until(all_came, "all of it")
+    try:
+        until(all_came, "all of it")
+    except AssertionError as error:
+        raise AssertionError(f"{len(heard)} of {len(pasted)} bytes, to {heard[-40:]!r}") from error
     assert heard.decode() == pasted
     expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
 

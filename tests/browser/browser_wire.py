@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_pages import PHONE, Bench, companion_bench, served, violations
+from browser_pages import PHONE, Bench, companion_bench, fits, served, violations
 from e2e_support import Client, config, until
 from playwright.sync_api import Browser, Page, expect
 
@@ -91,7 +91,7 @@ def test_bytes_that_cannot_be_sent_are_told(page: Page) -> None:
 
 def test_a_phone(page: Page) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
-    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    fits(page, 390)
 
 
 MARKUP = b"<img src=x onerror=alert(1)>"
