@@ -6,17 +6,13 @@ Source: CiA 301 version 4.2.0, 7.2.4.3.9 to 7.2.4.3.15; the CRC: 7.2.4.3.16.
 
 from binascii import crc_hqx
 from collections.abc import Callable
-from struct import Struct
 
 from hil.canopen.application import Entry, SdoAbort
 from hil.canopen.data_types import longest
-from hil.canopen.sdo_segments import SEGMENT, WriteValue
+from hil.canopen.sdo_segments import WriteValue
+from hil.wire.canopen import sdo_frames
 from hil.wire.canopen.abort_codes import AbortCode
-
-BLOCK_SIZE = 127
-"""Segments of a block that the server asks for."""
-_LAST = 0x80
-_HEAD, _NUMBER, _END = Struct("<BHB"), Struct("<I"), Struct("<BH5x")
+from hil.wire.canopen.sdo_frames import MOST_IN_BLOCK, SEGMENT_BYTES, BlockStep, Request
 
 
 class BlockDownload:
@@ -43,37 +39,36 @@ class BlockDownload:
         self._got = 0
         """Number of the last segment of the block that came in its order."""
         self._has_last = False
-        send(_HEAD.pack(0xA0 | has_crc << 2, entry.index, entry.subindex) + bytes((BLOCK_SIZE, 0, 0, 0)))
+        send(sdo_frames.begin_block_answer(entry.index, entry.subindex, MOST_IN_BLOCK, has_crc=has_crc))
 
     def take(self, data: bytes, now_ns: int) -> bool:
         if not self.is_in_block:
             return self._end(data, now_ns)
-        number, is_last = data[0] & ~_LAST, bool(data[0] & _LAST)
+        number, is_last = sdo_frames.block_segment_number(data)
         if number == 0:
             raise SdoAbort(AbortCode.SEQUENCE)
         if number == self._got + 1:
             self._got = number
             self._data += data[1:]
             self._has_last = is_last
-            if len(self._data) > self._most + SEGMENT:
+            if len(self._data) > self._most + SEGMENT_BYTES:
                 raise SdoAbort(AbortCode.TOO_LONG if self._size is None else AbortCode.LENGTH)
-        if is_last or number == BLOCK_SIZE:
+        if is_last or number == MOST_IN_BLOCK:
             # What did not come in its order comes again: the answer has the last number that did.
             self.is_in_block = not self._has_last
-            self._send(bytes((0xA2, self._got, BLOCK_SIZE, *bytes(5))))
+            self._send(sdo_frames.block_taken(self._got, MOST_IN_BLOCK))
             self._got = 0
         return False
 
     def _end(self, data: bytes, now_ns: int) -> bool:
-        if data[0] >> 5 != 6:
+        if sdo_frames.specifier(data) != Request.BLOCK_DOWNLOAD:
             raise SdoAbort(AbortCode.COMMAND)
-        unused = data[0] >> 2 & 7
-        value = bytes(self._data[: len(self._data) - unused])
+        value = bytes(self._data[: len(self._data) - sdo_frames.block_unused(data)])
         if self._size not in (None, len(value)):
             raise SdoAbort(AbortCode.LENGTH)
-        if self._has_crc and crc_hqx(value, 0) != int.from_bytes(data[1:3], "little"):
+        if self._has_crc and crc_hqx(value, 0) != sdo_frames.block_crc(data):
             raise SdoAbort(AbortCode.CRC)
-        self._write(self._entry, value, bytes((0xA1, *bytes(7))), now_ns)
+        self._write(self._entry, value, sdo_frames.block_end_answer(), now_ns)
         return True
 
 
@@ -102,18 +97,18 @@ class BlockUpload:
         self._sent = 0
         """Number of segments of the block; 0 before the first block and behind the last."""
         self._has_started = self._has_ended = False
-        send(_HEAD.pack(0xC2 | has_crc << 2, index, subindex) + _NUMBER.pack(len(value)))
+        send(sdo_frames.begin_block_upload_answer(index, subindex, len(value), has_crc=has_crc))
 
     def take(self, data: bytes, now_ns: int) -> bool:
-        step = data[0] & 3
-        if data[0] >> 5 != 5:
+        step = sdo_frames.block_step(data)
+        if sdo_frames.specifier(data) != Request.BLOCK_UPLOAD:
             raise SdoAbort(AbortCode.COMMAND)
-        if step == 3 and not self._has_started:
+        if step == BlockStep.SEND and not self._has_started:
             self._has_started = True
             self._send_block()
-        elif step == 2 and self._sent:
+        elif step == BlockStep.TAKEN and self._sent:
             self._acknowledge(data[1], data[2])
-        elif step == 1 and self._has_ended:
+        elif step == BlockStep.END and self._has_ended:
             return True
         else:
             raise SdoAbort(AbortCode.COMMAND)
@@ -122,27 +117,27 @@ class BlockUpload:
     def _acknowledge(self, number: int, block_size: int) -> None:
         if number > self._sent:
             raise SdoAbort(AbortCode.SEQUENCE)
-        if not 1 <= block_size <= BLOCK_SIZE:
+        if not 1 <= block_size <= MOST_IN_BLOCK:
             raise SdoAbort(AbortCode.BLOCK_SIZE)
         self._block_size = block_size
-        is_all = number == self._sent and self._at + SEGMENT * number >= len(self._value)
-        self._at = min(self._at + SEGMENT * number, len(self._value))
+        is_all = number == self._sent and self._at + SEGMENT_BYTES * number >= len(self._value)
+        self._at = min(self._at + SEGMENT_BYTES * number, len(self._value))
         self._sent = 0
         if not is_all:
             self._send_block()
             return
         self._has_ended = True
-        unused = -len(self._value) % SEGMENT if self._value else SEGMENT
+        unused = -len(self._value) % SEGMENT_BYTES if self._value else SEGMENT_BYTES
         crc = crc_hqx(self._value, 0) if self._has_crc else 0
-        self._send(_END.pack(0xC1 | unused << 2, crc))
+        self._send(sdo_frames.block_end(unused, crc))
 
     def _send_block(self) -> None:
         at = self._at
         for number in range(1, self._block_size + 1):
-            segment = self._value[at : at + SEGMENT]
-            at += SEGMENT
+            part = self._value[at : at + SEGMENT_BYTES]
+            at += SEGMENT_BYTES
             is_last = at >= len(self._value)
-            self._send(bytes((number | _LAST * is_last,)) + segment.ljust(SEGMENT, b"\0"))
+            self._send(sdo_frames.block_segment(number, part, is_last=is_last))
             self._sent = number
             if is_last:
                 return

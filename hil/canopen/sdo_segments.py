@@ -7,11 +7,10 @@ from collections.abc import Callable
 
 from hil.canopen.application import Entry, SdoAbort
 from hil.canopen.data_types import longest
+from hil.wire.canopen import sdo_frames
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.sdo_frames import SEGMENT_BYTES, Answer, Request
 
-_TOGGLE = 0x10
-SEGMENT = 7
-"""Bytes of a segment."""
 WriteValue = Callable[[Entry, bytes, bytes, int], None]
 """Writes a value that has come whole, at a time, and sends the answer (its third argument) when it is
 written. Raises SdoAbort."""
@@ -35,17 +34,16 @@ class SegmentDownload:
         self._toggle = 0
 
     def take(self, data: bytes, now_ns: int) -> bool:
-        command = data[0]
-        if command >> 5 != 0:
+        if sdo_frames.specifier(data) != Request.DOWNLOAD_SEGMENT:
             raise SdoAbort(AbortCode.COMMAND)
-        if command & _TOGGLE != self._toggle:
+        if sdo_frames.toggle_of(data) != self._toggle:
             raise SdoAbort(AbortCode.TOGGLE)
-        self._data += data[1 : 1 + SEGMENT - (command >> 1 & 7)]
+        self._data += sdo_frames.part_of(data)
         if len(self._data) > self._most:
             raise SdoAbort(AbortCode.TOO_LONG if self._size is None else AbortCode.LENGTH)
-        answer = bytes((1 << 5 | self._toggle, *bytes(7)))
-        self._toggle ^= _TOGGLE
-        if not command & 1:
+        answer = sdo_frames.segment_answer(Answer.DOWNLOAD_SEGMENT, self._toggle)
+        self._toggle ^= sdo_frames.TOGGLE
+        if not sdo_frames.is_last(data):
             self._send(answer)
             return False
         if self._size not in (None, len(self._data)):
@@ -67,14 +65,13 @@ class SegmentUpload:
         self._toggle = 0
 
     def take(self, data: bytes, now_ns: int) -> bool:
-        if data[0] >> 5 != 3:
+        if sdo_frames.specifier(data) != Request.UPLOAD_SEGMENT:
             raise SdoAbort(AbortCode.COMMAND)
-        if data[0] & _TOGGLE != self._toggle:
+        if sdo_frames.toggle_of(data) != self._toggle:
             raise SdoAbort(AbortCode.TOGGLE)
-        segment = self._value[self._at : self._at + SEGMENT]
-        self._at += SEGMENT
+        part = self._value[self._at : self._at + SEGMENT_BYTES]
+        self._at += SEGMENT_BYTES
         is_last = self._at >= len(self._value)
-        command = self._toggle | (SEGMENT - len(segment)) << 1 | is_last
-        self._send(bytes((command,)) + segment.ljust(SEGMENT, b"\0"))
-        self._toggle ^= _TOGGLE
+        self._send(sdo_frames.segment(self._toggle, part, is_last=is_last))
+        self._toggle ^= sdo_frames.TOGGLE
         return is_last

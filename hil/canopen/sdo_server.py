@@ -5,7 +5,6 @@ Source: CiA 301 version 4.2.0, 7.2.4.
 
 from collections.abc import Callable
 from functools import partial
-from struct import Struct
 from typing import Protocol
 
 from hil.canopen.application import Entry, PendingWrite, SdoAbort
@@ -15,14 +14,21 @@ from hil.canopen.sdo_blocks import BlockDownload, BlockUpload
 from hil.canopen.sdo_segments import SegmentDownload, SegmentUpload
 from hil.canopen.timers import Timers
 from hil.vocab.time import NS_PER_S
+from hil.wire.canopen import sdo_frames
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.sdo_frames import (
+    ABORT_BYTE,
+    EXPEDITED_BYTES,
+    FRAME_BYTES,
+    MOST_IN_BLOCK,
+    Answer,
+    BlockStep,
+    Request,
+)
 
 TIME_OUT_NS = NS_PER_S
 """Silence of the client after which a transfer is aborted. The standard leaves it to the device; decision:
 longer than clients wait for an answer."""
-_HEAD, _NUMBER = Struct("<BHB"), Struct("<I")
-_DOWNLOAD_SEGMENT, _DOWNLOAD, _UPLOAD, _UPLOAD_SEGMENT, _ABORT, _BLOCK_UPLOAD, _BLOCK_DOWNLOAD = range(7)
-_FRAME_SIZE = 8
 
 
 class Transfer(Protocol):
@@ -54,10 +60,10 @@ class SdoServer:
         self._written: PendingWrite | None = None
         """Write whose end the client is to be told."""
         self._starts = {
-            _DOWNLOAD: self._start_download,
-            _UPLOAD: self._start_upload,
-            _BLOCK_DOWNLOAD: self._start_block_download,
-            _BLOCK_UPLOAD: self._start_block_upload,
+            Request.DOWNLOAD: self._start_download,
+            Request.UPLOAD: self._start_upload,
+            Request.BLOCK_DOWNLOAD: self._start_block_download,
+            Request.BLOCK_UPLOAD: self._start_block_upload,
         }
 
     def reset(self) -> None:
@@ -77,52 +83,39 @@ class SdoServer:
         transfer = self._transfer
         index, subindex = (transfer.index, transfer.subindex) if transfer else (0, 0)
         try:
-            if len(data) != _FRAME_SIZE:
+            if len(data) != FRAME_BYTES:
                 raise SdoAbort(AbortCode.COMMAND, "a frame of SDO has 8 bytes")
-            if data[0] >> 5 == _ABORT and (data[0] == _ABORT << 5 or not (transfer and transfer.is_in_block)):
+            kind, is_start = sdo_frames.specifier(data), _is_start(data)
+            if kind == Request.ABORT and (data[0] == ABORT_BYTE or not (transfer and transfer.is_in_block)):
                 self.reset()
                 return
-            if transfer and (transfer.is_in_block or not self._is_start(data[0])):
+            if transfer and (transfer.is_in_block or not is_start):
                 if transfer.take(data, now_ns):
                     self._end_transfer()
                 else:
                     self._timer.start(now_ns + TIME_OUT_NS)
                 return
             self.reset()
-            start = self._starts.get(data[0] >> 5) if self._is_start(data[0]) else None
-            if start is None:
+            if not is_start:
                 raise SdoAbort(AbortCode.COMMAND)
-            _, index, subindex = _HEAD.unpack_from(data)
-            self._transfer = start(data, index, subindex, now_ns)
+            index, subindex = sdo_frames.object_of(data)
+            self._transfer = self._starts[Request(kind)](data, index, subindex, now_ns)
             if self._transfer:
                 self._timer.start(now_ns + TIME_OUT_NS)
         except SdoAbort as abort:
             self._abort(index, subindex, abort.code)
 
-    @staticmethod
-    def _is_start(command: int) -> bool:
-        """True if a command begins a transfer, whatever was before."""
-        kind = command >> 5
-        if kind == _BLOCK_DOWNLOAD:
-            return not command & 1
-        if kind == _BLOCK_UPLOAD:
-            return not command & 3
-        return kind in (_DOWNLOAD, _UPLOAD)
-
     def _abort(self, index: int, subindex: int, code: int) -> None:
         self.reset()
-        self._send_abort(index, subindex, code)
-
-    def _send_abort(self, index: int, subindex: int, code: int) -> None:
-        self._send(_HEAD.pack(_ABORT << 5, index, subindex) + _NUMBER.pack(code))
+        self._send(sdo_frames.abort(index, subindex, code))
 
     def _turn_away(self, data: bytes) -> None:
         """Refuse what comes before the end of a write; the client's abort alone is taken."""
-        command, index, subindex = _HEAD.unpack_from(data.ljust(_FRAME_SIZE, b"\0"))
-        if command == _ABORT << 5:
+        data = data.ljust(FRAME_BYTES, b"\0")
+        if data[0] == ABORT_BYTE:
             self.reset()
         else:
-            self._send_abort(index, subindex, AbortCode.NOT_NOW)
+            self._send(sdo_frames.abort(*sdo_frames.object_of(data), AbortCode.NOT_NOW))
 
     def _write(self, entry: Entry, data: bytes, answer: bytes, now_ns: int) -> None:
         """Write a value. The answer follows when it is written. Raises SdoAbort: it was not."""
@@ -138,7 +131,7 @@ class SdoServer:
             return  # the client has given it up, or the node was reset
         self._written = None
         if code:
-            self._send_abort(entry.index, entry.subindex, code)
+            self._send(sdo_frames.abort(entry.index, entry.subindex, code))
         else:
             self._send(answer)
 
@@ -147,48 +140,50 @@ class SdoServer:
             self._abort(self._transfer.index, self._transfer.subindex, AbortCode.TIMED_OUT)
 
     def _start_download(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
-        command = data[0]
         entry = self._dictionary.find_writable(index, subindex)
-        if command & 2:  # expedited
-            answer = _HEAD.pack(3 << 5, index, subindex) + bytes(4)
-            self._write(entry, _expedited(entry, command, data), answer, now_ns)
+        answer = sdo_frames.begin(Answer.DOWNLOAD, index, subindex)
+        if sdo_frames.is_expedited(data):
+            value = sdo_frames.expedited(data, size_of(entry.data_type) or EXPEDITED_BYTES)
+            self._write(entry, value, answer, now_ns)
             return None
-        size = _NUMBER.unpack_from(data, 4)[0] if command & 1 else None
+        size = sdo_frames.size_told(data)
         if size is not None:
             check_length(entry, size)
-        self._send(_HEAD.pack(3 << 5, index, subindex) + bytes(4))
+        self._send(answer)
         return SegmentDownload(entry, size, self._write, self._send)
 
     def _start_upload(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
         return self._upload(self._dictionary.upload(index, subindex, now_ns), index, subindex)
 
     def _upload(self, value: bytes, index: int, subindex: int) -> Transfer | None:
-        size = len(value)
-        if 1 <= size <= 4:
-            self._send(_HEAD.pack(0x43 | (4 - size) << 2, index, subindex) + value.ljust(4, b"\0"))
+        if 1 <= len(value) <= EXPEDITED_BYTES:
+            self._send(sdo_frames.begin(Answer.UPLOAD, index, subindex, value))
             return None
-        self._send(_HEAD.pack(0x41, index, subindex) + _NUMBER.pack(size))
+        self._send(sdo_frames.begin_segments(Answer.UPLOAD, index, subindex, len(value)))
         return SegmentUpload(index, subindex, value, self._send)
 
     def _start_block_download(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer:
         entry = self._dictionary.find_writable(index, subindex)
-        size = _NUMBER.unpack_from(data, 4)[0] if data[0] & 2 else None
+        size = sdo_frames.size_told(data)
         if size is not None:
             check_length(entry, size)
-        return BlockDownload(entry, size, self._write, self._send, has_crc=bool(data[0] & 4))
+        return BlockDownload(entry, size, self._write, self._send, has_crc=sdo_frames.has_crc(data))
 
     def _start_block_upload(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
         block_size, threshold = data[4], data[5]
-        if not 1 <= block_size <= 127:
+        if not 1 <= block_size <= MOST_IN_BLOCK:
             raise SdoAbort(AbortCode.BLOCK_SIZE)
         value = self._dictionary.upload(index, subindex, now_ns)
         if threshold and len(value) <= threshold:  # the client would rather have it without blocks
             return self._upload(value, index, subindex)
-        return BlockUpload(index, subindex, value, block_size, self._send, has_crc=bool(data[0] & 4))
+        return BlockUpload(index, subindex, value, block_size, self._send, has_crc=sdo_frames.has_crc(data))
 
 
-def _expedited(entry: Entry, command: int, data: bytes) -> bytes:
-    """Bytes of a value that comes in one frame; without a size as many as the entry has."""
-    if command & 1:
-        return data[4 : 8 - (command >> 2 & 3)]
-    return data[4 : 4 + (size_of(entry.data_type) or 4)]
+def _is_start(data: bytes) -> bool:
+    """True if a frame begins a transfer, whatever was before."""
+    kind = sdo_frames.specifier(data)
+    if kind == Request.BLOCK_DOWNLOAD:
+        return not sdo_frames.is_block_end(data)
+    if kind == Request.BLOCK_UPLOAD:
+        return sdo_frames.block_step(data) == BlockStep.BEGIN
+    return kind in (Request.DOWNLOAD, Request.UPLOAD)

@@ -5,9 +5,8 @@ Source: CiA 301 version 4.2.0, 7.2.4.3.
 
 from collections.abc import Callable
 
-_ABORT = 0x80
-_EXPEDITED_BYTES = 4
-_SEGMENT_BYTES = 7
+from hil.wire.canopen import sdo_frames
+from hil.wire.canopen.sdo_frames import ABORT_BYTE, EXPEDITED_BYTES, SEGMENT_BYTES, Request
 
 
 class SdoAborted(Exception):
@@ -26,40 +25,34 @@ class SdoClient:
 
     def upload(self, index: int, subindex: int = 0) -> bytes:
         """Read an object. Raises SdoAborted."""
-        answer = self._ask(index, subindex, bytes((0x40,)) + _at(index, subindex) + bytes(4))
-        if answer[0] & 2:
-            size = _EXPEDITED_BYTES - (answer[0] >> 2 & 3) if answer[0] & 1 else _EXPEDITED_BYTES
-            return answer[4 : 4 + size]
-        data, toggle = b"", 0
-        while True:
-            answer = self._ask(index, subindex, bytes((0x60 | toggle, *bytes(7))))
-            data += answer[1 : 1 + _SEGMENT_BYTES - (answer[0] >> 1 & 7)]
-            toggle ^= 0x10
-            if answer[0] & 1:
-                return data
+        answer = self._ask(index, subindex, sdo_frames.begin(Request.UPLOAD, index, subindex))
+        if sdo_frames.is_expedited(answer):
+            return sdo_frames.expedited(answer)
+        data, toggle, is_last = b"", 0, False
+        while not is_last:
+            request = sdo_frames.segment_answer(Request.UPLOAD_SEGMENT, toggle)
+            answer = self._ask(index, subindex, request)
+            data += sdo_frames.part_of(answer)
+            is_last = sdo_frames.is_last(answer)
+            toggle ^= sdo_frames.TOGGLE
+        return data
 
     def download(self, index: int, subindex: int, data: bytes) -> None:
         """Write an object. Raises SdoAborted."""
-        if 0 < len(data) <= _EXPEDITED_BYTES:
-            command = 0x23 | _EXPEDITED_BYTES - len(data) << 2
-            self._ask(index, subindex, bytes((command,)) + _at(index, subindex) + data.ljust(4, b"\0"))
+        if 0 < len(data) <= EXPEDITED_BYTES:
+            self._ask(index, subindex, sdo_frames.begin(Request.DOWNLOAD, index, subindex, data))
             return
-        size = len(data).to_bytes(4, "little")
-        self._ask(index, subindex, b"\x21" + _at(index, subindex) + size)
+        begun = sdo_frames.begin_segments(Request.DOWNLOAD, index, subindex, len(data))
+        self._ask(index, subindex, begun)
         toggle = 0
-        for begin in range(0, max(len(data), 1), _SEGMENT_BYTES):
-            piece = data[begin : begin + _SEGMENT_BYTES]
-            is_last = begin + _SEGMENT_BYTES >= len(data)
-            command = toggle | _SEGMENT_BYTES - len(piece) << 1 | is_last
-            self._ask(index, subindex, bytes((command,)) + piece.ljust(_SEGMENT_BYTES, b"\0"))
-            toggle ^= 0x10
+        for begin in range(0, max(len(data), 1), SEGMENT_BYTES):
+            part = data[begin : begin + SEGMENT_BYTES]
+            is_last = begin + SEGMENT_BYTES >= len(data)
+            self._ask(index, subindex, sdo_frames.segment(toggle, part, is_last=is_last))
+            toggle ^= sdo_frames.TOGGLE
 
     def _ask(self, index: int, subindex: int, request: bytes) -> bytes:
         answer = self._exchange(request)
-        if answer[0] == _ABORT:
-            raise SdoAborted(index, subindex, int.from_bytes(answer[4:8], "little"))
+        if answer[0] == ABORT_BYTE:
+            raise SdoAborted(index, subindex, sdo_frames.abort_code(answer))
         return answer
-
-
-def _at(index: int, subindex: int) -> bytes:
-    return index.to_bytes(2, "little") + bytes((subindex,))

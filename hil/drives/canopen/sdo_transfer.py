@@ -5,13 +5,17 @@ Expedited and segmented transfers, no block transfers: all that is asked of a dr
 
 from dataclasses import dataclass, field
 
-from hil.wire.canopen.abort_codes import ABORTS
+from hil.wire.canopen import sdo_frames
+from hil.wire.canopen.abort_codes import ABORTS, AbortCode
+from hil.wire.canopen.sdo_frames import (
+    ABORT_BYTE,
+    EXPEDITED_BYTES,
+    FRAME_BYTES,
+    SEGMENT_BYTES,
+    Answer,
+    Request,
+)
 
-TOGGLE, TIMED_OUT, NO_COMMAND, GENERAL = 0x0503_0000, 0x0504_0000, 0x0504_0001, 0x0800_0000
-"""Abort codes that this client sends. CiA 301, table 22."""
-_EXPEDITED, _SIZED, _TOGGLE_BIT, _LAST = 0x02, 0x01, 0x10, 0x01
-_ABORT = 4 << 5
-_SEGMENT = 7
 MOST_BYTES = 4096
 """Maximum length of what is read: a drive that goes on and on is aborted."""
 
@@ -64,11 +68,10 @@ class SdoTransfer:
         self._at = self._toggle = 0
         if self._is_read:
             self.data = None
-            return self._named(2 << 5)
-        data = self.result
-        if 0 < len(data) <= 4:
-            return self._named(1 << 5 | (4 - len(data)) << 2 | _EXPEDITED | _SIZED, data)
-        return self._named(1 << 5 | _SIZED, len(data).to_bytes(4, "little"))
+            return sdo_frames.begin(Request.UPLOAD, self.index, self.subindex)
+        if self._is_short:
+            return sdo_frames.begin(Request.DOWNLOAD, self.index, self.subindex, self.result)
+        return sdo_frames.begin_segments(Request.DOWNLOAD, self.index, self.subindex, len(self.result))
 
     def hear(self, answer: bytes) -> bytes | None:
         """Take an answer; the next request, or None when all is done.
@@ -77,82 +80,80 @@ class SdoTransfer:
             TransferAborted: the drive ends the transfer.
             TransferGarbled: the answer does not fit.
         """
-        if len(answer) != 8:
-            raise self._garbled(f"{self} was answered with {len(answer)} bytes, not 8", GENERAL)
-        if answer[0] == _ABORT:
-            raise TransferAborted(int.from_bytes(answer[4:], "little"), str(self))
+        if len(answer) != FRAME_BYTES:
+            why = f"{self} was answered with {len(answer)} bytes, not {FRAME_BYTES}"
+            raise self._garbled(why, AbortCode.GENERAL)
+        if answer[0] == ABORT_BYTE:
+            raise TransferAborted(sdo_frames.abort_code(answer), str(self))
         if not self._is_begun:
             return self._hear_first(answer)
         return self._hear_segment(answer) if self._is_read else self._hear_confirmation(answer)
 
     def is_for_this(self, answer: bytes) -> bool:
         """True unless an answer names another object, as a late one of the transfer before does."""
-        is_segment = self._is_begun and answer[:1] != bytes([_ABORT])
-        return is_segment or len(answer) < 4 or answer[1:4] == self._name
+        is_segment = self._is_begun and answer[:1] != bytes([ABORT_BYTE])
+        return is_segment or len(answer) < 4 or sdo_frames.object_of(answer) == (self.index, self.subindex)
 
     def abort(self, code: int) -> bytes:
         """Request that ends the transfer."""
-        return self._named(_ABORT, code.to_bytes(4, "little"))
+        return sdo_frames.abort(self.index, self.subindex, code)
 
     @property
-    def _name(self) -> bytes:
-        return self.index.to_bytes(2, "little") + bytes([self.subindex])
-
-    def _named(self, command: int, data: bytes = b"") -> bytes:
-        return bytes([command]) + self._name + data.ljust(4, b"\0")
+    def _is_short(self) -> bool:
+        return 1 <= len(self.result) <= EXPEDITED_BYTES
 
     def _garbled(self, why: str, code: int) -> TransferGarbled:
         return TransferGarbled(why, self.abort(code))
 
     def _hear_first(self, answer: bytes) -> bytes | None:
-        command, wanted = answer[0], 2 if self._is_read else 3
-        if command >> 5 != wanted:
-            raise self._garbled(f"{self} was answered with command {command:02X}h", NO_COMMAND)
-        if answer[1:4] != self._name:
-            index, subindex = int.from_bytes(answer[1:3], "little"), answer[3]
-            raise self._garbled(f"{self} was answered for {index:04X}h:{subindex:02X}", GENERAL)
+        self._check_command(answer, Answer.UPLOAD if self._is_read else Answer.DOWNLOAD)
+        index, subindex = sdo_frames.object_of(answer)
+        if (index, subindex) != (self.index, self.subindex):
+            raise self._garbled(f"{self} was answered for {index:04X}h:{subindex:02X}", AbortCode.GENERAL)
         self._is_begun = True
         if not self._is_read:
-            if len(self.result) in range(1, 5):
-                return self._end()
-            return self._next_segment()
-        if command & _EXPEDITED:
-            self.data = answer[4 : 8 - (command >> 2 & 3 if command & _SIZED else 0)]
+            return self._end() if self._is_short else self._next_segment()
+        if sdo_frames.is_expedited(answer):
+            self.data = sdo_frames.expedited(answer)
             return self._end()
         self.data = b""
-        self._size = int.from_bytes(answer[4:], "little") if command & _SIZED else None
-        return bytes([3 << 5]) + bytes(7)
+        self._size = sdo_frames.size_told(answer)
+        return sdo_frames.segment_answer(Request.UPLOAD_SEGMENT, self._toggle)
 
     def _hear_segment(self, answer: bytes) -> bytes | None:
-        command = answer[0]
-        self._check(command, 0)
-        self.data = self.result + answer[1 : 8 - (command >> 1 & 7)]
+        self._check_segment(answer, Answer.UPLOAD_SEGMENT)
+        self.data = self.result + sdo_frames.part_of(answer)
         if len(self.data) > MOST_BYTES or (self._size is not None and len(self.data) > self._size):
-            raise self._garbled(f"{self} was answered with more bytes than were announced", 0x0607_0012)
-        if command & _LAST:
+            raise self._garbled(
+                f"{self} was answered with more bytes than were announced", AbortCode.TOO_LONG
+            )
+        if sdo_frames.is_last(answer):
             if self._size not in (None, len(self.data)):
-                raise self._garbled(f"{self} was answered with fewer bytes than were announced", 0x0607_0013)
+                raise self._garbled(
+                    f"{self} was answered with fewer bytes than were announced", AbortCode.TOO_SHORT
+                )
             return self._end()
-        self._toggle ^= _TOGGLE_BIT
-        return bytes([3 << 5 | self._toggle]) + bytes(7)
+        self._toggle ^= sdo_frames.TOGGLE
+        return sdo_frames.segment_answer(Request.UPLOAD_SEGMENT, self._toggle)
 
     def _hear_confirmation(self, answer: bytes) -> bytes | None:
-        self._check(answer[0], 1)
-        self._toggle ^= _TOGGLE_BIT
+        self._check_segment(answer, Answer.DOWNLOAD_SEGMENT)
+        self._toggle ^= sdo_frames.TOGGLE
         return self._end() if self._at >= len(self.result) else self._next_segment()
 
-    def _check(self, command: int, wanted: int) -> None:
-        if command >> 5 != wanted:
-            raise self._garbled(f"{self} was answered with command {command:02X}h", NO_COMMAND)
-        if command & _TOGGLE_BIT != self._toggle:
-            raise self._garbled(f"{self}: an answer came twice, or one is missing", TOGGLE)
+    def _check_command(self, answer: bytes, wanted: Answer) -> None:
+        if sdo_frames.specifier(answer) != wanted:
+            raise self._garbled(f"{self} was answered with command {answer[0]:02X}h", AbortCode.COMMAND)
+
+    def _check_segment(self, answer: bytes, wanted: Answer) -> None:
+        self._check_command(answer, wanted)
+        if sdo_frames.toggle_of(answer) != self._toggle:
+            raise self._garbled(f"{self}: an answer came twice, or one is missing", AbortCode.TOGGLE)
 
     def _next_segment(self) -> bytes:
-        part = self.result[self._at : self._at + _SEGMENT]
-        self._at += _SEGMENT
-        is_last = self._at >= len(self.result)
-        command = self._toggle | (_SEGMENT - len(part)) << 1 | (_LAST if is_last else 0)
-        return bytes([command]) + part.ljust(_SEGMENT, b"\0")
+        part = self.result[self._at : self._at + SEGMENT_BYTES]
+        self._at += SEGMENT_BYTES
+        return sdo_frames.segment(self._toggle, part, is_last=self._at >= len(self.result))
 
     def _end(self) -> bytes | None:
         self.is_done = True

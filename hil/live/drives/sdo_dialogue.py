@@ -4,9 +4,10 @@ import asyncio
 from collections.abc import Callable
 from contextlib import suppress
 
-from hil.drives.canopen.sdo_transfer import TIMED_OUT, SdoTransfer, TransferAborted, TransferGarbled
+from hil.drives.canopen.sdo_transfer import SdoTransfer, TransferAborted, TransferGarbled
 from hil.drives.drive_link import DriveLink
 from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost, Stale
+from hil.wire.canopen.abort_codes import AbortCode
 
 TRIES = 2
 """Number of times that a transfer is begun, if it is not answered."""
@@ -74,7 +75,7 @@ class SdoDialogue:
                 request = what.hear(data)
         except TimeoutError:
             counters.time_outs += 1
-            self._abort(what.abort(TIMED_OUT))
+            self._abort(what.abort(AbortCode.TIMED_OUT))
             raise NoAnswer(f"no answer to {what} within {self._timeout_s:g} s") from None
         except TransferGarbled as error:
             counters.garbled += 1
@@ -85,7 +86,7 @@ class SdoDialogue:
             self._answered(begun_s)
             raise Aborted(error) from None
         except asyncio.CancelledError:
-            self._abort(what.abort(TIMED_OUT))
+            self._abort(what.abort(AbortCode.TIMED_OUT))
             raise
         finally:
             self._answer = self._transfer = None

@@ -6,8 +6,10 @@ Source: CiA 301, 7.2.4.3.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from hil.wire.canopen import sdo_frames
 from hil.wire.canopen.abort_codes import ABORTS
 from hil.wire.canopen.object_words import ObjectWords
+from hil.wire.canopen.sdo_frames import ABORT_BYTE, FRAME_BYTES, Answer, BlockStep, Request, object_of
 
 _KEPT_BYTES = 1 << 16
 """Maximum that is kept of a transfer to be said at its end."""
@@ -49,71 +51,77 @@ class SdoWords:
 
     def request(self, data: bytes) -> str:
         """Say a frame of the client."""
-        if len(data) != 8:
+        if len(data) != FRAME_BYTES:
             return _wrong_length(data)
         transfer = self._transfer
-        if transfer and transfer.is_write and transfer.is_in_block and data[0] != 0x80:
+        if transfer and transfer.is_write and transfer.is_in_block and data[0] != ABORT_BYTE:
             return self._block_segment(transfer, data)
-        command = data[0] >> 5
-        if command in (1, 2):
-            return self._initiate(data, is_write=command == 1)
-        if command == 0:
-            return self._segment(data, is_write=True)
-        if command == 3:
-            return f"next segment of {self._name(transfer)}"
-        if command == 5:
-            return self._block_upload_request(data)
-        if command == 6:
-            return self._block_download_request(data)
-        return self._abort(data) if command == 4 else f"unknown command {command}"
+        match sdo_frames.specifier(data):
+            case Request.DOWNLOAD | Request.UPLOAD as command:
+                return self._initiate(data, is_write=command == Request.DOWNLOAD)
+            case Request.DOWNLOAD_SEGMENT:
+                return self._segment(data, is_write=True)
+            case Request.UPLOAD_SEGMENT:
+                return f"next segment of {self._name(transfer)}"
+            case Request.BLOCK_UPLOAD:
+                return self._block_upload_request(data)
+            case Request.BLOCK_DOWNLOAD:
+                return self._block_download_request(data)
+            case Request.ABORT:
+                return self._abort(data)
+            case command:
+                return f"unknown command {command}"
 
     def response(self, data: bytes) -> str:
         """Say a frame of the server."""
-        if len(data) != 8:
+        if len(data) != FRAME_BYTES:
             return _wrong_length(data)
         transfer = self._transfer
-        if transfer and not transfer.is_write and transfer.is_in_block and data[0] != 0x80:
+        if transfer and not transfer.is_write and transfer.is_in_block and data[0] != ABORT_BYTE:
             return self._block_segment(transfer, data)
-        command = data[0] >> 5
-        if command == 0:
-            return self._segment(data, is_write=False)
-        if command == 1:
-            return self._taken("written") if transfer and transfer.is_whole else self._taken("")
-        if command == 2:
-            return self._uploaded(data)
-        if command == 3:
-            return self._written(data)
-        if command == 5:
-            return self._block_download_response(data)
-        if command == 6:
-            return self._block_upload_response(data)
-        return self._abort(data) if command == 4 else f"unknown command {command}"
+        match sdo_frames.specifier(data):
+            case Answer.UPLOAD_SEGMENT:
+                return self._segment(data, is_write=False)
+            case Answer.DOWNLOAD_SEGMENT:
+                return self._taken("written") if transfer and transfer.is_whole else self._taken("")
+            case Answer.UPLOAD:
+                return self._uploaded(data)
+            case Answer.DOWNLOAD:
+                return self._written(data)
+            case Answer.BLOCK_DOWNLOAD:
+                return self._block_download_response(data)
+            case Answer.BLOCK_UPLOAD:
+                return self._block_upload_response(data)
+            case Answer.ABORT:
+                return self._abort(data)
+            case command:
+                return f"unknown command {command}"
 
     # ---- one frame, or segments ----
 
     def _initiate(self, data: bytes, *, is_write: bool) -> str:
-        index, subindex = _object(data)
+        index, subindex = object_of(data)
         transfer = self._transfer = _Transfer(index, subindex, is_write)
         name = self._objects.name(index, subindex)
         if not is_write:
             return f"read {name}"
-        if data[0] & 2:  # expedited: the value is here
-            transfer.add(_expedited(data))
+        if sdo_frames.is_expedited(data):
+            transfer.add(sdo_frames.expedited(data))
             transfer.is_whole = True
             return f"write {name} = {self._value(transfer)}"
         return f"write {name}, {_size(data)}in segments"
 
     def _uploaded(self, data: bytes) -> str:
-        index, subindex = _object(data)
+        index, subindex = object_of(data)
         transfer = self._transfer = _Transfer(index, subindex, False)
         name = self._objects.name(index, subindex)
-        if data[0] & 2:
-            transfer.add(_expedited(data))
+        if sdo_frames.is_expedited(data):
+            transfer.add(sdo_frames.expedited(data))
             return self._ended()
         return f"{name} has {_size(data)}in segments"
 
     def _written(self, data: bytes) -> str:
-        index, subindex = _object(data)
+        index, subindex = object_of(data)
         transfer, name = self._transfer, self._objects.name(index, subindex)
         if transfer is None or (index, subindex) != (transfer.index, transfer.subindex):
             return f"{name} written, which nobody has asked for"
@@ -132,15 +140,15 @@ class SdoWords:
         transfer = self._transfer
         if transfer is None or transfer.is_write != is_write:
             return "a segment of nothing"
-        transfer.add(data[1 : 8 - (data[0] >> 1 & 7)])
-        if not data[0] & 1:
+        transfer.add(sdo_frames.part_of(data))
+        if not sdo_frames.is_last(data):
             return f"segment of {self._name(transfer)}, {transfer.seen} bytes so far"
         return self._ended()
 
     # ---- blocks ----
 
     def _block_segment(self, transfer: _Transfer, data: bytes) -> str:
-        number, is_last = data[0] & 0x7F, bool(data[0] & 0x80)
+        number, is_last = sdo_frames.block_segment_number(data)
         if number == len(transfer.block) + 1:
             transfer.block.append(data[1:])
             transfer.has_last = is_last
@@ -157,49 +165,48 @@ class SdoWords:
         return f"block of {self._name(transfer)} taken up to segment {count}, next of {data[2]}"
 
     def _block_upload_request(self, data: bytes) -> str:
-        what = data[0] & 3
-        if what == 0:
-            index, subindex = _object(data)
+        what = sdo_frames.block_step(data)
+        if what == BlockStep.BEGIN:
+            index, subindex = object_of(data)
             self._transfer = _Transfer(index, subindex, False)
             return f"read {self._objects.name(index, subindex)} in blocks of {data[4]}"
-        if what == 2:
+        if what == BlockStep.TAKEN:
             return self._block_taken(data)
-        if what == 3:
+        if what == BlockStep.SEND:
             if self._transfer:
                 self._transfer.is_in_block = True
             return f"begin to send {self._name(self._transfer)}"
         return "the end was taken"
 
     def _block_upload_response(self, data: bytes) -> str:
-        if data[0] & 1:
+        if sdo_frames.is_block_end(data):
             return self._block_end(data)
-        index, subindex = _object(data)
-        return f"{self._objects.name(index, subindex)} has {_size(data, 2)}in blocks"
+        index, subindex = object_of(data)
+        return f"{self._objects.name(index, subindex)} has {_size(data)}in blocks"
 
     def _block_download_request(self, data: bytes) -> str:
-        if data[0] & 1:
+        if sdo_frames.is_block_end(data):
             return self._block_end(data)
-        index, subindex = _object(data)
+        index, subindex = object_of(data)
         self._transfer = _Transfer(index, subindex, True)
-        return f"write {self._objects.name(index, subindex)}, {_size(data, 2)}in blocks"
+        return f"write {self._objects.name(index, subindex)}, {_size(data)}in blocks"
 
     def _block_download_response(self, data: bytes) -> str:
-        what, transfer = data[0] & 3, self._transfer
-        if what == 1:
+        what, transfer = sdo_frames.block_step(data), self._transfer
+        if what == BlockStep.END:
             return self._taken("written")
-        if what == 2:
+        if what == BlockStep.TAKEN:
             return self._block_taken(data)
         if transfer:
             transfer.is_in_block = True
-        index, subindex = _object(data)
+        index, subindex = object_of(data)
         return f"{self._objects.name(index, subindex)} can be written in blocks of {data[4]}"
 
     def _block_end(self, data: bytes) -> str:
         if (transfer := self._transfer) is None:
             return "the end of nothing"
         transfer.is_in_block = False
-        unused = data[0] >> 2 & 7
-        del transfer.data[max(len(transfer.data) - unused, 0) :]
+        del transfer.data[max(len(transfer.data) - sdo_frames.block_unused(data), 0) :]
         return self._ended()
 
     # ---- ends ----
@@ -216,8 +223,8 @@ class SdoWords:
         return f"{name} is {value}"
 
     def _abort(self, data: bytes) -> str:
-        index, subindex = _object(data)
-        code = int.from_bytes(data[4:8], "little")
+        index, subindex = object_of(data)
+        code = sdo_frames.abort_code(data)
         self._transfer = None
         why = ABORTS.get(code, "an unknown code")
         return f"abort {self._objects.name(index, subindex)}: {why} ({code:08X}h)"
@@ -229,18 +236,10 @@ class SdoWords:
         return self._objects.name(transfer.index, transfer.subindex) if transfer else "nothing"
 
 
-def _object(data: bytes) -> tuple[int, int]:
-    return int.from_bytes(data[1:3], "little"), data[3]
-
-
-def _expedited(data: bytes) -> bytes:
-    has_size = data[0] & 1
-    return data[4 : 8 - (data[0] >> 2 & 3)] if has_size else data[4:8]
-
-
-def _size(data: bytes, flag: int = 1) -> str:
-    return f"{int.from_bytes(data[4:8], 'little')} bytes " if data[0] & flag else ""
+def _size(data: bytes) -> str:
+    size = sdo_frames.size_told(data)
+    return "" if size is None else f"{size} bytes "
 
 
 def _wrong_length(data: bytes) -> str:
-    return f"{len(data)} bytes, an SDO has 8"
+    return f"{len(data)} bytes, an SDO has {FRAME_BYTES}"
