@@ -15,6 +15,7 @@ from hil.vocab.address import Address
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.can.can_bus_protocol import NodeState
 from hil.wire.can.can_frame import CanFrame
+from hil.wire.canopen.cia402_words import CONTROLWORD, STATUSWORD, DriveCommand, DriveState, state_of
 
 if TYPE_CHECKING:
     from hil.sim.can.canopen_card import CanOpenCard
@@ -26,13 +27,11 @@ TESTER = "tester"
 """Name of the node that a test has on the bus, behind the bus's."""
 PATIENCE_MS = 1000.0
 _SLICE_MS = 1.0
+ENABLING = DriveCommand.SHUTDOWN, DriveCommand.SWITCH_ON, DriveCommand.ENABLE
 _MAILBOXES = 256
 
 NMT = {"operational": 1, "stopped": 2, "pre-operational": 128, "reset": 129, "reset_communication": 130}
 """Commands of network management. CiA 301 version 4.2.0, 7.2.8.2.1."""
-CONTROLWORD, STATUSWORD = 0x6040, 0x6041
-STATE_BITS, SWITCH_ON_DISABLED = 0x6F, 0x40
-"""Bits of the statusword that are the state, and a state. IEC 61800-7-201:2015."""
 
 
 class CanTapFace(TapFace):
@@ -203,14 +202,14 @@ class DriveFace:
 
     def enable(self) -> int:
         """Go to "operation enabled" by shutdown, switch on and enable; answers the statusword."""
-        return [self.controlword(word) for word in (0x06, 0x07, 0x0F)][-1]
+        return [self.controlword(word) for word in ENABLING][-1]
 
     def await_ready(self, within_ms: float = 10_000.0) -> None:
         """Let time pass until the board has started, and the drive can be switched on. Fails if it does
         not."""
         bench, end_ns = self.canbus.bench, self.canbus.bench.now_ns + within_ms * NS_PER_MS
         bench.run(_SLICE_MS)
-        while self.statusword & STATE_BITS != SWITCH_ON_DISABLED:
+        while state_of(self.statusword) is not DriveState.SWITCH_ON_DISABLED:
             assert bench.now_ns < end_ns, f"{self.axis} is not ready within {within_ms:g} ms"
             bench.run(10 * _SLICE_MS)
 

@@ -3,11 +3,12 @@
 from hil.canopen.cia402.cyclic_modes import CyclicMode
 from hil.canopen.cia402.drive_automaton import STAYS, DriveAutomaton, refusals
 from hil.canopen.cia402.drive_context import DriveContext
-from hil.canopen.cia402.drive_states import LEADS_TO, UNDER_POWER, DriveState
+from hil.canopen.cia402.drive_states import LEADS_TO, UNDER_POWER
 from hil.canopen.cia402.error_codes import DriveError
 from hil.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS
 from hil.vocab.time import FOREVER
 from hil.vocab.verbs import VerbRefused
+from hil.wire.canopen.cia402_words import DriveState
 
 
 class AutomatonClock:

@@ -8,9 +8,10 @@ from math import copysign
 
 from hil.canopen.cia402.drive_context import DriveContext
 from hil.canopen.cia402.movers import PathMover
-from hil.canopen.cia402.operating_mode import BIT_12, IDLE_NS, OperatingMode
+from hil.canopen.cia402.operating_mode import IDLE_NS, OperatingMode
 from hil.vocab.path import PathPiece
 from hil.vocab.time import FOREVER, NS_PER_MS
+from hil.wire.canopen.cia402_words import FOLLOWS_TARGET
 
 TIME_OUT_PERIODS, LEAST_TIME_OUT_NS = 3, 50 * NS_PER_MS
 """Time without a SYNC after which the connection counts as lost."""
@@ -67,7 +68,7 @@ class CyclicMode(OperatingMode):
         super().stop(option, now_ns)
 
     def status(self, now_ns: int) -> int:
-        return BIT_12 if self._is_following else 0
+        return FOLLOWS_TARGET if self._is_following else 0
 
 
 class CyclicPosition(CyclicMode):

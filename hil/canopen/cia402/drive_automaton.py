@@ -4,22 +4,22 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 
 from hil.canopen.cia402.drive_context import DriveContext
-from hil.canopen.cia402.drive_states import (
-    LEADS_TO,
-    RESET_BIT,
-    TRANSITIONS,
-    UNDER_POWER,
+from hil.canopen.cia402.drive_states import LEADS_TO, TRANSITIONS, UNDER_POWER
+from hil.canopen.cia402.drive_watch import DriveWatch
+from hil.canopen.cia402.error_codes import TOLD_BY_NODE, DriveError, register_bits
+from hil.canopen.cia402.operating_mode import OperatingMode
+from hil.vocab.verbs import VerbRefused
+from hil.wire.canopen.cia402_words import (
+    FOLLOWING_ERROR,
+    LIMIT_ACTIVE,
+    REMOTE,
+    TARGET_REACHED,
+    VOLTAGE_ENABLED,
     DriveCommand,
     DriveState,
     command_of,
 )
-from hil.canopen.cia402.drive_watch import DriveWatch
-from hil.canopen.cia402.error_codes import TOLD_BY_NODE, DriveError, register_bits
-from hil.canopen.cia402.operating_mode import BIT_13, REACHED, OperatingMode
-from hil.vocab.verbs import VerbRefused
 
-POWERED, REMOTE, LIMITED = 0x0010, 0x0200, 0x0800
-"""Bits of the statusword: voltage enabled, remote, internal limit active."""
 NO_ACTION, FAULT, DISABLE_VOLTAGE, QUICK_STOP = range(4)
 """Abort connection option codes (6007h)."""
 POWER_OFF, STAYS = 0, 5
@@ -48,14 +48,14 @@ class DriveAutomaton:
 
     @property
     def statusword(self) -> int:
-        word = self.state | POWERED | REMOTE
+        word = self.state | VOLTAGE_ENABLED | REMOTE
         if self._context.is_limited:
-            word |= LIMITED
+            word |= LIMIT_ACTIVE
         if self.state is DriveState.OPERATION_ENABLED:
             word |= self.mode.status(self.watch.looked_ns)
         elif self.state is DriveState.QUICK_STOP and self._context.mover.is_over(self.watch.looked_ns):
-            word |= REACHED
-        return word | BIT_13 if self._has_lost_set_point else word
+            word |= TARGET_REACHED
+        return word | FOLLOWING_ERROR if self._has_lost_set_point else word
 
     @property
     def is_enabled(self) -> bool:
@@ -112,7 +112,7 @@ class DriveAutomaton:
 
     def _control(self, word: int, before: int, now_ns: int) -> None:
         if self.state is DriveState.FAULT:
-            if word & ~before & RESET_BIT:
+            if word & ~before & DriveCommand.RESET:
                 self._reset(now_ns)
             return
         command = command_of(word)

@@ -9,15 +9,9 @@ from hil.canopen.cia402.homing_methods import methods_of
 from hil.canopen.cia402.motor_axis import MotorAxis
 from hil.canopen.cia402.objects import (
     CONST,
-    CYCLIC_POSITION,
-    CYCLIC_VELOCITY,
-    HOMING,
     I8,
     NAMES,
     PATHS,
-    PROFILE_POSITION,
-    PROFILE_TORQUE,
-    PROFILE_VELOCITY,
     ROWS,
     RW,
     SERVO_DRIVE,
@@ -28,6 +22,15 @@ from hil.canopen.cia402.objects import (
     array_of,
 )
 from hil.canopen.communication_entries import mapping_entries
+from hil.wire.canopen.cia402_words import (
+    CYCLIC_POSITION,
+    CYCLIC_VELOCITY,
+    HOMING,
+    PROFILE_POSITION,
+    PROFILE_TORQUE,
+    PROFILE_VELOCITY,
+    mode_bit,
+)
 
 MAPPED = {
     0x1600: (0x6040,),
@@ -71,7 +74,7 @@ def entries_of(axis: MotorAxis) -> tuple[Entry, ...]:
         0x6075: round(axis.rated_current_A * 1000),
         0x6076: round(axis.rated_torque_Nm * 1000),
         0x6080: most_rpm,
-        0x6502: sum(1 << (mode - 1) for mode in modes_of(axis)),
+        0x6502: sum(mode_bit(mode) for mode in modes_of(axis)),
         0x6060: next(iter(modes_of(axis)), 0),
         0x67FF: SERVO_DRIVE if axis.follows_paths else STEPPER_DRIVE,
     }

@@ -1,37 +1,11 @@
-"""State machine of a drive: states, what a controlword asks for, and which transition that is.
+"""Transitions of a drive's state machine: which one a command asks for, and where it leads.
 
 Source: IEC 61800-7-201:2015, power drive system finite state automaton; CiA 402-2.
 """
 
 from collections.abc import Mapping
-from enum import Enum, IntEnum
 
-
-class DriveState(IntEnum):
-    """State, by its bits in the statusword (6041h): 0 to 3, 5 and 6."""
-
-    NOT_READY = 0x00
-    SWITCH_ON_DISABLED = 0x40
-    READY = 0x21
-    SWITCHED_ON = 0x23
-    OPERATION_ENABLED = 0x27
-    QUICK_STOP = 0x07
-    FAULT_REACTION = 0x0F
-    FAULT = 0x08
-
-
-class DriveCommand(Enum):
-    """Commands in the lower four bits of a controlword; a rising bit 7 is ``RESET``."""
-
-    SHUTDOWN = "shutdown"
-    SWITCH_ON = "switch on"
-    ENABLE = "enable operation"
-    DISABLE_VOLTAGE = "disable voltage"
-    QUICK_STOP = "quick stop"
-    RESET = "fault reset"
-
-
-RESET_BIT = 0x80
+from hil.wire.canopen.cia402_words import DriveCommand, DriveState
 
 TRANSITIONS: Mapping[DriveState, Mapping[DriveCommand, int]] = {
     DriveState.SWITCH_ON_DISABLED: {DriveCommand.SHUTDOWN: 2},
@@ -80,14 +54,3 @@ LEADS_TO: Mapping[int, DriveState] = {
 
 UNDER_POWER = frozenset({DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION})
 """States in which the axis may move."""
-
-
-def command_of(word: int) -> DriveCommand:
-    """Tell what the bits 0 to 3 of a controlword ask for."""
-    if not word & 0x02:
-        return DriveCommand.DISABLE_VOLTAGE
-    if not word & 0x04:
-        return DriveCommand.QUICK_STOP
-    if not word & 0x01:
-        return DriveCommand.SHUTDOWN
-    return DriveCommand.ENABLE if word & 0x08 else DriveCommand.SWITCH_ON

@@ -7,12 +7,11 @@ from typing import NamedTuple
 from hil.canopen.cia402.drive_context import DriveContext
 from hil.canopen.cia402.homing_methods import METHODS, HomingMethod, methods_of
 from hil.canopen.cia402.motor_axis import NEGATIVE, POSITIVE, MotorLook
-from hil.canopen.cia402.operating_mode import BIT_12, BIT_13, IDLE_NS, REACHED, OperatingMode
+from hil.canopen.cia402.operating_mode import IDLE_NS, OperatingMode
 from hil.canopen.cia402.set_point_ramps import MotionRules
 from hil.vocab.time import FOREVER
+from hil.wire.canopen.cia402_words import HOMING_ATTAINED, HOMING_ERROR, START_HOMING, TARGET_REACHED
 
-START = 0x10
-"""Bit of the controlword: start or continue homing."""
 WATCH_NS = 250_000
 """Time from one look at the switches to the next."""
 
@@ -117,7 +116,7 @@ class Homing(OperatingMode):
         return self.context.value(0x609A) * self.context.units.deg_per_s2
 
     def control(self, word: int, before: int, now_ns: int) -> None:
-        is_started = bool(word & START)
+        is_started = bool(word & START_HOMING)
         if is_started and not self._is_started:
             self._is_started = True
             self._start(now_ns)
@@ -205,8 +204,8 @@ class Homing(OperatingMode):
         self.stop(1, now_ns)
 
     def status(self, now_ns: int) -> int:
-        bits = BIT_12 if self._is_home else 0
+        bits = HOMING_ATTAINED if self._is_home else 0
         if self._has_failed:
-            bits |= BIT_13
+            bits |= HOMING_ERROR
         is_busy = self._search is not None and not self.is_halted
-        return bits | (REACHED if self._is_at_rest and not is_busy else 0)
+        return bits | (TARGET_REACHED if self._is_at_rest and not is_busy else 0)

@@ -9,6 +9,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from hil.canopen.application import Access, DataType, Entry
+from hil.wire.canopen.cia402_words import (
+    CYCLIC_POSITION,
+    CYCLIC_VELOCITY,
+    HOMING,
+    PROFILE_POSITION,
+    PROFILE_TORQUE,
+    PROFILE_VELOCITY,
+)
 
 I8, I16, I32 = DataType.INTEGER8, DataType.INTEGER16, DataType.INTEGER32
 U8, U16, U32 = DataType.UNSIGNED8, DataType.UNSIGNED16, DataType.UNSIGNED32
@@ -17,8 +25,6 @@ INT16, INT32, UINT32 = 2**15 - 1, 2**31 - 1, 2**32 - 1
 
 LIMITED_JERK = 3
 """Motion profile type (6086h)."""
-PROFILE_POSITION, PROFILE_VELOCITY, PROFILE_TORQUE, HOMING = 1, 3, 4, 6
-CYCLIC_POSITION, CYCLIC_VELOCITY = 8, 9
 MODES: Mapping[int, str] = {
     PROFILE_POSITION: "profile position: set-points by handshake, with ramps",
     PROFILE_VELOCITY: "profile velocity: a speed, with ramps",

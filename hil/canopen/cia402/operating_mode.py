@@ -2,9 +2,8 @@
 
 from hil.canopen.cia402.drive_context import DriveContext
 from hil.vocab.time import FOREVER
+from hil.wire.canopen.cia402_words import HALT
 
-HALT, REACHED, BIT_12, BIT_13 = 0x100, 0x400, 0x1000, 0x2000
-"""Bits of the controlword and of the statusword that modes have."""
 WATCH_NS, IDLE_NS = 1_000_000, 10_000_000
 """Time from one look at the axis to the next: in motion, and at rest."""
 AT_ONCE = 3

@@ -21,19 +21,21 @@ from hil.canopen.cia402.profile_velocity import ProfileVelocity
 from hil.canopen.cia402.user_units import FACTORS, to_int32
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
+from hil.wire.canopen import cia402_words
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.cia402_words import CONTROLWORD, ERROR_CODE, MODE, MODE_DISPLAY, STATUSWORD
 
-_CONTROL, _STATUS, _MODE, _DISPLAY, _ERROR, _INPUTS = 0x6040, 0x6041, 0x6060, 0x6061, 0x603F, 0x60FD
+_INPUTS = 0x60FD
 _FIRST_OWN_BIT = 16
 _FIRST_OF_PROFILE = 0x2000
 _LEAST_PERIOD_NS, _MOST_PERIOD_NS = 100_000, 10 * NS_PER_S
 _MODES: dict[int, Callable[[DriveContext], OperatingMode]] = {
-    objects.PROFILE_POSITION: ProfilePosition,
-    objects.PROFILE_VELOCITY: ProfileVelocity,
-    objects.PROFILE_TORQUE: ProfileTorque,
-    objects.HOMING: Homing,
-    objects.CYCLIC_POSITION: CyclicPosition,
-    objects.CYCLIC_VELOCITY: CyclicVelocity,
+    cia402_words.PROFILE_POSITION: ProfilePosition,
+    cia402_words.PROFILE_VELOCITY: ProfileVelocity,
+    cia402_words.PROFILE_TORQUE: ProfileTorque,
+    cia402_words.HOMING: Homing,
+    cia402_words.CYCLIC_POSITION: CyclicPosition,
+    cia402_words.CYCLIC_VELOCITY: CyclicVelocity,
 }
 _CHOICES = {
     0x605A: (0, 1, 2, 3, 5, 6, 7),
@@ -42,7 +44,7 @@ _CHOICES = {
 }
 """Values that an object takes, where its limits do not say it all."""
 _NOTHING_TOLD = (-1, -1, -1)
-_CHECKED = frozenset((_MODE, *_CHOICES, 0x6098, *FACTORS, 0x607D, 0x60C2))
+_CHECKED = frozenset((MODE, *_CHOICES, 0x6098, *FACTORS, 0x607D, 0x60C2))
 """Objects that do not take every value within their limits, or not always."""
 
 
@@ -82,7 +84,7 @@ class ProfileDrive:
             self._begin()
             self._context.load()
             self._written = {key: self._services.value(*key) for key in self._written}
-            self._automaton.choose(self._context.value(_MODE), now_ns)
+            self._automaton.choose(self._context.value(MODE), now_ns)
             self._clock.step(now_ns)
         elif state is NmtState.OPERATIONAL:
             self._told = _NOTHING_TOLD  # who listens from now on knows no statusword
@@ -112,7 +114,7 @@ class ProfileDrive:
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
         assert isinstance(value, int)
         before = self._written[index, subindex]
-        if index == _CONTROL:
+        if index == CONTROLWORD:
             if value == before and self._automaton.is_enabled:
                 return  # once more what is done already, as with each SYNC
             self._written[index, subindex] = value
@@ -123,7 +125,7 @@ class ProfileDrive:
                 self._check(index, subindex, value)
             self._written[index, subindex] = value
             self._context.note(index)
-            if index == _MODE:
+            if index == MODE:
                 self._automaton.choose(value, now_ns)
             elif not self._automaton.written(index, now_ns):
                 return
@@ -147,16 +149,16 @@ class ProfileDrive:
         told = automaton.statusword, automaton.number, automaton.error_code
         if told != self._told:
             before, self._told = self._told, told
-            for index, old, new in zip((_STATUS, _DISPLAY, _ERROR), before, told, strict=True):
+            for index, old, new in zip((STATUSWORD, MODE_DISPLAY, ERROR_CODE), before, told, strict=True):
                 if old != new:
                     self._services.changed(index, 0)
 
     def _readers(self) -> dict[int, Callable[[int], int]]:
         """How live objects are read."""
         return {
-            _ERROR: lambda now_ns: self._automaton.error_code,
-            _STATUS: lambda now_ns: self._automaton.statusword,
-            _DISPLAY: lambda now_ns: self._automaton.number,
+            ERROR_CODE: lambda now_ns: self._automaton.error_code,
+            STATUSWORD: lambda now_ns: self._automaton.statusword,
+            MODE_DISPLAY: lambda now_ns: self._automaton.number,
             0x6062: lambda now_ns: self._context.units.position(self._context.mover.where(now_ns).deg),
             0x6063: lambda now_ns: self._counts(self._context.look(now_ns).position_deg),
             0x6064: lambda now_ns: self._context.units.position(self._context.look(now_ns).position_deg),
@@ -194,7 +196,7 @@ class ProfileDrive:
 
     def _check(self, index: int, subindex: int, value: int) -> None:
         """Check a value that is within its limits. Raises SdoAbort."""
-        if index == _MODE and value not in self._modes:
+        if index == MODE and value not in self._modes:
             raise SdoAbort(AbortCode.VALUE, f"mode {value}: there are {_listed(self._modes)}")
         if value not in _CHOICES.get(index, (value,)):
             raise SdoAbort(AbortCode.VALUE, f"{index:04X}h takes {_listed(_CHOICES[index])}, not {value}")

@@ -3,13 +3,18 @@
 from typing import NamedTuple
 
 from hil.canopen.cia402.drive_context import DriveContext
-from hil.canopen.cia402.operating_mode import BIT_12, IDLE_NS, REACHED, WATCH_NS, OperatingMode
+from hil.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode
 from hil.canopen.cia402.set_point_ramps import MotionRules
 from hil.canopen.cia402.time_window import TimeWindow
 from hil.vocab.time import FOREVER
-
-NEW, AT_ONCE, RELATIVE, ON_THE_WAY = 0x10, 0x20, 0x40, 0x200
-"""Bits of the controlword: new set-point, change set immediately, relative, change on set-point."""
+from hil.wire.canopen.cia402_words import (
+    CHANGE_AT_ONCE,
+    CHANGE_ON_SET_POINT,
+    NEW_SET_POINT,
+    RELATIVE,
+    SET_POINT_TAKEN,
+    TARGET_REACHED,
+)
 
 
 class TargetEntry(NamedTuple):
@@ -44,7 +49,7 @@ class ProfilePosition(OperatingMode):
         now = context.mover.where(now_ns)
         self._active = self._waiting = None
         self._last_deg = now.deg
-        self._is_new, self._is_acknowledged = bool(word & NEW), False
+        self._is_new, self._is_acknowledged = bool(word & NEW_SET_POINT), False
         self._is_blocked, self._is_reached = False, True
         self._window.assume()
         self.is_halted = False
@@ -55,7 +60,7 @@ class ProfilePosition(OperatingMode):
         self.due_ns = context.mover.due_ns
 
     def control(self, word: int, before: int, now_ns: int) -> None:
-        is_new = bool(word & NEW)
+        is_new = bool(word & NEW_SET_POINT)
         if is_new and not self._is_new:
             self._take(word, now_ns)
         self._is_new = is_new
@@ -64,12 +69,12 @@ class ProfilePosition(OperatingMode):
         super().control(word, before, now_ns)
 
     def _take(self, word: int, now_ns: int) -> None:
-        if self._waiting and not word & AT_ONCE:
+        if self._waiting and not word & CHANGE_AT_ONCE:
             return  # there is no place for it: bit 12 says so
         entry = self._entry(word)
         self._is_acknowledged = True
         self._last_deg = entry.angle_deg
-        if word & AT_ONCE or self._active is None:
+        if word & CHANGE_AT_ONCE or self._active is None:
             self._waiting = None
             self._start(entry, now_ns)
             return
@@ -85,7 +90,7 @@ class ProfilePosition(OperatingMode):
             angle_deg = self._last_deg + context.units.distance_deg(target)
         else:
             angle_deg = context.units.angle_deg(target)
-        return TargetEntry(context.within(angle_deg), context.rules(), bool(word & ON_THE_WAY))
+        return TargetEntry(context.within(angle_deg), context.rules(), bool(word & CHANGE_ON_SET_POINT))
 
     def _start(self, entry: TargetEntry, now_ns: int) -> None:
         context = self.context
@@ -143,4 +148,4 @@ class ProfilePosition(OperatingMode):
             self._active = None
 
     def status(self, now_ns: int) -> int:
-        return (REACHED if self._is_reached else 0) | (BIT_12 if self._is_acknowledged else 0)
+        return (TARGET_REACHED if self._is_reached else 0) | (SET_POINT_TAKEN if self._is_acknowledged else 0)

@@ -3,9 +3,10 @@
 from math import copysign
 
 from hil.canopen.cia402.drive_context import DriveContext
-from hil.canopen.cia402.operating_mode import REACHED, WATCH_NS, OperatingMode
+from hil.canopen.cia402.operating_mode import WATCH_NS, OperatingMode
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import FOREVER, NS_PER_S
+from hil.wire.canopen.cia402_words import TARGET_REACHED
 
 
 class ProfileTorque(OperatingMode):
@@ -89,4 +90,4 @@ class ProfileTorque(OperatingMode):
         context.forget()
 
     def status(self, now_ns: int) -> int:
-        return REACHED if self._is_reached else 0
+        return TARGET_REACHED if self._is_reached else 0

@@ -1,9 +1,10 @@
 """Profile velocity mode: a target speed, reached by ramps."""
 
 from hil.canopen.cia402.drive_context import DriveContext
-from hil.canopen.cia402.operating_mode import BIT_12, IDLE_NS, REACHED, WATCH_NS, OperatingMode
+from hil.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode
 from hil.canopen.cia402.time_window import TimeWindow
 from hil.vocab.path import DEG_PER_S
+from hil.wire.canopen.cia402_words import STANDS, TARGET_REACHED
 
 
 class ProfileVelocity(OperatingMode):
@@ -72,4 +73,4 @@ class ProfileVelocity(OperatingMode):
         self._stands = not self._turning.holds(is_fast, context.ms(0x6070), now_ns)
 
     def status(self, now_ns: int) -> int:
-        return (REACHED if self._is_reached else 0) | (BIT_12 if self._stands else 0)
+        return (TARGET_REACHED if self._is_reached else 0) | (STANDS if self._stands else 0)

@@ -4,15 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hil.drives.canopen.drive_units import DriveUnits
-from hil.drives.canopen.statusword import (
-    PROFILE_POSITION,
-    TARGET_REACHED,
-    MachineState,
-    has_fault,
-    state_of,
-)
 from hil.drives.poll_plan import Reading
 from hil.wire.canopen.canopen_codes import emergency_words
+from hil.wire.canopen.cia402_words import PROFILE_POSITION, TARGET_REACHED, DriveState, has_fault, state_of
 
 TURNS_RPM = 5.0
 """Speed below which a shaft stands: encoders tremble."""
@@ -33,7 +27,7 @@ def reading_of(raw: Mapping[str, int], units: DriveUnits, at_ns: int) -> Reading
     if "error" in raw:
         values["fault_code"] = raw["error"]
     bits = {
-        "status.enabled": state_of(statusword) is MachineState.ENABLED,
+        "status.enabled": state_of(statusword) is DriveState.OPERATION_ENABLED,
         "status.fault": has_fault(statusword),
         "status.moving": _moves(statusword, mode, values.get("velocity_rpm")),
     }

@@ -24,7 +24,7 @@ from hil.drives.canopen.process_data import (
     parameter_index,
 )
 from hil.drives.canopen.sdo_transfer import SdoTransfer, TransferAborted
-from hil.drives.canopen.statusword import CYCLIC_POSITION, PROFILE_POSITION, mode_bit
+from hil.wire.canopen.cia402_words import CYCLIC_POSITION, PROFILE_POSITION, mode_bit
 
 SETTLES_NS = 20_000_000
 """Time for a node to change its state."""

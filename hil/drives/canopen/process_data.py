@@ -6,6 +6,8 @@ Sources: CiA 301, 7.5.2.33 to 7.5.2.36 (communication and mapping parameters); t
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from hil.wire.canopen import cia402_words
+
 SYNC_ID, EMCY_ID, SDO_ANSWER_ID, SDO_REQUEST_ID, ERROR_CONTROL_ID = 0x80, 0x80, 0x580, 0x600, 0x700
 TPDO_IDS, RPDO_IDS = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)
 """Identifiers of the predefined connection set, to which a node's number is added."""
@@ -28,13 +30,13 @@ class MappedValue:
         return self.index << 16 | self.bits
 
 
-STATUSWORD = MappedValue(0x6041, 16, False, "statusword")
+STATUSWORD = MappedValue(cia402_words.STATUSWORD, 16, False, "statusword")
 POSITION = MappedValue(0x6064, 32, True, "position")
-MODE = MappedValue(0x6061, 8, True, "mode")
+MODE = MappedValue(cia402_words.MODE_DISPLAY, 8, True, "mode")
 VELOCITY = MappedValue(0x606C, 32, True, "velocity")
 CURRENT = MappedValue(0x6078, 16, True, "current")
-ERROR = MappedValue(0x603F, 16, False, "error")
-TARGET = MappedValue(0x607A, 32, True, "target")
+ERROR = MappedValue(cia402_words.ERROR_CODE, 16, False, "error")
+TARGET = MappedValue(cia402_words.TARGET_POSITION, 32, True, "target")
 TOLD = ((STATUSWORD, POSITION, MODE), (VELOCITY, CURRENT, ERROR))
 """Objects of TPDO 1 and 2, 7 and 8 bytes; those behind the first two are left out where there are none."""
 NEEDED = (STATUSWORD, POSITION)

@@ -4,21 +4,6 @@
 import asyncio
 from contextlib import suppress
 
-from hil.drives.canopen.statusword import (
-    CHANGE_AT_ONCE,
-    CYCLIC_POSITION,
-    ENABLE_OPERATION,
-    FOLLOWING_ERROR,
-    HOMING,
-    NEW_SET_POINT,
-    PROFILE_POSITION,
-    QUICK_STOP,
-    SET_POINT_TAKEN,
-    SHUTDOWN,
-    TARGET_REACHED,
-    MachineState,
-    state_of,
-)
 from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.live.drives.asking import ASKING, Denied, Stale
 from hil.live.drives.can_drive import CanDrive
@@ -29,14 +14,29 @@ from hil.live.drives.sdo_dialogue import Aborted
 from hil.vocab.axis import How
 from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.verbs import VerbRefused
+from hil.wire.canopen.cia402_words import (
+    CHANGE_AT_ONCE,
+    CYCLIC_POSITION,
+    HOMING,
+    HOMING_ATTAINED,
+    HOMING_ERROR,
+    NEW_SET_POINT,
+    PROFILE_POSITION,
+    SET_POINT_TAKEN,
+    TARGET_POSITION,
+    TARGET_REACHED,
+    DriveCommand,
+    DriveState,
+    state_of,
+)
 
 HOMING_POLL_S, SHOWS_S = 0.05, 0.2
-HOMING_DONE, HOMING_ERROR = TARGET_REACHED | SET_POINT_TAKEN, FOLLOWING_ERROR
-"""Bits of the statusword in homing: it was attained and the drive stands; it failed. CiA 402-2, 9.3."""
+HOMING_DONE = HOMING_ATTAINED | TARGET_REACHED
+"""Bits of the statusword in homing: it was attained and the drive stands. CiA 402-2, 9.3."""
 _BY_PROFILE, _BY_QUICK_STOP = 5, 6
 """Quick stop options (605Ah): by the ramp of the profile or of the quick stop, and the loop stays on."""
 _QUICK_STOP_OPTION, _HOMING_METHOD = 0x605A, 0x6098
-_TARGET, _VELOCITY, _ACCELERATION, _DECELERATION = 0x607A, 0x6081, 0x6083, 0x6084
+_VELOCITY, _ACCELERATION, _DECELERATION = 0x6081, 0x6083, 0x6084
 
 
 class CanMotion(DriveMotion):
@@ -107,12 +107,12 @@ class CanMotion(DriveMotion):
         """Begin to find the origin, which is a motion without a target. Raises ``ASKING``."""
         self.abandon()
         drive, session = self._drive, self._drive.link.session
-        await self._steps.control(ENABLE_OPERATION, session)
+        await self._steps.control(DriveCommand.ENABLE, session)
         await self._steps.set_mode(HOMING, session)
         drive.set_points = drive.sent = None
         if method is not None:
             await drive.write(_HOMING_METHOD, method, 1, session)
-        await self._steps.control(ENABLE_OPERATION | NEW_SET_POINT, session)
+        await self._steps.control(DriveCommand.ENABLE | NEW_SET_POINT, session)
         self._begin(self._until_home(session))
         self._begins_ns = drive.now_ns()
 
@@ -128,7 +128,7 @@ class CanMotion(DriveMotion):
     async def disable(self) -> None:
         """Switch the loop off. Raises ``ASKING``."""
         self.abandon()
-        await self._steps.control(SHUTDOWN, self._drive.link.session)
+        await self._steps.control(DriveCommand.SHUTDOWN, self._drive.link.session)
         self._drive.set_points = None
 
     async def clear_fault(self) -> None:
@@ -158,14 +158,14 @@ class CanMotion(DriveMotion):
         if acceleration_rpm_per_s:
             for index in (_ACCELERATION, _DECELERATION):
                 await drive.write(index, units.acceleration(acceleration_rpm_per_s), 4, session)
-        await drive.write(_TARGET, units.position(position_deg), 4, session)
-        await self._steps.control(ENABLE_OPERATION, session)
+        await drive.write(TARGET_POSITION, units.position(position_deg), 4, session)
+        await self._steps.control(DriveCommand.ENABLE, session)
         await asyncio.sleep(max(start_ns - drive.now_ns(), 0) / 1e9)
-        await self._steps.control(ENABLE_OPERATION | NEW_SET_POINT | CHANGE_AT_ONCE, session)
+        await self._steps.control(DriveCommand.ENABLE | NEW_SET_POINT | CHANGE_AT_ONCE, session)
         await self._steps.until(
             lambda word: bool(word & SET_POINT_TAKEN), "it did not take the set-point", session
         )
-        await self._steps.control(ENABLE_OPERATION, session)
+        await self._steps.control(DriveCommand.ENABLE, session)
         drive.sent = SentSetPoint(position_deg, drive.now_ns())
         self._await_end(position_deg)
         self._begins_ns = None
@@ -177,9 +177,9 @@ class CanMotion(DriveMotion):
         if drive.reading and drive.reading.values["mode"] != CYCLIC_POSITION:
             assert drive.known is not None, "a drive that is there was greeted"
             first = drive.known.units.position(at(path, drive.now_ns() - start_ns)[0])
-            await drive.write(_TARGET, first, 4, session)  # also before the first SYNC
+            await drive.write(TARGET_POSITION, first, 4, session)  # also before the first SYNC
             await self._steps.set_mode(CYCLIC_POSITION, session)
-        await self._steps.control(ENABLE_OPERATION, session)
+        await self._steps.control(DriveCommand.ENABLE, session)
         while drive.now_ns() <= end_ns + 2 * drive.line.sync_ns:
             if not drive.is_in(session):
                 raise Stale("the drive was lost")
@@ -194,7 +194,7 @@ class CanMotion(DriveMotion):
             word = await self._steps.statusword(session)
             if word & HOMING_ERROR:
                 raise Denied(f"its homing failed (statusword {word:04X}h)")
-            if state_of(word) is not MachineState.ENABLED:
+            if state_of(word) is not DriveState.OPERATION_ENABLED:
                 raise Denied("its loop was switched off as it looked for its origin")
             if word & HOMING_DONE == HOMING_DONE:
                 break
@@ -209,7 +209,7 @@ class CanMotion(DriveMotion):
         try:
             try:
                 await drive.write(_QUICK_STOP_OPTION, option, 2, session)
-                await self._steps.control(QUICK_STOP, session)
+                await self._steps.control(DriveCommand.QUICK_STOP, session)
                 await self._steps.until_it_stands(session)
             except Aborted:  # its quick stop is fixed, and may take the current off
                 await self._steps.halt(session)

@@ -1,6 +1,7 @@
 """CANopen as it stands on the wire: its frames as bytes, and what each says in words, for people.
 
-``sdo_frames.py`` builds SDO frames and takes them apart: for the node, the master and the words alike.
+``sdo_frames.py`` builds SDO frames and takes them apart, ``cia402_words.py`` has the states, words and modes
+of drives: for the node, the master and the words alike.
 
 ``canopen_words.py`` says frames, ``sdo_words.py`` and ``lss_words.py`` those of a dialogue, ``pdo_words.py``
 values of process data once their mapping is known; ``object_words.py`` has names and types of objects,

@@ -17,7 +17,7 @@ from hil.drives.canopen.greeting import (
 from hil.drives.canopen.node_watch import HEARTBEAT_NS, MISSING, NodeWatch
 from hil.drives.canopen.process_data import TOLD, SyncBeat, mapping_writes, packed_target, values_in
 from hil.drives.canopen.sdo_transfer import SdoTransfer, TransferAborted
-from hil.drives.canopen.statusword import MachineState, has_fault, mode_bit, state_of, towards_enabled
+from hil.wire.canopen.cia402_words import DriveState, has_fault, mode_bit, state_of, towards_enabled
 
 MS = 1_000_000
 AS_TOLD = GivenUnits()
@@ -29,27 +29,27 @@ AS_TOLD = GivenUnits()
 @pytest.mark.parametrize(
     ("statusword", "state"),
     [
-        (0x0000, MachineState.NOT_READY),
-        (0x0250, MachineState.SWITCH_ON_DISABLED),
-        (0x0231, MachineState.READY),
-        (0x0233, MachineState.SWITCHED_ON),
-        (0x1637, MachineState.ENABLED),
-        (0x0217, MachineState.QUICK_STOP),
-        (0x021F, MachineState.FAULT_REACTION),
-        (0x0238, MachineState.FAULT),
-        (0x0005, MachineState.UNKNOWN),
+        (0x0000, DriveState.NOT_READY),
+        (0x0250, DriveState.SWITCH_ON_DISABLED),
+        (0x0231, DriveState.READY),
+        (0x0233, DriveState.SWITCHED_ON),
+        (0x1637, DriveState.OPERATION_ENABLED),
+        (0x0217, DriveState.QUICK_STOP),
+        (0x021F, DriveState.FAULT_REACTION),
+        (0x0238, DriveState.FAULT),
+        (0x0005, DriveState.UNKNOWN),
     ],
 )
-def test_states_are_those_of_the_table(statusword: int, state: MachineState) -> None:
+def test_states_are_those_of_the_table(statusword: int, state: DriveState) -> None:
     assert state_of(statusword) is state
-    assert has_fault(statusword) == (state in (MachineState.FAULT, MachineState.FAULT_REACTION))
+    assert has_fault(statusword) == (state in (DriveState.FAULT, DriveState.FAULT_REACTION))
 
 
 def test_the_walk_to_enabled_goes_round_no_fault() -> None:
-    walk = (MachineState.SWITCH_ON_DISABLED, MachineState.READY, MachineState.SWITCHED_ON)
+    walk = (DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.SWITCHED_ON)
     assert [towards_enabled(state) for state in walk] == [0x06, 0x07, 0x0F]
-    assert towards_enabled(MachineState.FAULT) is None
-    assert towards_enabled(MachineState.NOT_READY) is None
+    assert towards_enabled(DriveState.FAULT) is None
+    assert towards_enabled(DriveState.NOT_READY) is None
 
 
 # ---- units ----
