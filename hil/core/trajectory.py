@@ -13,6 +13,8 @@ from itertools import pairwise
 from typing import Literal
 
 from hil.core import _trajectory
+from hil.vocab.path import PathPiece
+from hil.vocab.time import NS_PER_S
 
 Kind = Literal["trapezoid", "s_curve"]
 """Trapezoids keep the limits of velocity and acceleration, S-curves that of jerk too."""
@@ -136,6 +138,22 @@ class Trajectory:
     def segments(self, axis: int) -> tuple[Piece, ...]:
         """Segments of one axis; none if it stands. Raises IndexError for another axis."""
         return tuple(Piece(*values) for values in self._course.segments_of(axis))
+
+    def pieces(self, axis: int) -> list[PathPiece]:
+        """Pieces of one axis's path, their times in whole ns; none if it stands."""
+        segments = self.segments(axis)
+        times_ns = [*(round(each.start_s * NS_PER_S) for each in segments), self.duration_ns]
+        return [
+            PathPiece(
+                to_ns - from_ns,
+                each.position_deg,
+                each.velocity_deg_per_s,
+                each.acceleration_deg_per_s2,
+                each.jerk_deg_per_s3,
+            )
+            for each, (from_ns, to_ns) in zip(segments, pairwise(times_ns), strict=True)
+            if to_ns > from_ns
+        ]
 
     def stop(self, at_ns: int, limits: Sequence[AxisLimits]) -> "Trajectory":
         """Plan a stop from the state at ``at_ns``, which is the new trajectory's time 0. Along the line of a

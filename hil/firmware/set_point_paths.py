@@ -39,21 +39,29 @@ def to_rest(r: float, rate: float, per_s2: float) -> Path:
     return joined(r, rate, [(abs(rate) / per_s2, -per_s2 if rate > 0 else per_s2)])
 
 
-def trapezoid(r: float, rate: float, target: float, per_s: float, per_s2: float) -> Path:
+def trapezoid(
+    r: float, rate: float, target: float, per_s: float, per_s2: float, down_per_s2: float | None = None
+) -> Path:
     """Path from a set-point that changes at ``rate`` to rest at ``target``, as fast as the limits let it:
-    ramps of ``per_s2``, at most ``per_s`` in between. A set-point that is faster at the beginning slows down
-    first; one that cannot stop before the target comes back to it."""
-    stopped_at = r + rate * abs(rate) / (2 * per_s2)
-    sign = 1.0 if target >= stopped_at else -1.0
+    ramps of ``per_s2``, at most ``per_s`` in between; ``down_per_s2``: deceleration, if it is another. A
+    set-point that is faster at the beginning slows down first; one that cannot stop before the target comes
+    back to it."""
+    up, down = per_s2, per_s2 if down_per_s2 is None else down_per_s2
+    sign = 1.0 if target >= r + rate * abs(rate) / (2 * down) else -1.0
     distance, start = (target - r) * sign, rate * sign
-    peak = min(per_s, sqrt(max(per_s2 * distance + start * start / 2, 0.0)))
-    ramp = per_s2 if start <= peak else -per_s2
-    ramped = (peak * peak - start * start) / (2 * ramp)
-    cruise = distance - ramped - peak * peak / (2 * per_s2)
-    pieces = [
-        (abs(peak - start) / per_s2, ramp * sign),
+    pieces = []
+    if start < 0 and up != down:  # it turns round: two ramps, not one through a stand
+        pieces.append((-start / down, down * sign))
+        distance += start * start / (2 * down)
+        start = 0.0
+    # In this order the same ramps both ways give to the bit what a formula of one ramp gives.
+    peak = min(per_s, sqrt(max(down / (up + down) * (2 * up * distance + start * start), 0.0)))
+    ramp = up if start <= peak else -down
+    cruise = distance - (peak * peak - start * start) / (2 * ramp) - peak * peak / (2 * down)
+    pieces += [
+        (abs(peak - start) / abs(ramp), ramp * sign),
         (max(cruise, 0.0) / peak if peak > 0 else 0.0, 0.0),
-        (peak / per_s2, -per_s2 * sign),
+        (peak / down, -down * sign),
     ]
     return (*joined(r, rate, pieces)[:-1], PathPiece(0, target))
 

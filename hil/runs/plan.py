@@ -3,14 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from itertools import pairwise
 from struct import Struct
 
 from hil.core.trajectory import Trajectory
 from hil.runs.run_document import RunDocument, WaitUntil
 from hil.vocab.axis import Axis, AxisNow
 from hil.vocab.path import PathPiece
-from hil.vocab.time import NS_PER_S
 
 _PIECE = Struct("<q4d")
 
@@ -138,7 +136,7 @@ class Phrases:
         """Move axes to their targets, ``moved`` of those that follow paths, in order, by ``trajectory``; the
         others of them stand."""
         for name in self.followers:
-            pieces = _pieces(trajectory, moved.index(name)) if trajectory and name in moved else []
+            pieces = trajectory.pieces(moved.index(name)) if trajectory and name in moved else []
             if duration_ns:
                 self._pieces[name] += pieces or [PathPiece(duration_ns, self.position_deg[name])]
         self._at_ns += duration_ns
@@ -155,19 +153,3 @@ class Phrases:
         self._at_ns += duration_ns
         self.position_deg |= targets_deg
         self.end(keeps_path=True)
-
-
-def _pieces(trajectory: Trajectory, axis: int) -> list[PathPiece]:
-    segments = trajectory.segments(axis)
-    times_ns = [*(round(segment.start_s * NS_PER_S) for segment in segments), trajectory.duration_ns]
-    return [
-        PathPiece(
-            to_ns - from_ns,
-            segment.position_deg,
-            segment.velocity_deg_per_s,
-            segment.acceleration_deg_per_s2,
-            segment.jerk_deg_per_s3,
-        )
-        for segment, (from_ns, to_ns) in zip(segments, pairwise(times_ns), strict=True)
-        if to_ns > from_ns
-    ]

@@ -4,11 +4,10 @@ Trapezoids have a deceleration of their own; with a jerk the lesser of both acce
 """
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import copysign, sqrt
 
-from hil.core.trajectory import AxisLimits, PlanError, PointState, Trajectory, plan_joint, plan_velocity
-from hil.firmware.set_point_paths import joined, to_rest
+from hil.core.trajectory import AxisLimits, PlanError, PointState, plan_joint, plan_velocity
+from hil.firmware.set_point_paths import joined, to_rest, trapezoid
 from hil.vocab.path import Path, PathPiece
 from hil.vocab.time import NS_PER_S
 
@@ -41,7 +40,7 @@ def to_target(now: SetPointNow, target_deg: float, rules: MotionRules) -> Path:
     stop in time comes back."""
     if rules.jerk is not None and (path := _s_curve(now, target_deg, rules)):
         return (*path, PathPiece(0, target_deg))
-    return (*_trapezoid(now, target_deg, rules)[:-1], PathPiece(0, target_deg))
+    return trapezoid(now.deg, now.rate, target_deg, rules.speed, rules.acceleration, rules.deceleration)
 
 
 def through(now: SetPointNow, target_deg: float, rules: MotionRules) -> tuple[Path, float] | None:
@@ -79,27 +78,6 @@ def to_a_stop(now: SetPointNow, deceleration: float) -> Path:
     return to_rest(now.deg, now.rate, deceleration)
 
 
-def _trapezoid(now: SetPointNow, target_deg: float, rules: MotionRules) -> Path:
-    up, down = rules.acceleration, rules.deceleration
-    sign = 1.0 if target_deg >= now.deg + now.rate * abs(now.rate) / (2 * down) else -1.0
-    distance, start = (target_deg - now.deg) * sign, now.rate * sign
-    pieces = []
-    if start < 0:  # it turns round
-        pieces.append((-start / down, down * sign))
-        distance += start * start / (2 * down)
-        start = 0.0
-    most = sqrt(max((2 * up * down * distance + down * start * start) / (up + down), 0.0))
-    peak = min(rules.speed, max(most, 0.0))
-    ramp = up if start <= peak else -down
-    cruise = distance - (peak * peak - start * start) / (2 * ramp) - peak * peak / (2 * down)
-    pieces += [
-        (abs(peak - start) / abs(ramp), ramp * sign),
-        (max(cruise, 0.0) / peak if peak > 0 else 0.0, 0.0),
-        (peak / down, -down * sign),
-    ]
-    return joined(now.deg, now.rate, pieces)
-
-
 def _ramps_to_speed(now: SetPointNow, rate: float, rules: MotionRules) -> Path:
     pieces = []
     start = now.rate
@@ -121,7 +99,7 @@ def _limits(now: SetPointNow, rules: MotionRules) -> list[AxisLimits]:
 def _s_curve(now: SetPointNow, target_deg: float, rules: MotionRules) -> list[PathPiece]:
     try:
         start = PointState(now.deg, now.rate, now.acceleration)
-        return _pieces(plan_joint([start], [target_deg], _limits(now, rules)))
+        return plan_joint([start], [target_deg], _limits(now, rules)).pieces(0)
     except PlanError:  # the start itself leads beyond the limits: without a jerk it always goes
         return []
 
@@ -129,22 +107,6 @@ def _s_curve(now: SetPointNow, target_deg: float, rules: MotionRules) -> list[Pa
 def _s_curve_to_speed(now: SetPointNow, rate: float, rules: MotionRules) -> list[PathPiece]:
     try:
         start = PointState(now.deg, now.rate, now.acceleration)
-        return _pieces(plan_velocity([start], [rate], _limits(now, rules)))
+        return plan_velocity([start], [rate], _limits(now, rules)).pieces(0)
     except PlanError:
         return []
-
-
-def _pieces(trajectory: Trajectory) -> list[PathPiece]:
-    segments = trajectory.segments(0)
-    times_ns = [*(round(each.start_s * NS_PER_S) for each in segments), trajectory.duration_ns]
-    return [
-        PathPiece(
-            to_ns - from_ns,
-            each.position_deg,
-            each.velocity_deg_per_s,
-            each.acceleration_deg_per_s2,
-            each.jerk_deg_per_s3,
-        )
-        for each, (from_ns, to_ns) in zip(segments, pairwise(times_ns), strict=True)
-        if to_ns > from_ns
-    ]
