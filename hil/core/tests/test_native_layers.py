@@ -3,6 +3,8 @@
 A module is a ``.c`` with its ``.h``. It depends on another one when it includes its header or calls its
 functions. No module may depend on itself by way of others. A header declares what its own ``.c`` defines;
 only ``hil_core.h``, the public one, declares for all.
+
+The core's own modules have an order, too: none includes or calls what stands above it in ``ORDER``.
 """
 
 import re
@@ -13,6 +15,26 @@ import pytest
 
 ROOT = Path(__file__).parents[3]
 PUBLIC = "hil/core/native/hil_core"
+CORE = "hil/core/native/"
+ORDER = (
+    "abi fields types",
+    "motion/ plant/ control/ encoder source follow outputs watch hil_core",  # they know no axis
+    "rt/ring rt/seqlock",
+    "state",
+    "core",
+    "shaft",
+    "law",
+    "law/",
+    "laws pins view rt/lock replay joint_replay rt/watchdog",
+    "axis",
+    "group fault",
+    "lanes batch batch_any batch_avx2 batch_lanes",
+    "rt/thread",
+    "arena",
+)
+"""Modules and folders of modules of the core, the lowest first; those of one row are equals."""
+APART = ("law/", "motion/"), "rt/"
+"""Folders that know nothing of threads, and the folder that does, what it has below them too."""
 INCLUDE = re.compile(r'^#\s*include "([^"]+)"', re.M)
 NOT_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\])*"', re.S)
 HEAD = r"^(?!static\b|INLINE\b|typedef\b)[A-Za-z_][\w \t*]*?\b([a-z]\w*)\([^;{}]*\)"
@@ -91,6 +113,24 @@ def circle(*graphs: Graph) -> list[str]:
     return []
 
 
+def rank(module: str) -> int:
+    """Row of ``ORDER`` that a module of the core is in: its own, else that of its folder."""
+    rows = {each: number for number, row in enumerate(ORDER) for each in row.split()}
+    return rows[module] if module in rows else rows[module.rpartition("/")[0] + "/"]
+
+
+def climbs(*graphs: Graph) -> list[str]:
+    """Dependencies of the core's modules on modules that stand above them, or that they are apart from."""
+    edges = {(module, other) for graph in graphs for module, others in graph.items() for other in others}
+    core = [[name.removeprefix(CORE) for name in edge] for edge in edges if edge[0].startswith(CORE)]
+    found = [
+        f"{module} -> {other}"
+        for module, other in core
+        if rank(other) > rank(module) or (module.startswith(APART[0]) and other.startswith(APART[1]))
+    ]
+    return sorted(found)
+
+
 def strangers(sources: Sources) -> list[str]:
     """Functions that headers declare and their own module does not define."""
     code = {path: NOT_CODE.sub("", text) for path, text in sources.items()}
@@ -135,6 +175,27 @@ def test_a_planted_circle_is_found(file: str, line: str) -> None:
     sources = native_sources()
     sources[file] += line
     assert module_of(file) in circle(includes(sources), calls(sources))
+
+
+def test_the_core_goes_by_its_order() -> None:
+    sources = native_sources()
+    assert climbs(includes(sources), calls(sources)) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "line", "climb"),
+    [
+        ("law/servo.c", '#include "../rt/lock.h"', "law/servo -> rt/lock"),
+        ("law/stepper.h", '#include "../rt/ring.h"', "law/stepper -> rt/ring"),
+        ("motion/queue.c", '#include "../rt/ring.h"', "motion/queue -> rt/ring"),
+        ("plant/full.h", '#include "../law.h"', "plant/full -> law"),
+        ("law/walter.c", "static void *const look = view_publish;", "law/walter -> view"),
+    ],
+)
+def test_a_planted_climb_is_found(file: str, line: str, climb: str) -> None:
+    sources = native_sources()
+    sources[CORE + file] += line
+    assert climbs(includes(sources), calls(sources)) == [climb]
 
 
 def test_a_planted_declaration_is_found() -> None:
