@@ -50,7 +50,10 @@ _SETTINGS = {
 
 
 class Controller:
-    """All actuators, both relays, and the error memory, which keeps the first error."""
+    """All actuators, both relays, and the error memory, which keeps the first error.
+
+    Long because it is the firmware's own object, one method for each of its calls.
+    """
 
     def __init__(
         self,

@@ -54,7 +54,10 @@ _LEAST_MS, _MOST_MS = 20, 9999
 
 
 class CortexCommands:
-    """Commands at the command port."""
+    """Commands at the command port.
+
+    Long because it has a method for each command of the port.
+    """
 
     def __init__(
         self,

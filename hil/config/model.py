@@ -96,7 +96,10 @@ class AxisConfig(StrictModel):
 
 
 class DeviceConfig(StrictModel):
-    """A board, emulated or real."""
+    """A board, emulated or real.
+
+    Long because it is the table of a board's keys, each with its bounds and its description.
+    """
 
     profile: str = Field(description="The kind of board, by the name of its profile.")
     at: Annotated[str, BeforeValidator(real_address)] | None = Field(

@@ -50,7 +50,11 @@ _SPINDLE: dict[str, SwitchState] = {"M3": "cw", "M4": "ccw", "M5": "off"}
 
 
 class Interpreter:
-    """Carries out lines in the order of RS-274/NGC, 3.8, whatever the order of their words."""
+    """Carries out lines in the order of RS-274/NGC, 3.8, whatever the order of their words.
+
+    Long because all words share one state of modes, and the standard's order of execution has to be read
+    in one place.
+    """
 
     def __init__(self, settings: Settings) -> None:
         self.state = ProgramState(settings)

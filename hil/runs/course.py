@@ -64,7 +64,10 @@ class Leg:
 
 
 class PhraseCourse:
-    """Course of a phrase that begins at ``start_ns``."""
+    """Course of a phrase that begins at ``start_ns``.
+
+    Long because each question of a place in time is answered over the same ramps of pace.
+    """
 
     def __init__(
         self, phrase: Phrase, start_ns: int, rules: Mapping[str, AxisRules], pace: float, can_join: bool

@@ -62,7 +62,10 @@ class Told:
 
 class Execution:
     """Execution of one run, or of the part of it whose axes are on this bench. ``devices``: those of the
-    bench, by the names that the run has for them; ``progress``: where it reports."""
+    bench, by the names that the run has for them; ``progress``: where it reports.
+
+    Long because a run can be stopped or paced in each of its steps.
+    """
 
     def __init__(
         self,

@@ -139,7 +139,10 @@ def _unrolled(steps: Sequence[Step], findings: list[Finding]) -> Iterator[int]:
 
 
 class StepPlanner:
-    """Plans the steps of a run, one after the other, and notes the mistakes in them."""
+    """Plans the steps of a run, one after the other, and notes the mistakes in them.
+
+    Long because each kind of step begins where the one before has ended.
+    """
 
     def __init__(self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> None:
         self.run, self._document = run, document

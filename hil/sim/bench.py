@@ -106,7 +106,11 @@ class LaterVerbs:
 
 class BenchRuntime:
     """Devices of a bench, by name. In virtual time the caller says how far (``advance``); in real time the
-    core's thread drives the groups (``drive``). ``segments`` are read-only views."""
+    core's thread drives the groups (``drive``). ``segments`` are read-only views.
+
+    Long because it is the face of simulated time: all inputs and all looks come in here, one short method
+    each.
+    """
 
     check_input: ClassVar["staticmethod[[BenchRuntime, Logged], None]"] = staticmethod(lambda *_: None)
     """Called with each input before it is logged. Tests have ``input_check.assert_taken_back`` here: a replay

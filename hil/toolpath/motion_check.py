@@ -70,7 +70,10 @@ def check_motions(
 
 
 class MotionCheck:
-    """Reader of motions, one after the other."""
+    """Reader of motions, one after the other.
+
+    Long because pieces that touch are checked against each other, and a rest closes all of them.
+    """
 
     def __init__(self, machine: Machine, file: str, begin: Point, most_chords: int = MOST_CHORDS) -> None:
         self.path = CheckedPath()

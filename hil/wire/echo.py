@@ -49,6 +49,8 @@ class Echo:
     ``wanted``: whether the line has an echo, if somebody has said so. ``sole``: says whether another station
     may send the same; None: nobody knows, and the line is not looked at. ``in_pieces``: what belongs together
     is sent in pieces.
+
+    Long because what was sent, what came back and what was damaged are decided over the same two queues.
     """
 
     def __init__(

@@ -37,6 +37,8 @@ class CanBus:
 
     Raises:
         ValueError: a rate beyond 10 kbit/s to 1 Mbit/s.
+
+    Long because it is the face of the bus in C, one short method for each thing that can be done to it.
     """
 
     def __init__(self, clock: Clock, bit_rate: int) -> None:

@@ -41,6 +41,8 @@ class Segment:
 
     All that happens here happens at times of ``clock``, in their order: a burst begins, what disturbed it is
     told, it ends. Nothing else moves the line on, so watchers change nothing.
+
+    Long because bursts, faults and addresses change the same wire at the same times.
     """
 
     def __init__(self, clock: Clock, framing: Framing, line_format: LineFormat = EIGHT_N_1) -> None:

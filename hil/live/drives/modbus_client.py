@@ -60,7 +60,10 @@ class Excepted(Denied):
 
 class ModbusClient:
     """Client at one place, asked one thing at a time. ``timeout_s``: for a connection and for an answer;
-    ``lost``: called when the connection is gone."""
+    ``lost``: called when the connection is gone.
+
+    Long because a connection that dies in any of its steps has to leave the same state.
+    """
 
     def __init__(self, place: TcpPlace | RtuPlace, timeout_s: float, lost: Callable[[], None]) -> None:
         self._place = place

@@ -50,7 +50,10 @@ Doing = Callable[[Entry], Coroutine[Any, Any, None]]
 
 
 class RunQueue:
-    """Runs of one bench. ``axes``: its twins and real boards; ``others``: benches that it can lead."""
+    """Runs of one bench. ``axes``: its twins and real boards; ``others``: benches that it can lead.
+
+    Long because a run that waits, begins, ends or is cancelled changes which others may begin.
+    """
 
     def __init__(
         self, axes: Axes, configured: Configured, wall: WallClock, others: OtherBenches, holds: Holds

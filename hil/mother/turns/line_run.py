@@ -40,6 +40,8 @@ class LineRun:
     machine's zero; ``brakes``: by axis, the command that sets the deceleration for a controlled stop;
     ``changed``: asked before each item, answers other items for the rest, or None; ``switched``: told of each
     switch whose commands are done, for what is no node's.
+
+    Long because start, pause, stop and failure are ways between the same few states.
     """
 
     def __init__(

@@ -72,7 +72,11 @@ class LineTiming:
 class LineTurns:
     """Turns of one line. Its owner calls ``heard`` for all that comes, ``answered`` for answers, ``advance``
     when ``due_ns`` is reached, and sends what ``to_send`` gives. ``tells``: answers whether a unit sends by
-    itself when a motion begins."""
+    itself when a motion begins.
+
+    Long because a turn can end by an answer, a time-out, a silence or a loss, and each of them decides
+    what may go out next.
+    """
 
     def __init__(self, timing: LineTiming, tells: Callable[[int], bool] = lambda unit: False) -> None:
         self.timing = timing

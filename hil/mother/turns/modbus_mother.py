@@ -52,6 +52,8 @@ class ModbusMother:
     ``polls`` are done one after the other, in a cycle that begins every ``interval_ns`` at most; 0: at once
     again. ``response_ns``: maximum time that a unit needs for an answer; ``latency_ns``: maximum delay of
     what lies between this program and the line, there and back.
+
+    Long because polls and requests in between share one line and its silences.
     """
 
     def __init__(

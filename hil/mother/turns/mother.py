@@ -27,6 +27,8 @@ class Mother:
     simulated time. ``tries``: how often a packet goes out at most. ``rest_ns``: time behind a time-out in
     which a late answer still counts, and the node gets nothing else; None: as long as a node can be busy.
     ``has_bit_times``: False where answers may come at once, as from a program at a pty.
+
+    Long because its orders (send, text, release, stop, scan) share the rule that nothing goes out twice.
     """
 
     def __init__(

@@ -31,7 +31,10 @@ _US = 1000
 
 
 class PhraseFeed:
-    """Feed of one phrase. ``failed`` is called once with a reason if it cannot be kept."""
+    """Feed of one phrase. ``failed`` is called once with a reason if it cannot be kept.
+
+    Long because what was sent, what the node has and what is confirmed are three counts of one queue.
+    """
 
     def __init__(
         self,
