@@ -143,7 +143,7 @@ class Application(Protocol):
 
     @property
     def due_ns(self) -> int:
-        """Next time at which it wants ``step``; FOREVER if none."""
+        """Next time at which it wants ``step``; FOREVER if none. It is read behind each call of the node."""
 
     def step(self, now_ns: int) -> None:
         """Do what was due. It may be called earlier too."""

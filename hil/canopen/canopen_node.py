@@ -59,6 +59,9 @@ class CanOpenNode:
         self._send = send
         self._is_on = False
         self._now_ns = 0
+        self.due_ns: int = FOREVER
+        """Next time at which the node wants ``step``: a past one if the application has asked for something
+        outside of a call of the node."""
         self.can_ids: Sequence[int] = ()
         """Identifiers of the frames that the node wants, data and remote, all of 11 bits. Another object when
         they have changed."""
@@ -80,6 +83,7 @@ class CanOpenNode:
         services = self._management.services
         self._timers, self._emergencies, self._pdos = services.timers, services.emergencies, services.pdos
         self._lss = services.lss
+        self._stepping = self._timers.make(self._application.step)
 
     @property
     def state(self) -> NmtState:
@@ -89,16 +93,6 @@ class CanOpenNode:
     def node_id(self) -> int:
         """Node id in use; 255 if there is none."""
         return self._management.services.node_id
-
-    @property
-    def due_ns(self) -> int:
-        """Next time at which the node wants ``step``: a past one if the application has asked for something
-        outside of a call of the node."""
-        if not self._is_on:
-            return FOREVER
-        if self._pdos.has_events or self._emergencies.is_waiting:
-            return self._now_ns
-        return min(self._timers.due_ns, self._application.due_ns)
 
     def power_up(self, now_ns: int) -> None:
         """Begin as after power-on, whatever was before."""
@@ -111,14 +105,13 @@ class CanOpenNode:
         """End. Nothing is heard or sent before the next ``power_up``."""
         self._is_on = False
         self._management.power_off()
+        self.due_ns = FOREVER
 
     def step(self, now_ns: int) -> None:
         """Do what is due."""
         if self._is_on:
             self._now_ns = now_ns
             self._timers.run(now_ns)
-            if self._application.due_ns <= now_ns:
-                self._application.step(now_ns)
             self._flush(now_ns)
 
     def hear(self, frame: CanFrame, now_ns: int) -> None:
@@ -163,10 +156,16 @@ class CanOpenNode:
     def emergency(self, code: int, register_bits: int, manufacturer: bytes = bytes(5)) -> None:
         """Send EMCY; code 0: the error of these bits of 1001h is over."""
         self._emergencies.report(code, register_bits, manufacturer)
+        self._be_due()
 
     def changed(self, index: int, subindex: int) -> None:
         """Send the event-driven TPDOs that have an entry."""
         self._pdos.note_change(key_of(index, subindex))
+        self._be_due()
+
+    def _be_due(self) -> None:
+        if self._is_on:
+            self.due_ns = self._now_ns
 
     # ---- its memory ----
 
@@ -197,11 +196,14 @@ class CanOpenNode:
         self.can_ids = tuple(sorted(handlers.keys() | remote_handlers.keys()))
 
     def _flush(self, now_ns: int) -> None:
-        """Send what the application has asked for."""
-        if self._emergencies.is_waiting:
+        """Send what the application has asked for, and be due when it is."""
+        if self._emergencies.waiting:
             self._emergencies.flush(now_ns)
         if self._pdos.has_events:
             self._pdos.flush(now_ns)
+        if self._stepping.at_ns != self._application.due_ns:
+            self._stepping.start(self._application.due_ns)
+        self.due_ns = self._timers.due_ns
 
     def _emit(self, can_id: int, data: bytes) -> None:
         if not self._lss.is_quiet:

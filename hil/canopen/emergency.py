@@ -48,7 +48,8 @@ class Emergencies:
     ) -> None:
         self._dictionary = dictionary
         self._send = send
-        self._waiting: deque[bytes] = deque(maxlen=_WAITING)
+        self.waiting: deque[bytes] = deque(maxlen=_WAITING)
+        """Messages that are not sent yet."""
         self._timer = timers.make(self.flush)
         self._history: deque[int] = deque(maxlen=HISTORY)
         self._profile_bits = 0
@@ -68,11 +69,6 @@ class Emergencies:
     def last(self) -> int:
         """Last error code of the history; 0 if there is none."""
         return self._history[0] & 0xFFFF if self._history else 0
-
-    @property
-    def is_waiting(self) -> bool:
-        """True if ``flush`` has something to do."""
-        return bool(self._waiting) and not self.is_silent and not self._timer.is_running
 
     def report(self, code: int, register_bits: int, manufacturer: bytes = b"") -> None:
         """Report an error of the profile, with bits that are set from now on; or, code 0, that it is over."""
@@ -108,20 +104,20 @@ class Emergencies:
     def reset_profile(self) -> None:
         """Forget the errors of the profile, the history, and what waits."""
         self._profile_bits = 0
-        self._waiting.clear()
+        self.waiting.clear()
         self._history.clear()
 
     def flush(self, now_ns: int) -> None:
         """Send what waits, as the inhibit time lets it."""
-        while self.is_waiting:
-            data = self._waiting.popleft()
+        while self.waiting and not self.is_silent and not self._timer.is_running:
+            data = self.waiting.popleft()
             if not self._cob_id & _INVALID:
                 self._send(self._cob_id, data)
                 if self._inhibit_ns:
                     self._timer.start(now_ns + self._inhibit_ns)
 
     def _put(self, code: int, manufacturer: bytes) -> None:
-        self._waiting.append(_FRAME.pack(code, self.register, manufacturer[:5]))
+        self.waiting.append(_FRAME.pack(code, self.register, manufacturer[:5]))
         if code:
             self._history.appendleft(code | int.from_bytes(manufacturer[:2], "little") << 16)
 

@@ -38,34 +38,30 @@ def fields_of(kind: Kind) -> dict[str, int]:
 class Snapshot:
     """State of an axis at one simulated time: an attribute for each field that its kind of axis has.
 
-    ``values``: of all fields of the table; ``names``: indices of those that it has."""
+    ``values``: of all fields of the table, those that its kind has not too; ``names``: indices of those that
+    it has."""
 
-    __slots__ = ("_names", "_values")
+    __slots__ = ("_names", "values")
 
     def __init__(self, values: tuple[float, ...], names: Mapping[str, int]) -> None:
-        self._values = values
+        self.values = values
         self._names = names
 
     def __getattr__(self, name: str) -> Any:
         try:
-            return self._values[self._names[name]]
+            return self.values[self._names[name]]
         except KeyError:
             raise AttributeError(f"a snapshot has no {name!r}; it has {', '.join(self._names)}") from None
 
-    @property
-    def values(self) -> tuple[float, ...]:
-        """Values of all fields of the table, those that its kind has not too."""
-        return self._values
-
     def as_dict(self) -> dict[str, float]:
         """Every field by its name, in the table's order."""
-        return {name: self._values[index] for name, index in self._names.items()}
+        return {name: self.values[index] for name, index in self._names.items()}
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Snapshot) and repr(self._values) == repr(other._values)
+        return isinstance(other, Snapshot) and repr(self.values) == repr(other.values)
 
     def __hash__(self) -> int:
-        return hash(repr(self._values))
+        return hash(repr(self.values))
 
     def __repr__(self) -> str:
         return "Snapshot(" + ", ".join(f"{k}={v}" for k, v in self.as_dict().items()) + ")"

@@ -1,7 +1,7 @@
 """Times of a drive's own work: looks at the axis, steps of its mode, SYNC."""
 
 from hil.canopen.cia402.cyclic_modes import CyclicMode
-from hil.canopen.cia402.drive_automaton import STAYS, DriveAutomaton, refusals
+from hil.canopen.cia402.drive_automaton import STAYS, DriveAutomaton
 from hil.canopen.cia402.drive_context import DriveContext
 from hil.canopen.cia402.drive_states import LEADS_TO, UNDER_POWER
 from hil.canopen.cia402.error_codes import DriveError
@@ -26,9 +26,17 @@ class AutomatonClock:
             if look.is_ready and look.failure is None:
                 automaton.state = LEADS_TO[1]
         elif automaton.state in UNDER_POWER:
-            with refusals(automaton, now_ns):
-                self._check(now_ns)
-                self._go_on(now_ns)
+            mode = automaton.mode
+            try:
+                if not self._check(now_ns):
+                    self._leave(now_ns)
+                elif isinstance(mode, CyclicMode) and now_ns >= mode.times_out_ns:
+                    mode.times_out_ns = FOREVER
+                    automaton.lose(DriveError.SYNC, now_ns)
+                else:
+                    mode.step(now_ns)
+            except VerbRefused as refusal:
+                automaton.fail(DriveError.REFUSED, now_ns, str(refusal))
         automaton.watch.looked_ns = now_ns
         self.plan(now_ns)
 
@@ -38,8 +46,7 @@ class AutomatonClock:
         mode = automaton.mode
         if automaton.is_enabled and isinstance(mode, CyclicMode):
             try:
-                self._check(now_ns)
-                if automaton.is_enabled:
+                if self._check(now_ns):
                     mode.synced(now_ns)
             except VerbRefused as refusal:
                 automaton.fail(DriveError.REFUSED, now_ns, str(refusal))
@@ -48,13 +55,14 @@ class AutomatonClock:
     def plan(self, now_ns: int) -> None:
         """Work out when to look next."""
         automaton = self._automaton
-        if automaton.state is DriveState.NOT_READY:
+        state = automaton.state
+        if state is DriveState.NOT_READY:
             self.due_ns = now_ns + IDLE_NS
             return
-        if automaton.state not in UNDER_POWER:
+        if state not in UNDER_POWER:
             self.due_ns = FOREVER
             return
-        if automaton.is_enabled:
+        if state is DriveState.OPERATION_ENABLED and automaton.leaves_by is None:
             mode = automaton.mode
             exact_ns, watch_ns = mode.due_ns, mode.watch_ns
             if isinstance(mode, CyclicMode):
@@ -66,25 +74,20 @@ class AutomatonClock:
         due_ns = looked_ns + watch_ns
         self.due_ns = exact_ns if looked_ns < exact_ns < due_ns else due_ns
 
-    def _check(self, now_ns: int) -> None:
-        """Look at the axis for whatever is a fault, and at the limit switches."""
+    def _check(self, now_ns: int) -> bool:
+        """Look at the axis for whatever is a fault, and at the limit switches; answers True if the mode still
+        moves it."""
         automaton = self._automaton
-        if found := automaton.watch.look(automaton.mode, now_ns):
+        is_enabled = automaton.is_enabled
+        if found := automaton.watch.look(automaton.mode, now_ns, obeys_switches=is_enabled):
             automaton.fail(found.code, now_ns, found.why)
-        elif automaton.is_enabled:
-            automaton.watch.look_at_switches(automaton.mode, now_ns)
+            return False
+        return is_enabled
 
-    def _go_on(self, now_ns: int) -> None:
-        """Let the mode do what is due, or end what waits until the axis stands."""
+    def _leave(self, now_ns: int) -> None:
+        """End what waits until the axis stands, if it does."""
         automaton = self._automaton
-        if automaton.is_enabled:
-            mode = automaton.mode
-            if isinstance(mode, CyclicMode) and now_ns >= mode.times_out_ns:
-                mode.times_out_ns = FOREVER
-                automaton.lose(DriveError.SYNC, now_ns)
-            else:
-                mode.step(now_ns)
-        elif automaton.state in UNDER_POWER and self._context.mover.is_over(now_ns):
+        if automaton.state in UNDER_POWER and self._context.mover.is_over(now_ns):
             if automaton.state is DriveState.FAULT_REACTION:
                 automaton.off(DriveState.FAULT)
             elif automaton.leaves_by is not None:

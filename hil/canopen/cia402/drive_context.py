@@ -106,7 +106,10 @@ class DriveContext:
 
     def following_error_deg(self, now_ns: int) -> float:
         """Set-point minus position: both the board's own, of one moment."""
-        look = self.look(now_ns)
+        return self.off_deg(self.look(now_ns), now_ns)
+
+    def off_deg(self, look: MotorLook, now_ns: int) -> float:
+        """Set-point minus position at a look of now."""
         if look.commanded_deg is None:
             return self.mover.where(now_ns).deg - look.position_deg
         return look.commanded_deg - look.position_deg

@@ -30,8 +30,8 @@ class DriveWatch:
         self._is_blocked = False
         self._following.clear()
 
-    def look(self, mode: OperatingMode, now_ns: int) -> FoundFault | None:
-        """Look for a fault."""
+    def look(self, mode: OperatingMode, now_ns: int, *, obeys_switches: bool) -> FoundFault | None:
+        """Look for a fault; if there is none, stop a motion towards an active limit switch, once."""
         context = self._context
         look = context.look(now_ns)
         self.looked_ns = now_ns
@@ -41,17 +41,16 @@ class DriveWatch:
             return FoundFault(DriveError.LOOP_OFF, "the board's loop is off")
         if mode.checks_position:
             context.mover.check(look)
-            off_deg = abs(context.following_error_deg(now_ns))
+            off_deg = abs(context.off_deg(look, now_ns))
             is_off = off_deg > context.following_deg
             if self._following.holds(is_off, context.following_ns, now_ns):
                 return FoundFault(DriveError.FOLLOWING, f"{off_deg:.3g} deg from the set-point")
+        if obeys_switches and look.inputs and mode.obeys_limits:
+            self._look_ahead(mode, now_ns)
         return None
 
-    def look_at_switches(self, mode: OperatingMode, now_ns: int) -> None:
-        """Stop the mode's motion once if a limit switch ahead of it is active."""
+    def _look_ahead(self, mode: OperatingMode, now_ns: int) -> None:
         context = self._context
-        if not mode.obeys_limits or not context.look(now_ns).inputs:
-            return
         is_blocked = context.is_blocked(context.mover.where(now_ns).rate, now_ns)
         if is_blocked:
             if not self._is_blocked:

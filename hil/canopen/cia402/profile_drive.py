@@ -59,6 +59,7 @@ class ProfileDrive:
         self._modes = modes_of(axis)
         self._methods = methods_of(axis.look().inputs, has_index=axis.index_deg is not None)
         self._told = _NOTHING_TOLD
+        self.due_ns = 0
         self._written: dict[tuple[int, int], Value] = {
             (entry.index, entry.subindex): entry.default
             for entry in self.entries
@@ -95,10 +96,6 @@ class ProfileDrive:
     def lost(self, what: str, now_ns: int) -> None:
         self._automaton.lose(LOST.get(what, DriveError.COMMUNICATION), now_ns)
         self._end(now_ns)
-
-    @property
-    def due_ns(self) -> int:
-        return self._clock.due_ns
 
     def step(self, now_ns: int) -> None:
         self._clock.step(now_ns)
@@ -144,7 +141,8 @@ class ProfileDrive:
         self._tell()
 
     def _tell(self) -> None:
-        """Let the node send what has changed."""
+        """Let the node know when the drive is due, and send what has changed."""
+        self.due_ns = self._clock.due_ns
         automaton = self._automaton
         told = automaton.statusword, automaton.number, automaton.error_code
         if told != self._told:

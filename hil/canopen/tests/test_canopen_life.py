@@ -54,6 +54,7 @@ def test_what_it_hears_in_each_state(rig: Rig) -> None:
 
 def test_a_profile_is_called_when_it_is_due(rig: Rig) -> None:
     rig.application.due_ns = 5 * NS_PER_MS
+    rig.node.step(rig.now_ns)  # as who calls it from outside has to
     rig.told()
     rig.run(4)
     assert rig.told() == []

@@ -109,7 +109,7 @@ class CanOpenCard:
             return
         try:
             self.node.hear(frame, end_ns)
-            self._plan()
+            self._plan(end_ns)
         except Exception as error:
             self._fail(error)
 
@@ -130,7 +130,7 @@ class CanOpenCard:
     def _call(self, call: Callable[[int], None], now_ns: SimTimeNs) -> None:
         try:
             call(now_ns)
-            self._plan()
+            self._plan(now_ns)
         except Exception as error:  # what it acts on may be a board's own: nobody else stops for its mistake
             self._fail(error)
 
@@ -139,11 +139,11 @@ class CanOpenCard:
         self.node.power_off()
         self.device.power.fail(f"its CANopen node: {type(error).__name__}: {error}{place_of(error)}")
 
-    def _plan(self) -> None:
+    def _plan(self, now_ns: int) -> None:
         """Be there when the node is due, and hear what it wants."""
         due_ns = self.node.due_ns
         if due_ns < self._timer_ns:
-            self._timer_ns = max(due_ns, self._clock.now_ns)
+            self._timer_ns = max(due_ns, now_ns)
             self._clock.at(self._timer_ns, self._due)
         if self.node.can_ids is not self._ids:
             self._ids = self.node.can_ids
@@ -153,10 +153,8 @@ class CanOpenCard:
         if now_ns != self._timer_ns:
             return  # an earlier time was asked for since, or the power went
         self._timer_ns = FOREVER
-        if self.node.due_ns <= now_ns:
-            self._do(self.node.step, now_ns)
-        else:
-            self._plan()
+        if not self._has_raised:
+            self._call(self.node.step, now_ns)
 
     # ---- what the node does ----
 

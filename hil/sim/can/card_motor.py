@@ -87,7 +87,14 @@ class CardMotor:
     def look(self) -> MotorLook:
         shot, device = self._axis.snapshot(), self._device
         state, values = self._motion(shot), shot.values
-        position_deg, velocity_rpm = self._seen(state, values)
+        assert state.position_deg is not None
+        if not self._is_servo:
+            position_deg, velocity_rpm = self._sent(state, values)
+        elif state.is_on:
+            position_deg, velocity_rpm = state.position_deg, values[_VELOCITY]
+            self._offset_deg = position_deg - values[_SHAFT]
+        else:  # its law reads the encoder only while it runs: the angle goes on with the shaft
+            position_deg, velocity_rpm = values[_SHAFT] + self._offset_deg, values[_VELOCITY]
         told = device.told.get("fault_code", 0)
         return MotorLook(
             state.at_ns,
@@ -98,21 +105,14 @@ class CardMotor:
             bool(state.is_on),
             state.is_moving,
             device.power.failed,
-            {name: switch.level(shot) for name, switch in self._switches.items()},
+            {name: switch.level(shot) for name, switch in self._switches.items()} if self._switches else {},
             device.is_ready,
             _BOARD_FAULTS.get(int(told), _BOARD_ERROR) if told else 0,
         )
 
-    def _seen(self, state: AxisState, values: Sequence[float]) -> tuple[float, float]:
-        """Angle and speed as the board knows them. A servo's law reads the encoder only while it runs: when
-        it is off, the angle goes on with the shaft. A stepper knows where it has sent the rotor."""
-        assert state.position_deg is not None
+    def _sent(self, state: AxisState, values: Sequence[float]) -> tuple[float, float]:
+        """Angle and speed of a stepper, which knows where it has sent the rotor."""
         assert state.commanded_deg is not None
-        if self._is_servo:
-            if state.is_on:
-                self._offset_deg = state.position_deg - values[_SHAFT]
-                return state.position_deg, values[_VELOCITY]
-            return values[_SHAFT] + self._offset_deg, values[_VELOCITY]
         if state.commanded_deg != self._commanded_deg:
             self._direction = 1 if state.commanded_deg > self._commanded_deg else -1
             self._commanded_deg = state.commanded_deg
