@@ -9,7 +9,8 @@ import time
 from _report import check_work
 
 from hil.compose import find_catalogue
-from hil.core import Core, CoreMotion
+from hil.core import Core
+from hil.core.kinds.sac.core_motion import CoreMotion
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 

@@ -7,7 +7,8 @@ from soak_inputs import fault_parameters
 
 from hil.compose import find_catalogue
 from hil.config import ConfigError, from_dict
-from hil.core.kinds import CLOCK_IN, CLOCK_OUT, KINDS
+from hil.core.axis_kind import CLOCK_IN, CLOCK_OUT
+from hil.core.kinds import KINDS
 from hil.vocab.faults import FAULT_KINDS
 
 Config = dict[str, Any]

@@ -16,7 +16,7 @@ from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.config.drive_map_text import drive_map_of
 from hil.core import FIELDS
-from hil.core.kinds import KINDS as KINDS_OF_AXIS
+from hil.core import KINDS as KINDS_OF_AXIS
 from hil.gcode.gcode_reference import gcode_reference
 from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import KINDS
@@ -25,7 +25,6 @@ from hil.operations.table import OPERATIONS
 from hil.registers.map_rows import formatted, map_rows
 from hil.registers.units import unit_of
 from hil.runs.run_document import run_reference
-from hil.sim.settable import SETTABLE
 from hil.sim.twin_info import twin_info
 from hil.toolpath.machine import machine_reference
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
@@ -190,8 +189,9 @@ def _faults() -> str:
 def _fields() -> str:
     rows = ["## Fields of an axis\n", "A snapshot has them all, in this order.\n"]
     rows += ["| field | type | unit | settable | meaning |", "|---|---|---|---|---|"]
+    set_from_outside = {name for kind in KINDS_OF_AXIS.values() for name in kind.settable}
     for field in FIELDS.values():
-        settable = "`hil set`" if field.name in SETTABLE else "by firmware" if field.writable else ""
+        settable = "`hil set`" if field.name in set_from_outside else "by firmware" if field.writable else ""
         meaning = _cell(field.meaning)
         rows.append(f"| `{field.name}` | {field.type} | {field.unit or '-'} | {settable} | {meaning} |")
     return "\n".join(rows)

@@ -11,7 +11,6 @@ from hil.config.drive_map_text import map_findings, read_map_text
 from hil.config.explain import shown
 from hil.config.path_values import is_path
 from hil.core.kinds import KINDS
-from hil.sim.settable import SETTABLE, SURROUNDINGS
 from hil.vocab.problem import ConfigError, Problem, not_text
 
 
@@ -71,6 +70,4 @@ class MapCheck:
         if self._raw.get("at") is not None or self._profile is None:
             return None
         kinds = [KINDS[axis.law] for axis in self._profile.axes.values()][:1]
-        return [
-            name for kind in kinds for name in SETTABLE if name in kind.fields and name not in SURROUNDINGS
-        ]
+        return [name for kind in kinds for name, of in kind.settable.items() if not of.is_around]

@@ -10,7 +10,8 @@ from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
 from hil.config.station_names import station_uart
 from hil.core.abi import WIRES
-from hil.core.kinds import CLOCK_IN, CLOCK_OUT, KINDS, AxisKind
+from hil.core.axis_kind import CLOCK_IN, CLOCK_OUT, AxisKind
+from hil.core.kinds import KINDS
 from hil.vocab.address import DeviceParts, address_of, no_part, pin_of
 from hil.vocab.firmware import NETWORK
 from hil.vocab.near_words import meant

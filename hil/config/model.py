@@ -298,7 +298,7 @@ class DeviceConfig(StrictModel):
                 own.plant or self.plant,
                 load,
                 seed + (index << 28),
-                info.law,
+                law=info.law,
             )
         return plans
 

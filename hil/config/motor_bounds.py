@@ -16,8 +16,7 @@ TIMES = 100.0
 """Factor by which another motor may differ from the profile's: units of a thousandth differ by more."""
 OF_OTHER_MOTORS = (
     "torque_constant_Nm_per_A",
-    "sense_resistor_ohm",
-    "phase_current_A",
+    *dict.fromkeys(filter(None, (kind.current_parameter for kind in KINDS.values()))),
     "phase_resistance_ohm",
     "phase_inductance_H",
 )

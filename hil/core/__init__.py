@@ -6,9 +6,11 @@ May import: hil.vocab, the pure standard library.
 """
 
 from hil.core.abi import WATCHES
-from hil.core.core import Core, CoreAxis, CoreBank, CoreMotion
+from hil.core.axis_kind import AxisKind
+from hil.core.core import Core
+from hil.core.core_axis import CoreAxis
 from hil.core.fields import FIELDS, Snapshot
-from hil.core.kinds import KINDS, AxisKind
+from hil.core.kinds import KINDS
 
 __all__ = [
     "FIELDS",
@@ -17,7 +19,5 @@ __all__ = [
     "AxisKind",
     "Core",
     "CoreAxis",
-    "CoreBank",
-    "CoreMotion",
     "Snapshot",
 ]

@@ -26,12 +26,10 @@ FIELDS: dict[str, Field] = {row[0]: Field(*row) for row in _native.FIELDS}
 INDEX: dict[str, int] = {name: index for index, name in enumerate(FIELDS)}
 
 
-def fields_of(kind: Kind) -> dict[str, int]:
+def fields_of(kind: Kind, has_motor: bool = True) -> dict[str, int]:
     """Indices in the table, by name, of the fields that a kind of axis has. One without a motor has the time
     and its own."""
-    shared = [name for name, field in FIELDS.items() if field.kind == Kind.any]
-    if kind is Kind.pin_bank:
-        shared = ["at_ns"]
+    shared = [name for name, field in FIELDS.items() if field.kind == Kind.any] if has_motor else ["at_ns"]
     return {name: INDEX[name] for name, field in FIELDS.items() if name in shared or field.kind & kind}
 
 

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from hil.core import CoreAxis
+from hil.core.axis_kind import ANGLE
 from hil.core.fields import packed
 from hil.live.configured import Configured
 from hil.live.off_loop import off_loop
@@ -20,7 +21,7 @@ from hil.sim.device import Device
 from hil.sim.input_reading import read_field
 from hil.sim.inputs import Bytes, Drive, Input, InputLogError, Pin, Play, Reset, SetField, bursts_problem
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
-from hil.sim.settable import ANGLE, SETTABLE, setting_problem
+from hil.sim.settable import setting_problem
 from hil.vocab.address import address_of, no_input, no_part, owner_of
 from hil.vocab.axis import Axes
 from hil.vocab.desk_protocol import AxisLook, Done
@@ -73,7 +74,7 @@ class BoardOperations:
         """Set a field of the axis; answers its value."""
         if asked.target in self._drives:
             return self._drives.set_field(asked.target, field, value)
-        fields = [name for name in SETTABLE if name in self._axis(asked).kind.fields]
+        fields = self._axis(asked).kind.settable
         if field not in fields:
             raise VerbRefused(
                 "no_parameter",
@@ -91,8 +92,8 @@ class BoardOperations:
         if problem := self._setting_problem(asked, ANGLE, 0.0):
             raise VerbRefused("not_now", problem)
         shot, kind = self._sim.snapshot(asked.target), self._axis(asked).kind
-        counts = kind.follows_paths and shot.as_dict()["loop_on"]
-        board_deg = kind.motion(shot).position_deg if counts else None
+        state = kind.motion(shot)
+        board_deg = state.position_deg if kind.follows_paths and state.is_on else None
         answer = {"was_deg": shot.position_deg, "board_deg": board_deg}
         return self._give(asked, SetField(ANGLE, 0.0), answer)
 

@@ -81,6 +81,13 @@ class Memory:
         done(durable)
 
 
+def _faces(axes: Mapping[str, CoreAxis]) -> dict[str, dict[str, CoreAxis]]:
+    faces: dict[str, dict[str, CoreAxis]] = {}
+    for name, axis in axes.items():
+        faces.setdefault(axis.kind.seen_as, {})[name] = axis
+    return faces
+
+
 class Hardware:
     """Board without its firmware. ``store``: as ``Memory`` takes it; ``due_changed``: as ``Interfaces``."""
 
@@ -109,9 +116,7 @@ class Hardware:
         self.board = Board(
             uarts=self.interfaces.by_name,
             axes=self.axes,
-            motions={name: axis.motion for name, axis in axes.items() if axis.motion},
-            joints={name: axis.joint for name, axis in axes.items() if axis.joint},
-            banks={name: axis.bank for name, axis in axes.items() if axis.bank},
+            faces=_faces(axes),
             nvm=self.memory.content,
             facts=spec.facts,
             note=self.note,

@@ -11,16 +11,14 @@ from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
 from hil.vocab.address import Address, address_of, owner_of
 from hil.vocab.faults import (
-    BUS_PART,
     CAN_NODE,
     DEVICE,
     LINE,
     MODBUS_NODE,
+    OF_AXES,
     ON_LINE,
     PORT,
     SEGMENT,
-    SERVO,
-    SHAFT,
     STATION,
     SUPPLIED,
     TWIN_PORT,
@@ -50,6 +48,8 @@ class Place:
 
     def has(self, target: str) -> bool:
         """True if a fault that needs this kind of target can be here."""
+        if target in OF_AXES:
+            return self.axis is not None and target in self.axis.kind.fault_targets
         return {
             PORT: self.uart is not None,
             TWIN_PORT: self.uart is not None,
@@ -61,9 +61,6 @@ class Place:
             MODBUS_NODE: self.node is not None,
             DEVICE: self.is_board,
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
-            SHAFT: self.axis is not None and SHAFT in self.axis.kind.fault_targets,
-            SERVO: self.axis is not None and SERVO in self.axis.kind.fault_targets,
-            BUS_PART: self.axis is not None and BUS_PART in self.axis.kind.fault_targets,
         }[target]
 
 

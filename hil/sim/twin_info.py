@@ -7,7 +7,6 @@ from functools import lru_cache
 from hil.core import FIELDS, AxisKind
 from hil.core.fields import OFFSETS
 from hil.sim.device import Device
-from hil.sim.settable import SETTABLE
 from hil.vocab.address import address_of
 from hil.vocab.desk_protocol import AxisField, DeviceInfo
 from hil.vocab.profile import Profile
@@ -41,8 +40,9 @@ def _can(verb: Verb, is_other: bool, has_axis: bool) -> bool:
 
 @lru_cache
 def _fields(kind: AxisKind, shown_first: tuple[str, ...]) -> Mapping[str, AxisField]:
+    settable = kind.settable
     return {
-        name: AxisField(name, f.type, f.unit, f.meaning, OFFSETS[name], name in SETTABLE, name in shown_first)
+        name: AxisField(name, f.type, f.unit, f.meaning, OFFSETS[name], name in settable, name in shown_first)
         for name, f in FIELDS.items()
         if name in kind.fields
     }

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hil.core import FIELDS, AxisKind
+from hil.core import FIELDS, KINDS, AxisKind
 from hil.vocab.near_words import meant
 
 
@@ -23,7 +23,7 @@ def check_signals(signals: Sequence[str], kind: AxisKind) -> tuple[str, ...]:
     return tuple(dict.fromkeys(signals))
 
 
-_BOARD_ANGLES = {"yw", "y", "r", "commanded_deg", "to_be_deg", "measured_deg"}
+_BOARD_ANGLES = {name for kind in KINDS.values() for name in kind.board_angles}
 """Angles by the zero of a board; `hil zero` moves that of the shaft's, ``position_deg``."""
 _SETPOINT_UNITS = {ord("v"): "rpm", ord("t"): ""}
 """Units of a closed loop's set-point and its error by its mode where they are no angles: a velocity, and

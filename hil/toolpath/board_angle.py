@@ -3,11 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
+from hil.core import KINDS
+
 
 def board_signal(signals: Mapping[str, Any]) -> str:
     """Signal of an axis that tells where it stands by its board's zero: what a servo's encoder counts, or
     what the board of a stepper has commanded. Empty: the board has no zero of its own."""
-    return next((name for name in ("yw", "commanded_deg", "to_be_deg") if name in signals), "")
+    names = (name for kind in KINDS.values() for name in kind.board_angles[:1])
+    return next((name for name in names if name in signals), "")
 
 
 def zero_shift_deg(state: Mapping[str, Any]) -> float:

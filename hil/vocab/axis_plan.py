@@ -1,7 +1,7 @@
 """Plan that an axis is opened with."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 FULL_PARAMETERS = (
@@ -44,4 +44,4 @@ class AxisPlan:
     plant: Literal["simple", "full"] = "simple"
     load: Load = Load()
     seed: int = 0
-    law: str = "mechaduino"
+    law: str = field(kw_only=True)

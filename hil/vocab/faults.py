@@ -15,6 +15,8 @@ DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "stat
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
 BUS_PART = "bus_part"
 MODBUS_NODE = "modbus_node"
+OF_AXES = frozenset({SERVO, SHAFT, BUS_PART})
+"""Targets that a kind of axis is or is not."""
 LINE, ON_LINE, CAN_NODE = "line", "on_line", "can_node"
 TARGETS = {
     DEVICE: "a twin",

@@ -142,6 +142,10 @@ class ArmJoint(Axis, Protocol):
         Raises KeyError for another name."""
 
 
+MOTION, PINS, JOINT = "motion", "pins", "joint"
+"""Faces of axes that are more than ``Axis``: ``Motion``, ``Pins``, ``ArmJoint``."""
+
+
 @dataclass(frozen=True)
 class Board:
     """Interfaces that a firmware is made with: the board around the microcontroller."""
@@ -150,21 +154,32 @@ class Board:
     """UARTs by name, as the profile names them."""
     axes: DeviceParts[Axis]
     """Axes by name; a board without a motor has none."""
-    motions: Mapping[str, Motion]
-    """Motion engines by the names of the axes that they make step pulses for."""
-    banks: Mapping[str, Pins]
-    """Pins of the microcontroller, by the names of the axes that have them instead of a motor."""
     nvm: Mapping[str, bytes]
     """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
     facts: Mapping[str, int] = field(default_factory=dict)
     """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
-    joints: Mapping[str, ArmJoint] = field(default_factory=dict)
-    """Joints by the names of their axes, on a board that drives an arm."""
+    faces: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """Axes that are more than ``Axis``, by their face and their names."""
     note: Callable[[str, str | None], None] = lambda about, text: None
     """Sets a note for the operator on what the board cannot print: (topic, a line); None removes it."""
 
     tell: Callable[[str, float | None], None] = lambda name, value: None
     """Tells a value of the firmware's own to those who look at the board, by a name; None: no more."""
+
+    @property
+    def motions(self) -> Mapping[str, Motion]:
+        """Motion engines by the names of the axes that they make step pulses for."""
+        return self.faces.get(MOTION, {})
+
+    @property
+    def banks(self) -> Mapping[str, Pins]:
+        """Pins of the microcontroller, by the names of the axes that have them instead of a motor."""
+        return self.faces.get(PINS, {})
+
+    @property
+    def joints(self) -> Mapping[str, ArmJoint]:
+        """Joints by the names of their axes, on a board that drives an arm."""
+        return self.faces.get(JOINT, {})
 
     @property
     def uart(self) -> Uart:

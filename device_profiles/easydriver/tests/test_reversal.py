@@ -31,7 +31,7 @@ def test_the_readout_follows_motor_supply_and_mode() -> None:
 def test_the_board_says_it() -> None:
     supply_V, inductance_H, current_A = MANUAL
     numbers = {"supply_V": supply_V, "phase_inductance_H": inductance_H, "phase_current_A": current_A}
-    plan = AxisPlan(numbers | {"rotor_teeth": 50.0}, "full")
+    plan = AxisPlan(numbers | {"rotor_teeth": 50.0}, "full", law="mechaduino")
     assert says(plan) == [
         "12 V reverse 0.135 A in 50 mH in 1.125 ms: up to 888.9 full steps/s, 7111.1 eighth steps/s"
         " (one each 140.6 us), 266.7 rpm"

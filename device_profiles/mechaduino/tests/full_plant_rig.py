@@ -25,7 +25,7 @@ class Rig:
     def __init__(self, load: Load | None = None, seed: int = 0, **parameters: float) -> None:
         self.core = Core(1)
         self.group = self.core.native.group_open(0)
-        plan = AxisPlan(FULL | NO_ERRORS | parameters, "full", load or Load(), seed)
+        plan = AxisPlan(FULL | NO_ERRORS | parameters, "full", load or Load(), seed, law="mechaduino")
         self.axis = self.core.open_axis(self.group, plan)
         self.axis.write_table(IDENTITY)
         self.now_ns = 0

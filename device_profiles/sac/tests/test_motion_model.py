@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from motion_model import Command, Model, Setup, TooManyPulses, acceleration, deceleration, linear_steps, plan
 
 from device_profiles.sac.typed_text import from_cycle, from_rpm
-from hil.core import Core, CoreMotion
+from hil.core import Core
+from hil.core.kinds.sac.core_motion import CoreMotion
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.motion import ONE_SHOT_SLOT, MotionEntry, MotionSetup
 

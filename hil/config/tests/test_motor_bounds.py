@@ -8,7 +8,8 @@ import pytest
 from hil.compose import find_catalogue
 from hil.config import ConfigError, parse
 from hil.config.motor_bounds import BOUNDS, OF_OTHER_MOTORS, numbers_beyond, pulls_beyond
-from hil.core.kinds import KINDS, speed_limit_rpm
+from hil.core.axis_kind import speed_limit_rpm
+from hil.core.kinds import KINDS
 from hil.sim.load_limit import load_problem
 from hil.vocab.axis_plan import AxisPlan, Load
 

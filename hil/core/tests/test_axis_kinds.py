@@ -8,8 +8,12 @@ import pytest
 
 from hil.core import KINDS, Core, CoreAxis
 from hil.core.abi import TABLE_LEN, Law
+from hil.core.axis_kind import ANGLE
+from hil.core.axis_kind import MOTOR as MOTOR_PARAMETERS
 from hil.core.fields import FIELDS
-from hil.core.kinds import MECHADUINO, SAC
+from hil.core.kinds.mechaduino.kind import KIND as MECHADUINO
+from hil.core.kinds.sac.core_motion import CoreMotion
+from hil.core.kinds.sac.kind import KIND as SAC
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry
 from hil.vocab.path import PathPiece
@@ -103,8 +107,8 @@ def test_a_servo_that_turns_moves_without_an_end() -> None:
 
 def test_a_stepper_with_a_motion_is_moving() -> None:
     bench = Bench("sac")
-    axis = bench.axis.motion
-    assert axis is not None
+    axis = bench.axis
+    assert isinstance(axis, CoreMotion)
     assert (bench.motion(1).is_on, bench.motion(1).is_moving) == (True, False)
     entry = MotionEntry(0, False, 60, 5000, 0, 0, False, 0, False, 0, False)
     axis.write_entry(CONTINUOUS_SLOT, entry)
@@ -116,28 +120,64 @@ def test_a_stepper_with_a_motion_is_moving() -> None:
 
 
 def test_only_some_axes_are_motion_engines() -> None:
-    assert Bench("mechaduino").axis.motion is None
-    assert Bench("sac").axis.motion is not None
+    assert not isinstance(Bench("mechaduino").axis, CoreMotion)
+    assert isinstance(Bench("sac").axis, CoreMotion)
+
+
+WORDS = {*KINDS} | {
+    name
+    for kind in KINDS.values()
+    for name in (*kind.parameters, *kind.settable)
+    if name not in (*MOTOR_PARAMETERS, ANGLE)
+}
+"""Names of laws, and of the parameters and settable fields that only some kinds have."""
+OF_THE_KIT = {"can_faces.py", "control.py", "faces.py", "plugin.py"}
+"""Modules of the test kit that name a board or a register for those who test one."""
+MODULES = {f"hil.core.kinds.{law}" for law in KINDS}
 
 
 def law_questions(text: str) -> list[int]:
-    """Lines that compare a ``.law``, or import the core's laws and the field table's kinds."""
+    """Lines that compare a ``.law``, import a kind's own module, the core's laws or the field table's kinds,
+    or have a word of ``WORDS``."""
     found = []
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.ImportFrom) and node.module == "hil.core.abi":
             found += [node.lineno for each in node.names if each.name in ("Law", "Kind")]
-        if isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Eq | ast.NotEq):
-            is_law = isinstance(node.left, ast.Attribute) and node.left.attr == "law"
-            found += [node.lineno] * is_law
+        if isinstance(node, ast.ImportFrom) and node.module:
+            found += [node.lineno] * (".".join(node.module.split(".")[:4]) in MODULES)
+        if isinstance(node, ast.Compare) and not isinstance(node.ops[0], ast.In | ast.NotIn):
+            sides = (node.left, node.comparators[0])
+            is_law = any(isinstance(side, ast.Attribute) and side.attr == "law" for side in sides)
+            is_none = any(isinstance(side, ast.Constant) and side.value is None for side in sides)
+            found += [node.lineno] * (is_law and not is_none)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found += [node.lineno] * (node.value in WORDS)
     return found
 
 
 @pytest.mark.long
-def test_no_room_asks_for_a_law_beside_the_table() -> None:
-    files = [file for file in HIL.rglob("*.py") if "tests" not in file.parts and file.parent.name != "core"]
+def test_no_module_asks_for_a_law_beside_the_kinds_own() -> None:
+    kinds, of_the_form = HIL / "core/kinds", {"abi.py", "axis_kind.py", "fields.py"} | OF_THE_KIT
+    files = [file for file in HIL.rglob("*.py") if "tests" not in file.parts and file.name not in of_the_form]
+    files = [file for file in files if not file.is_relative_to(kinds)]
     assert {file.name: lines for file in files if (lines := law_questions(file.read_text()))} == {}
 
 
-@pytest.mark.parametrize("line", ['is_servo = plan.law == "mechaduino"', "from hil.core.abi import Law"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        'is_servo = plan.law == "servo"',
+        "is_servo = axis.kind.law is SERVO.law",
+        "from hil.core.abi import Law",
+        "from hil.core.kinds.sac.kind import KIND",
+        'SETTABLE = ("clock_Hz",)',
+        'law: str = "mechaduino"',
+    ],
+)
 def test_a_planted_question_is_found(line: str) -> None:
-    assert law_questions(line) == [1]
+    assert set(law_questions(line)) == {1}
+
+
+def test_a_kind_is_a_folder() -> None:
+    folders = {file.parent.name for file in (HIL / "core/kinds").glob("*/kind.py")}
+    assert folders == KINDS.keys() == Law.__members__.keys()

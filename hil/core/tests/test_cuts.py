@@ -12,7 +12,8 @@ import pytest
 
 from hil.core import KINDS, Core, CoreAxis
 from hil.core.abi import TABLE_LEN, Law
-from hil.core.core import CoreBank, CoreMotion
+from hil.core.kinds.pin_bank.core_bank import CoreBank
+from hil.core.kinds.sac.core_motion import CoreMotion
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, MotionEntry, MotionSetup
 from hil.vocab.path import PathPiece
@@ -220,7 +221,7 @@ class Group:
                 random.choice(("simple", "full")),
                 random.choice(LOADS),
                 random.randrange(100),
-                random.choice(("sac", "sac", "mechaduino", "a3967", "pin_bank")),
+                law=random.choice(("sac", "sac", "mechaduino", "a3967", "pin_bank")),
             )
             for _ in range(random.choice((1, 1, 2, 3)))
         ]

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from hil.canopen.cia402.motor_axis import MotorLook
 from hil.core import CoreAxis
 from hil.core.fields import INDEX
-from hil.core.kinds import MECHADUINO
 from hil.sim.can.drive_switches import Switch
 from hil.sim.device import Device
 from hil.sim.group import Group
@@ -19,11 +18,10 @@ from hil.vocab.path import Path
 from hil.vocab.verbs import Verb, VerbRefused
 
 _VELOCITY, _TORQUE, _SHAFT = INDEX["velocity_rpm"], INDEX["torque_Nm"], INDEX["position_deg"]
-_COMMANDED_RPM = INDEX["speed_rpm"]
 _USED = ("enable", "disable", "clear_fault", "stop", "velocity", "torque", "move_abs")
 _EFFORT_COUNTS = 255
-"""Effort of a Mechaduino's full current."""
-_SERVO_COUNTS, _STEPS_PER_TOOTH = 16384, 4
+"""Effort of the full current, as the verb `torque` takes it."""
+_STEPS_PER_TOOTH = 4
 _BOARD_FAULTS = {1: 0x8611, 2: 0x7305, 3: 0x5400}
 """Error codes of CiA 402 by a board's own codes of faults: following error, sensor 1 faulted, power section.
 Source: IEC 61800-7-201:2015, table of error codes."""
@@ -59,15 +57,16 @@ class CardMotor:
         self._switches = switches
         self._axis.is_on_bus = True
         self._motion = self._axis.kind.motion
-        is_servo = self._axis.kind.law is MECHADUINO.law
+        kind = self._axis.kind
+        self._is_servo = bool(kind.encoder_counts)
+        self._commanded_rpm = INDEX.get(kind.commanded_rpm)
         self.verbs: Collection[str] = [name for name in _USED if name in device.verbs]
         self.follows_paths = device.follows_paths
-        self._is_servo = is_servo
         self._offset_deg = 0.0
         """Of a servo: what its encoder's angle is above the shaft's, when the loop was on last."""
         self._commanded_deg, self._direction = 0.0, 1
         """Of a stepper: its angle at the last look, and the direction in which it went there."""
-        self.encoder_counts = _SERVO_COUNTS if is_servo else _STEPS_PER_TOOTH * rating.rotor_teeth
+        self.encoder_counts = kind.encoder_counts or _STEPS_PER_TOOTH * rating.rotor_teeth
         self.rated_current_A, self.rated_torque_Nm = rating.current_A, rating.torque_Nm
         self.max_velocity_rpm = self._limit("move_abs", "velocity_rpm")
         self._per_Nm = rating.current_A / rating.torque_Nm
@@ -116,7 +115,8 @@ class CardMotor:
         if state.commanded_deg != self._commanded_deg:
             self._direction = 1 if state.commanded_deg > self._commanded_deg else -1
             self._commanded_deg = state.commanded_deg
-        return state.commanded_deg, self._direction * values[_COMMANDED_RPM]
+        rpm = 0.0 if self._commanded_rpm is None else values[self._commanded_rpm]
+        return state.commanded_deg, self._direction * rpm
 
     # ---- what moves it ----
 

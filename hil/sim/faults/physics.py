@@ -1,7 +1,7 @@
 """Faults of an axis: its shaft, coils, supply and encoder."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from hil.core import CoreAxis
 from hil.vocab.faults import Fault
@@ -10,16 +10,19 @@ COUNTS = 16384
 """Counts of an encoder in a turn."""
 
 
-def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
+def axis_state(
+    faults: Iterable[Fault], supply_V: float, own: Mapping[str, Mapping[str, str]]
+) -> dict[str, float]:
     """Arguments for ``CoreAxis.fault``, from the faults in force on an axis, the oldest first. ``supply_V``:
-    supply of the full plant in the configuration, 0 for the simple one.
+    supply of the full plant in the configuration, 0 for the simple one. ``own``: ``AxisKind.own_faults``.
 
     Loads and slips add up. Of two supplies or two noises the later one counts. Everything else is so as long
     as one of its kind is.
     """
     state = dict.fromkeys(
-        ("jam", "open_a", "open_b", "noise_seed", "noise_counts", "freeze", "open_line", "silent_rate"), 0.0
+        ("jam", "open_a", "open_b", "noise_seed", "noise_counts", "freeze", "open_line"), 0.0
     )
+    state |= {told: 0.0 for each in own.values() for told in each}
     if supply_V:
         state["supply_V"] = supply_V
     loads_Nm, slips = [], 0.0
@@ -43,8 +46,8 @@ def axis_state(faults: Iterable[Fault], supply_V: float) -> dict[str, float]:
                 state["freeze"] = 1
             case "encoder_disconnect":
                 state["open_line"] = 1
-            case "bus_no_answer":
-                state |= {"noise_seed": fault.number("seed"), "silent_rate": fault.number("rate")}
+            case kind:
+                state |= {told: fault.number(name) for told, name in own.get(kind, {}).items()}
     return state | {"load_Nm": math.fsum(loads_Nm), "slip_counts": math.fmod(slips, COUNTS)}
 
 
@@ -57,8 +60,8 @@ class AxisFaults:
     def renew(self, axis: CoreAxis, faults: Iterable[Fault]) -> None:
         """Set an axis from all the faults that are in force on it."""
         supply_V = axis.nominal_supply_V
-        state = axis_state(faults, supply_V)
-        before = self._told.get(axis) or axis_state((), supply_V)
+        state = axis_state(faults, supply_V, axis.kind.own_faults)
+        before = self._told.get(axis) or axis_state((), supply_V, axis.kind.own_faults)
         for what, value in state.items():
             if value != before[what]:
                 axis.fault(what, value)

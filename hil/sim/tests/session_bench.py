@@ -84,7 +84,7 @@ class Bench:
         spec = DeviceSpec(
             name=name, profile="test", firmware=firmware, bauds={MAIN: baud}, nvm={}, power_up={}, facts={}
         )
-        device = self.runtime.make(spec, {"axis": AxisPlan(PARAMETERS)}, group)
+        device = self.runtime.make(spec, {"axis": AxisPlan(PARAMETERS, law="mechaduino")}, group)
         device.uarts[MAIN].listeners.append(lambda at_ns, data: self.heard.append((name, at_ns, data)))
         self.runtime.add(group, device)
         return device

@@ -80,7 +80,7 @@ class Rig:
         self.runtime = BenchRuntime("test", Core(8), MemoryStore(), around)
         self.heard: list[tuple[str, str]] = []
         time_out = TimeOut(timeout_ms * NS_PER_MS, "hold", 1.0, starve) if timeout_ms else None
-        servo, stepper = AxisPlan(PARAMETERS), AxisPlan(STEPPER, law="sac")
+        servo, stepper = AxisPlan(PARAMETERS, law="mechaduino"), AxisPlan(STEPPER, law="sac")
         axes = {"shoulder": servo, "elbow": servo, "grip": stepper}
         self._add("arm", {"main": None, "logger": 115200, "bus": 9600}, axes, time_out)
         self._add("pinger", {"main": None}, {}, None)
@@ -252,7 +252,7 @@ def test_a_board_without_axes_runs(rig: Rig) -> None:
 
 
 def test_a_board_without_uarts_runs(rig: Rig) -> None:
-    rig._add("drive", {}, {"axis": AxisPlan(PARAMETERS)}, None)
+    rig._add("drive", {}, {"axis": AxisPlan(PARAMETERS, law="mechaduino")}, None)
     rig._add("brick", {}, {}, None)
     rig.run(5)
     drive = rig.runtime.devices["drive"]
@@ -275,7 +275,7 @@ def test_a_board_without_uarts_runs(rig: Rig) -> None:
 
 
 def test_a_firmware_that_looks_for_a_uart_that_is_not_there_stops_alone(rig: Rig) -> None:
-    rig._add("drive", {}, {"axis": AxisPlan(PARAMETERS)}, None)
+    rig._add("drive", {}, {"axis": AxisPlan(PARAMETERS, law="mechaduino")}, None)
     rig.run(1)
     rig.runtime.take("drive", Pin("D2", 1))  # its firmware says so at its first UART
     rig.run(1)

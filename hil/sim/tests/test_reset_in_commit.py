@@ -61,7 +61,7 @@ class Bench:
         spec = DeviceSpec(
             name="m1", profile="t", firmware=Keeper, bauds={MAIN: None}, nvm={}, power_up={}, facts={}
         )
-        self.device = self.runtime.make(spec, {"axis": AxisPlan(PARAMETERS)}, group)
+        self.device = self.runtime.make(spec, {"axis": AxisPlan(PARAMETERS, law="mechaduino")}, group)
         self.device.uarts[MAIN].listeners.append(self._hear)
         self.runtime.add(group, self.device)
         self.runtime.advance(SimTimeNs(MS))

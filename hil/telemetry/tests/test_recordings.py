@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from hil.core.kinds import MECHADUINO
+from hil.core.kinds.mechaduino.kind import KIND as MECHADUINO
 from hil.telemetry import Recording, check_signals, other_motion, picture, step_response, text_plot
 from hil.telemetry.recording import units_in
 from hil.testing import Bench

@@ -6,9 +6,10 @@ import pytest
 from can_bench import config as bus_config
 
 from hil.compose.replay import replay
+from hil.core.axis_kind import ANGLE
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
-from hil.sim.settable import ANGLE, setting_problem
+from hil.sim.settable import setting_problem
 from hil.testing import Bench
 
 PROFILES = ("mechaduino", "sac", "modbus_drive", "canopen_drive")

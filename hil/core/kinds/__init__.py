@@ -1,0 +1,17 @@
+"""Kinds of axis, a folder for each control law.
+
+``kind.py`` has all that hil asks of the kind, in the form of ``hil.core.axis_kind``; beside it is the face of
+an axis that is more than others. No other module names a law. The law itself is C, in ``native/law``.
+"""
+
+from collections.abc import Mapping
+
+from hil.core.axis_kind import AxisKind
+from hil.core.kinds.a3967.kind import KIND as A3967
+from hil.core.kinds.mechaduino.kind import KIND as MECHADUINO
+from hil.core.kinds.pin_bank.kind import KIND as PIN_BANK
+from hil.core.kinds.sac.kind import KIND as SAC
+from hil.core.kinds.walter.kind import KIND as WALTER
+
+KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC, WALTER, A3967, PIN_BANK)}
+"""Kinds of axis by their laws' names in ``profile.yaml``."""

@@ -1,0 +1,1 @@
+"""Driver that steps by its pins, and its motor, without an encoder."""

@@ -1,0 +1,1 @@
+"""Pins of a microcontroller, each an input or an output, and no motor."""

@@ -1,0 +1,1 @@
+"""Stepper: a motion engine that makes step pulses for a driver, without an encoder."""
