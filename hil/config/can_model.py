@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from hil.config.explain import StrictModel
+from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
 from hil.config.port_model import Name, PortConfig
 from hil.vocab.address import owner_of
 
@@ -14,7 +14,7 @@ LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
 _Angle = Annotated[float, Field(ge=-1e9, le=1e9)]
 
 
-class SwitchConfig(StrictModel):
+class SwitchConfig(DefaultsModel):
     """A switch of a drive: a cam on the shaft, or a pin of the board."""
 
     from_deg: _Angle | None = Field(
@@ -30,8 +30,8 @@ class SwitchConfig(StrictModel):
     pin: str | None = Field(
         default=None, description="In place of a cam: an input of the axis at which the switch is, as `D3`."
     )
-    active: Literal["high", "low"] | None = Field(
-        default=None, description="Level of the pin at which the switch is active; null: high."
+    active: Annotated[Literal["high", "low"], OR_NULL] = Field(
+        default="high", description="Level of the pin at which the switch is active."
     )
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
-from hil.config.explain import StrictModel
+from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
 from hil.registers.drive_map import CONTROL, STATUS, TAKEN, TOLD
 from hil.wire.modbus.identification import OBJECT_BYTES_MAX
 from hil.wire.modbus.pdu import ADDRESSES, Table
@@ -50,28 +50,28 @@ _Address = Annotated[int, Field(ge=0, le=ADDRESSES - 1)]
 _Text = Annotated[str, AfterValidator(_ascii)]
 
 
-class PlaceText(StrictModel):
+class PlaceText(DefaultsModel):
     """Entry of a map: one table with an address, and what is there."""
 
     input: _Address | None = Field(default=None, description="Input register; the first is 0.")
     holding: _Address | None = Field(default=None, description="Holding register instead.")
     discrete: _Address | None = Field(default=None, description="Discrete input instead, of a bit.")
     coil: _Address | None = Field(default=None, description="Coil instead, of a bit.")
-    type: Literal["u16", "i16", "u32", "i32", "f32"] | None = Field(
-        default=None,
-        description="Of a value, which takes one register, or two where the type ends in 32; null: u16.",
+    type: Annotated[Literal["u16", "i16", "u32", "i32", "f32"], OR_NULL] = Field(
+        default="u16",
+        description="Of a value, which takes one register, or two where the type ends in 32.",
     )
-    scale: Annotated[float, AfterValidator(_usable_scale)] | None = Field(
-        default=None, description="The value is the register's number times this; null: 1."
+    scale: Annotated[float, AfterValidator(_usable_scale), OR_NULL] = Field(
+        default=1.0, description="The value is the register's number times this."
     )
     bit: Annotated[int, Field(ge=0, le=15)] | None = Field(
         default=None, description="Number of a bit of a register, 0 for the lowest."
     )
 
-    on_write: bool | None = Field(
-        default=None,
+    on_write: Annotated[bool, OR_NULL] = Field(
+        default=False,
         description="Of `start`, `stop` and `reset`: true if each write of 1 is a command and the bit clears"
-        " itself; null: a command is given when the bit becomes 1.",
+        " itself; false: a command is given when the bit becomes 1.",
     )
 
     @property

@@ -135,13 +135,13 @@ def _entry_findings(path: KeyPath, entry: PlaceText) -> Iterator[Finding]:
     elif entry.bit is not None:
         yield Finding((*path, "bit"), f"{path[-1]} is a value and no bit", "remove it", at_key=True)
     for key in ("type", "scale"):
-        if is_bit and getattr(entry, key) is not None:
+        if is_bit and key in entry.model_fields_set:
             yield Finding((*path, key), f"{path[-1]} is a bit, which has no {key}", "remove it", at_key=True)
-    if entry.on_write is not None and (path[0] != "control" or path[-1] not in COMMANDS):
+    if "on_write" in entry.model_fields_set and (path[0] != "control" or path[-1] not in COMMANDS):
         what = f"{path[-1]} is no command, which {', '.join(COMMANDS)} are"
         yield Finding((*path, "on_write"), what, "remove it", at_key=True)
     address = getattr(entry, table)
-    if not is_bit and address + Place(TABLES[table], 0, entry.type or "u16").width > ADDRESSES:
+    if not is_bit and address + Place(TABLES[table], 0, entry.type).width > ADDRESSES:
         yield Finding(
             (*path, table),
             f"{entry.type} takes two registers, and behind {address} there is none",
@@ -160,8 +160,8 @@ def _place(path: KeyPath, entry: PlaceText) -> Place:
     (table,) = entry.tables
     address = getattr(entry, table)
     if path[0] in ("status", "control"):
-        return Place(TABLES[table], address, BIT, bit=entry.bit, on_write=bool(entry.on_write))
-    return Place(TABLES[table], address, entry.type or "u16", 1.0 if entry.scale is None else entry.scale)
+        return Place(TABLES[table], address, BIT, bit=entry.bit, on_write=entry.on_write)
+    return Place(TABLES[table], address, entry.type, entry.scale)
 
 
 def _unknown_parameters(entries: Collection[KeyPath], known: Collection[str] | None) -> Iterator[Finding]:

@@ -6,8 +6,17 @@ from collections.abc import Collection, Iterable
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetJsonSchemaHandler,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, ErrorDetails
 from pydantic_core.core_schema import ErrorType
 
 from hil.config.document import Document, Finding, KeyPath
@@ -21,6 +30,41 @@ class StrictModel(BaseModel):
     """Model that takes no other keys and types than it has, and is not changed."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+
+
+class _OrNull:
+    """Mark of a key of a ``DefaultsModel`` at which null means the default."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [handler(schema), {"type": "null"}]}
+
+
+OR_NULL = _OrNull()
+
+
+class DefaultsModel(StrictModel):
+    """Model with keys whose default depends on nothing, but which some of its kinds must not have: null is as
+    good as the key left out, and that is what a key left out is dumped as."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_nulls(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        return {key: each for key, each in value.items() if each is not None or not cls._is_marked(key)}
+
+    @model_serializer(mode="wrap")
+    def _as_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        dumped: dict[str, Any] = handler(self)
+        left_out = {key for key in dumped if self._is_marked(key) and key not in self.model_fields_set}
+        return dumped | dict.fromkeys(left_out)
+
+    @classmethod
+    def _is_marked(cls, key: str) -> bool:
+        field = cls.model_fields.get(key)
+        return field is not None and OR_NULL in field.metadata
 
 
 _BOUNDS = {

@@ -14,7 +14,7 @@ from pydantic import (
 
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo, map_text
 from hil.config.drive_units_model import UnitsConfig
-from hil.config.explain import StrictModel
+from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
 from hil.config.flash_model import FlashConfig
 from hil.config.later import Later
 from hil.config.path_values import usable_path
@@ -95,7 +95,7 @@ class AxisConfig(StrictModel):
     )
 
 
-class DeviceConfig(StrictModel):
+class DeviceConfig(DefaultsModel):
     """A board, emulated or real.
 
     Long because it is the table of a board's keys, each with its bounds and its description.
@@ -192,28 +192,28 @@ class DeviceConfig(StrictModel):
         description="Set-point time-out: what the axis does when no further `position`, `velocity` or"
         " `torque` comes; null: it follows the last one.",
     )
-    setpoint_rate_Hz: float | None = Field(
-        default=None,
+    setpoint_rate_Hz: Annotated[float, OR_NULL] = Field(
+        default=50.0,
         ge=1,
         le=200,
         description="Set-points a second that a run types at a real servo (`at`), or writes to a real drive"
-        " that follows set-points; for a CANopen drive the rate of SYNC, one for all drives on a bus; null:"
-        " 50.",
+        " that follows set-points; for a CANopen drive the rate of SYNC, one for all drives on a"
+        " bus.",
     )
-    line_delay_ms: float | None = Field(
-        default=None,
+    line_delay_ms: Annotated[float, OR_NULL] = Field(
+        default=0.0,
         ge=0,
         le=60_000,
         description="Maximum delay of the line to a real board (`at`) beside that of a cable, there and"
         " back, as over a network or on a busy computer: a run tells the board its motions so much earlier,"
-        " and waits so much longer for its answers; null: 0.",
+        " and waits so much longer for its answers.",
     )
-    poll_interval_ms: float | None = Field(
-        default=None,
+    poll_interval_ms: Annotated[float, OR_NULL] = Field(
+        default=20.0,
         ge=1,
         le=10_000,
         description="Interval of readings of a real drive's state (`at: modbus+...`, `at: can+...`); a slow"
-        " line makes it longer; for a CANopen drive whole periods of SYNC; null: 20.",
+        " line makes it longer; for a CANopen drive whole periods of SYNC.",
     )
     spi_previous_command: int = Field(
         default=0xFFFF,

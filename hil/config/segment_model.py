@@ -11,6 +11,9 @@ from hil.config.port_model import SERIAL, Name, PortConfig
 from hil.vocab.address import Address, address_of, owner_of, pin_of
 from hil.vocab.line_format import EIGHT_N_1, EVEN
 
+USUAL_BAUD = 38400
+"""Speed of a segment without stations, if nobody says another."""
+
 
 def _format(value: Any) -> Any:
     """Read ``8E1``, which YAML takes for a number."""
@@ -81,7 +84,8 @@ class SegmentConfig(StrictModel):
         ge=300,
         le=4_000_000,
         description="The speed at which taps and Modbus nodes send and listen, in baud; null: that of the"
-        " first of the stations, 38400 without one. A client that sets a speed at a tap has it both ways.",
+        f" first of the stations, {USUAL_BAUD} without one. A client that sets a speed at a tap has it both"
+        " ways.",
     )
     format: Annotated[Literal["8N1", "8E1", "8O1", "8N2"], BeforeValidator(_format)] = Field(
         default="8N1",

@@ -5,11 +5,9 @@ from collections.abc import Mapping
 from hil.config.catalogue import ProfileInfo
 from hil.config.model import BenchConfig
 from hil.config.port_model import SERIAL
+from hil.config.segment_model import USUAL_BAUD
 from hil.config.station_names import station_uart
 from hil.vocab.address import Address
-
-USUAL_BAUD = 38400
-"""Speed of a segment without stations, if nobody says another."""
 
 
 def segment_speeds(bench: BenchConfig, name: str, profiles: Mapping[str, ProfileInfo]) -> Mapping[str, int]:

@@ -15,15 +15,12 @@ from hil.live.drives.real_drive import DrivePace
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
-from hil.live.runs.real_axes import SETPOINT_RATE_HZ
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.vocab.address import Address
 from hil.vocab.ports import Port, PortContext, PortError
 
-POLL_INTERVAL_MS = 20.0
-"""Default interval of polls of a real drive."""
 ANSWER_S = 0.2
 """Time for a real drive to answer, beside the delay of its line: a request and its answer take 0.1 s at 9600
 baud, if they are long."""
@@ -174,7 +171,7 @@ class Stage:
 
 def _pace_of(device: DeviceConfig) -> DrivePace:
     return DrivePace(
-        interval_s=(device.poll_interval_ms or POLL_INTERVAL_MS) / 1e3,
-        timeout_s=ANSWER_S + (device.line_delay_ms or 0) / 1e3,
-        setpoint_s=1 / (device.setpoint_rate_Hz or SETPOINT_RATE_HZ),
+        interval_s=device.poll_interval_ms / 1e3,
+        timeout_s=ANSWER_S + device.line_delay_ms / 1e3,
+        setpoint_s=1 / device.setpoint_rate_Hz,
     )

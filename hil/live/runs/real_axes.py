@@ -13,8 +13,6 @@ from hil.sim.bench import BenchRuntime
 from hil.vocab.axis import Axes, Axis, AxisNow
 from hil.vocab.dialogue import Dialogue
 
-SETPOINT_RATE_HZ = 50.0
-"""Default rate of set-points: a menu answers within a few milliseconds."""
 LEAD_NS = 250_000_000
 """Time to tell a SAC its motion before a phrase: 20 ms at 38400 baud, and 32 ms of a USB adapter."""
 
@@ -41,10 +39,9 @@ class RealAxes:
             return board
         if (make := self._configured.catalogue.boards[config.profile].terminal_axis) is None:
             return None
-        rate_Hz = config.setpoint_rate_Hz or SETPOINT_RATE_HZ
-        delay_ns = round((config.line_delay_ms or 0) * 1e6)
+        delay_ns = round(config.line_delay_ms * 1e6)
         board = self._boards[name] = RealAxis(
-            self._bench, through, make(delay_ns), round(1e9 / rate_Hz), LEAD_NS + delay_ns
+            self._bench, through, make(delay_ns), round(1e9 / config.setpoint_rate_Hz), LEAD_NS + delay_ns
         )
         return board
 

@@ -62,7 +62,7 @@ class World(asyncio.SelectorEventLoop):
     """Loop in which nothing takes time but what sleeps. ``near``: the bench with the twin ``m1``; ``far``:
     that of the boards behind ``lines``; ``axes``: all three as a run sees them."""
 
-    def __init__(self, line_delay_ms: float | None = None) -> None:
+    def __init__(self, line_delay_ms: float = 0.0) -> None:
         self._now_s = 0.0
         self.near = Bench({"bench": "near", "devices": {"m1": SERVO}})
         self.far = Bench({"bench": "far", "devices": BOARDS})
@@ -74,7 +74,7 @@ class World(asyncio.SelectorEventLoop):
             self.places.boards[name] = joint
         devices = {
             name: SimpleNamespace(
-                profile=board["profile"], setpoint_rate_Hz=None, line_delay_ms=line_delay_ms
+                profile=board["profile"], setpoint_rate_Hz=50.0, line_delay_ms=line_delay_ms
             )
             for name, board in BOARDS.items()
         }
@@ -130,7 +130,7 @@ def _nothing() -> Any:
     yield from ()
 
 
-def in_world(doing: Any, line_delay_ms: float | None = None) -> None:
+def in_world(doing: Any, line_delay_ms: float = 0.0) -> None:
     """Carry out ``await doing(world)``. ``line_delay_ms``: as in the configuration of both boards."""
     world = World(line_delay_ms)
 
