@@ -11,9 +11,9 @@ from device_profiles.sac.line_nodes import NODES
 from hil.config import ConfigError
 from hil.gcode.canonical import Point, Settings
 from hil.gcode.reader import read_program
-from hil.mother.path_run import path_run
-from hil.mother.turns.mother import Mother
-from hil.mother.turns.run_items import RunState
+from hil.master.path_run import path_run
+from hil.master.sans_io.node_master import NodeMaster
+from hil.master.sans_io.run_items import RunState
 from hil.telemetry.picture import FORMATS
 from hil.testing import Bench, FollowedPath, attend, draw_by_runs, followed_by
 from hil.toolpath.bench_runs import BenchRuns
@@ -86,8 +86,8 @@ def test_a_circle_by_sacs_on_their_line_is_measured(segment: Any) -> None:
     program = read_program(b"G21 G17 G64 P0.05\nG1 X50 F1200\nG3 I-50\nM2\n")
     assert program.problems == ()
     plan = plan_path(program.motions, machine, "circle.ngc")
-    mother = Mother(NODES)
-    run = path_run(mother, machine, NodePhrases(machine, PROFILE.paths).of(plan))
+    master = NodeMaster(NODES)
+    run = path_run(master, machine, NodePhrases(machine, PROFILE.paths).of(plan))
 
     def carry_out() -> None:
         run.start(bench.now_ns)

@@ -17,9 +17,10 @@ from hil.vocab.framing import Item
 from hil.vocab.line_node import LinePacket, Signal
 from hil.vocab.time import NS_PER_MS
 
-MOTHER = 1
+MASTER = 1
 ADDRESSES = range(4, 256)
-"""Addresses of nodes: 0 is everybody, 1 mother, 2 and 3 are characters of the frame (manual, device ID)."""
+"""Addresses of nodes: 0 is everybody, 1 the master (the manual's mother), 2 and 3 are characters of the frame
+(manual, device ID)."""
 QUEUE_LENGTH = 30
 BUSY_NS = 500 * NS_PER_MS
 """Maximum delay of an answer: a listing of 30 rows keeps a board for 0.4 s at 38400 baud."""
@@ -62,7 +63,7 @@ class SacNodes:
     framing = FRAMING
     baud = FACTORY_BAUD
     character_bits = 10
-    master = MOTHER
+    master = MASTER
     to_all = BROADCAST
     addresses = ADDRESSES
     turnaround_characters = TURNAROUND_CHARACTERS
@@ -83,14 +84,14 @@ class SacNodes:
             raise ValueError("an empty command: nothing would happen")
         if crc8(command) == 0 and len(command) < DATA_MAX:
             command += _END
-        return encode(destination, MOTHER, command)
+        return encode(destination, MASTER, command)
 
     def text(self, words: str) -> bytes:
         try:
             data = b" " + words.encode("latin-1")
         except UnicodeEncodeError as error:
             raise ValueError(f"{error.object[error.start]!r} cannot be sent: SACs have Latin-1") from None
-        encode(BROADCAST, MOTHER, data)
+        encode(BROADCAST, MASTER, data)
         return data
 
     def read(self, item: Item) -> LinePacket | None:

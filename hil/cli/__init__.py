@@ -6,6 +6,6 @@ rooms when it runs: each starts quickly. No other room imports this one.
 
 May import: hil.arduino, hil.canopen,
 hil.compose, hil.config, hil.core, hil.daemon, hil.discovery, hil.drives, hil.firmware, hil.gcode,
-hil.host, hil.live, hil.mother, hil.net, hil.operations, hil.registers, hil.runs, hil.sim, hil.telemetry,
+hil.host, hil.live, hil.master, hil.net, hil.operations, hil.registers, hil.runs, hil.sim, hil.telemetry,
 hil.testing, hil.toolpath, hil.vocab, hil.wire, the standard library, can, rich, serial, typer.
 """

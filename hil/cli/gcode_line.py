@@ -21,9 +21,9 @@ from hil.cli.mother_lines import LineOptions, on_lines, place_of
 from hil.cli.shown_numbers import fixed
 
 if TYPE_CHECKING:
-    from hil.mother import LiveMother
-    from hil.mother.turns.line_run import LineRun
-    from hil.mother.turns.run_items import RunReport, RunSwitch
+    from hil.master import LiveMaster
+    from hil.master.sans_io.line_run import LineRun
+    from hil.master.sans_io.run_items import RunReport, RunSwitch
     from hil.toolpath.node_phrases import NodePhrases
     from hil.vocab.line_node import LineNodes
     from hil.vocab.path_planning import PathPlanner
@@ -40,24 +40,24 @@ class LineProgram:
     def __init__(self, planned: PlannedFile, options: LineOptions, begin: dict[str, int]) -> None:
         self._planned, self._options, self._begin = planned, options, begin
         self._maker: NodePhrases | None = None
-        self._line: LiveMother | None = None
+        self._line: LiveMaster | None = None
         self._run: LineRun | None = None
         self._goes_on = False
         self.was_ended = False
         """True if a key or a signal has ended it."""
 
-    async def work(self, mothers: Sequence["LiveMother"], planner: "PathPlanner") -> "RunReport":
+    async def work(self, masters: Sequence["LiveMaster"], planner: "PathPlanner") -> "RunReport":
         """Carry it out. Ends the command before anything moves if a node does not answer."""
-        from hil.mother import path_run
+        from hil.master import path_run
         from hil.toolpath.node_phrases import NodePhrases
 
-        (line,) = mothers
+        (line,) = masters
         self._line = line
         machine, plan = self._planned.machine, self._planned.plan
         await self._all_answer(line)
         self._maker = maker = NodePhrases(machine, planner, plan.override)
         run = self._run = path_run(
-            line.mother, machine, maker.of(plan), begin=self._begin, switched=self._switched
+            line.master, machine, maker.of(plan), begin=self._begin, switched=self._switched
         )
         with noted() as signals, keys() as pressed, _shown(self._planned) as show:
             task = asyncio.ensure_future(line.carry_out(run))
@@ -72,7 +72,7 @@ class LineProgram:
                 await asyncio.wait([task], timeout=POLL_S)
         return await task
 
-    async def _all_answer(self, line: "LiveMother") -> None:
+    async def _all_answer(self, line: "LiveMaster") -> None:
         nodes = {
             axis.node: axis.letter.upper() for axis in self._planned.machine.axes if axis.node is not None
         }
@@ -131,7 +131,7 @@ def carried_out(
     place = place_of(machine.text.line, options)
     planner = planner_of(place.nodes)
     program = LineProgram(planned, options, at)
-    report = on_lines([place], 3, lambda mothers: program.work(mothers, planner))
+    report = on_lines([place], 3, lambda masters: program.work(masters, planner))
     return _answer(planned, report), _exit_code(report, program.was_ended)
 
 

@@ -31,7 +31,7 @@ from hil.cli.told import CommandAnswer
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hil.mother import LiveMother, Transaction
+    from hil.master import LiveMaster, Transaction
 
 Tries = Annotated[int, typer.Option("--tries", help="How often a packet goes out at most.", min=1, max=100)]
 
@@ -72,15 +72,15 @@ def send(
     place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo))
     units = addresses(node, place.nodes)
 
-    async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
-        (mother,) = mothers
+    async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
+        (live,) = masters
         for command in commands:  # all are tried before the first goes out
             for unit in units:
-                mother.mother.nodes.encode(unit, command.encode("latin-1"))
+                live.master.nodes.encode(unit, command.encode("latin-1"))
         rows, left = [], list(units)
         for command in commands:
-            sent = [mother.start(unit, command) for unit in left]
-            await mother.settled(sent)
+            sent = [live.start(unit, command) for unit in left]
+            await live.settled(sent)
             rows += [row_of(line, each) for each in sent]
             rows += [_not_sent(line, unit, command) for unit in units if unit not in left]
             if not keep_going:
@@ -111,11 +111,11 @@ def text(
     place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo))
     units = addresses(node, place.nodes)
 
-    async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
-        (mother,) = mothers
+    async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
+        (live,) = masters
         data = place.nodes.text(" ".join(words))
-        sent = [mother.start(unit, data) for unit in units]
-        await mother.settled(sent)
+        sent = [live.start(unit, data) for unit in units]
+        await live.settled(sent)
         return [row_of(line, each) for each in sent]
 
     return told(on_lines([place], 3, work), names_line=False)
@@ -138,11 +138,11 @@ def release(
     options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
 
-    async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
-        sent = [(each, each.start(each.mother.nodes.to_all, each.mother.nodes.release)) for each in mothers]
-        for mother, one in sent:
-            await mother.settled([one])
-        return [row_of(mother.place.name, one) for mother, one in sent]
+    async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
+        sent = [(each, each.start(each.master.nodes.to_all, each.master.nodes.release)) for each in masters]
+        for live, one in sent:
+            await live.settled([one])
+        return [row_of(live.place.name, one) for live, one in sent]
 
     return told(on_lines(places, 1, work), names_line=len(lines) > 1)
 
@@ -172,15 +172,15 @@ def stop(
     places = [place_of(line, options) for line in lines]
     units = [addresses(node, place.nodes) if node else [] for place in places]
 
-    async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
-        sent: list[tuple[LiveMother, Transaction]] = []
-        for mother, own in zip(mothers, units, strict=True):
-            named = [each for each in own if each != mother.mother.nodes.to_all]
-            told = mother.start_stop(named, is_at_once=at_once)
-            sent += [(mother, each) for each in told]
-        for mother, one in sent:
-            await mother.settled([one])
-        return [row_of(mother.place.name, one) for mother, one in sent]
+    async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
+        sent: list[tuple[LiveMaster, Transaction]] = []
+        for live, own in zip(masters, units, strict=True):
+            named = [each for each in own if each != live.master.nodes.to_all]
+            told = live.start_stop(named, is_at_once=at_once)
+            sent += [(live, each) for each in told]
+        for live, one in sent:
+            await live.settled([one])
+        return [row_of(live.place.name, one) for live, one in sent]
 
     return told(on_lines(places, 3, work), names_line=len(lines) > 1)
 
@@ -210,12 +210,12 @@ def scan(
     places = [place_of(line, options) for line in lines]
     wanted = [None if asked == "all" else addresses(asked, place.nodes) for place in places]
 
-    async def one(mother: "LiveMother", of: list[int] | None) -> dict[str, Any]:
-        began_ns = mother.now_ns()
-        there = await mother.scan(of, tries)
-        count = len(of or mother.mother.nodes.addresses)
+    async def one(live: "LiveMaster", of: list[int] | None) -> dict[str, Any]:
+        began_ns = live.now_ns()
+        there = await live.scan(of, tries)
+        count = len(of or live.master.nodes.addresses)
         return {
-            "line": mother.place.name,
+            "line": live.place.name,
             "nodes": [
                 {
                     "node": row.address,
@@ -224,15 +224,15 @@ def scan(
                 for row in there
             ],
             "addresses": count,
-            "took_s": round((mother.now_ns() - began_ns) / 1e9, 3),
-            "calculated_s": round(mother.mother.scan_ns(count, len(there), tries) / 1e9, 3),
+            "took_s": round((live.now_ns() - began_ns) / 1e9, 3),
+            "calculated_s": round(live.master.scan_ns(count, len(there), tries) / 1e9, 3),
         }
 
-    async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
+    async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
         import asyncio
 
-        pairs = zip(mothers, wanted, strict=True)
-        return list(await asyncio.gather(*(one(mother, of) for mother, of in pairs)))
+        pairs = zip(masters, wanted, strict=True)
+        return list(await asyncio.gather(*(one(live, of) for live, of in pairs)))
 
     rows = on_lines(places, 1, work)
     text_lines = []

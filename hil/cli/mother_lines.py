@@ -12,7 +12,7 @@ from hil.cli.ask import bench_meant, fail
 from hil.cli.exit_codes import Exit
 
 if TYPE_CHECKING:
-    from hil.mother import LinePlace, LiveMother, Transaction
+    from hil.master import LinePlace, LiveMaster, Transaction
     from hil.vocab.line_node import LineNodes
 
 OneLine = Annotated[
@@ -76,8 +76,8 @@ class LineOptions(NamedTuple):
 
 def place_of(line: str, options: LineOptions) -> "LinePlace":
     """Find a line, or say why there is none and end the command."""
-    from hil.mother import LineUnreachable, find_line
-    from hil.mother.line_place import is_address, tap_place
+    from hil.master import LineUnreachable, find_line
+    from hil.master.line_place import is_address, tap_place
 
     latency_ns = None if options.latency_ms is None else round(options.latency_ms * 1e6)
     of_nodes: dict[str, Any] = {"profile": options.profile, "echo": options.echo}
@@ -93,17 +93,17 @@ def place_of(line: str, options: LineOptions) -> "LinePlace":
 def on_lines(
     places: Sequence["LinePlace"],
     tries: int,
-    work: Callable[[Sequence["LiveMother"]], Coroutine[Any, Any, Any]],
+    work: Callable[[Sequence["LiveMaster"]], Coroutine[Any, Any, Any]],
 ) -> Any:
     """Do some work with lines that are open; answers its result. A port that goes ends the command."""
     import asyncio
 
-    from hil.mother import LineGone, LineUnreachable, open_line
+    from hil.master import LineGone, LineUnreachable, open_line
 
     async def run() -> Any:
         async with AsyncExitStack() as stack:
-            mothers = [await stack.enter_async_context(open_line(place, tries=tries)) for place in places]
-            return await work(mothers)
+            masters = [await stack.enter_async_context(open_line(place, tries=tries)) for place in places]
+            return await work(masters)
 
     try:
         return asyncio.run(run())

@@ -28,7 +28,7 @@ from hil.vocab.shown_text import printable
 if TYPE_CHECKING:
     import asyncio
 
-    from hil.mother import LiveMother, MotherEvent, NodeRow
+    from hil.master import LiveMaster, NodeEvent, NodeRow
 
 ROUND_S = 1.0
 """Interval at which a live table asks each node again."""
@@ -63,19 +63,19 @@ def nodes(
 
     echoing: list[str] = []
 
-    async def work(mothers: Sequence["LiveMother"]) -> list[dict[str, Any]]:
-        await asyncio.gather(*(mother.scan(of, 2) for mother, of in zip(mothers, wanted, strict=True)))
+    async def work(masters: Sequence["LiveMaster"]) -> list[dict[str, Any]]:
+        await asyncio.gather(*(live.scan(of, 2) for live, of in zip(masters, wanted, strict=True)))
         if live:
-            await _live(mothers)
-        echoing.extend(_echoing(mothers))
-        return _rows(mothers)
+            await _live(masters)
+        echoing.extend(_echoing(masters))
+        return _rows(masters)
 
     rows = on_lines(places, 3, work)
     text = "\n".join([_table(rows) if rows else "no node answers", *echoing])
     return CommandAnswer(rows, "" if live else text, Exit.DONE if rows else Exit.FAILED)
 
 
-async def _live(mothers: Sequence["LiveMother"]) -> None:
+async def _live(masters: Sequence["LiveMaster"]) -> None:
     """Draw the table until a signal comes."""
     import asyncio
 
@@ -87,22 +87,22 @@ async def _live(mothers: Sequence["LiveMother"]) -> None:
 
     with noted() as interrupts, Live(console=ShownConsole(), auto_refresh=False) as screen:
         while not interrupts:
-            screen.update(Text(_table(_rows(mothers))), refresh=True)
-            await asyncio.gather(asyncio.sleep(ROUND_S), *(each.scan(list(each.table)) for each in mothers))
+            screen.update(Text(_table(_rows(masters))), refresh=True)
+            await asyncio.gather(asyncio.sleep(ROUND_S), *(each.scan(list(each.table)) for each in masters))
 
 
-def _rows(mothers: Sequence["LiveMother"]) -> list[dict[str, Any]]:
-    return [_row(mother, row) for mother in mothers for row in mother.table.values()]
+def _rows(masters: Sequence["LiveMaster"]) -> list[dict[str, Any]]:
+    return [_row(live, row) for live in masters for row in live.table.values()]
 
 
-def _row(mother: "LiveMother", row: "NodeRow") -> dict[str, Any]:
+def _row(live: "LiveMaster", row: "NodeRow") -> dict[str, Any]:
     def ms(ns: int | None) -> float | None:
         return None if ns is None else round(ns / 1e6, 3)
 
     return {
-        "line": mother.place.name,
+        "line": live.place.name,
         "node": row.address,
-        "seen_s_ago": None if row.seen_ns is None else round((mother.now_ns() - row.seen_ns) / 1e9, 1),
+        "seen_s_ago": None if row.seen_ns is None else round((live.now_ns() - row.seen_ns) / 1e9, 1),
         "round_trip_ms": ms(row.round_trip_ns),
         "sent": row.sent,
         "lost": row.lost,
@@ -111,15 +111,15 @@ def _row(mother: "LiveMother", row: "NodeRow") -> dict[str, Any]:
         "state": row.state,
         "command_ms": ms(row.command_ns),
         "text": row.text,
-        "echo": str(mother.echo.state),
+        "echo": str(live.echo.state),
     }
 
 
-def _echoing(mothers: Sequence["LiveMother"]) -> Iterator[str]:
+def _echoing(masters: Sequence["LiveMaster"]) -> Iterator[str]:
     """Lines whose adapters echo."""
-    for mother in mothers:
-        if (echo := mother.echo).state == "yes":
-            yield f"{mother.place.name}: {echo_words(echo.as_dict())}"
+    for live in masters:
+        if (echo := live.echo).state == "yes":
+            yield f"{live.place.name}: {echo_words(echo.as_dict())}"
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> str:
@@ -169,28 +169,28 @@ def watch(
 
     import asyncio
 
-    async def work(mothers: Sequence["LiveMother"]) -> None:
-        began_ns = {mother: mother.now_ns() for mother in mothers}
+    async def work(masters: Sequence["LiveMaster"]) -> None:
+        began_ns = {live: live.now_ns() for live in masters}
         done = asyncio.Event()
         told = 0
 
-        def show(mother: "LiveMother", event: "MotherEvent") -> None:
+        def show(live: "LiveMaster", event: "NodeEvent") -> None:
             nonlocal told
             if done.is_set():
                 return
             told += 1
-            typer.echo(_said(mother, event, event.at_ns - began_ns[mother], as_json))
+            typer.echo(_said(live, event, event.at_ns - began_ns[live], as_json))
             if told == count:
                 done.set()
 
-        for mother in mothers:
-            mother.listeners.append(partial(show, mother))
-        await _until(done, mothers)
+        for live in masters:
+            live.listeners.append(partial(show, live))
+        await _until(done, masters)
 
     on_lines(places, 1, work)
 
 
-async def _until(done: "asyncio.Event", mothers: Sequence["LiveMother"]) -> None:
+async def _until(done: "asyncio.Event", masters: Sequence["LiveMaster"]) -> None:
     """Wait for the end, a signal, or a port that has gone. Raises LineGone."""
     import asyncio
 
@@ -198,21 +198,21 @@ async def _until(done: "asyncio.Event", mothers: Sequence["LiveMother"]) -> None
 
     with noted() as interrupts:
         while not (done.is_set() or interrupts):
-            for mother in mothers:
-                if mother.gone:
-                    raise mother.gone
+            for live in masters:
+                if live.gone:
+                    raise live.gone
             with suppress(TimeoutError):
                 async with asyncio.timeout(LOOK_S):
                     await done.wait()
 
 
-def _said(mother: "LiveMother", event: "MotherEvent", after_ns: int, as_json: bool) -> str:
-    row = mother.mother.table[event.node]
+def _said(live: "LiveMaster", event: "NodeEvent", after_ns: int, as_json: bool) -> str:
+    row = live.master.table[event.node]
     command_ms = row.command_ns / 1e6 if event.kind == "DC2" and row.command_ns is not None else None
     if as_json:
         return json.dumps(
             {
-                "line": mother.place.name,
+                "line": live.place.name,
                 "after_s": round(after_ns / 1e9, 6),
                 "node": event.node,
                 "kind": event.kind,
@@ -223,4 +223,4 @@ def _said(mother: "LiveMother", event: "MotherEvent", after_ns: int, as_json: bo
     said = _WORDS.get(event.kind, f"{event.kind}: {printable(event.text)}")
     if command_ms is not None:
         said += f", which took {command_ms:.1f} ms"
-    return f"{after_ns / 1e9:12.6f} {mother.place.name} {event.node} {said}"
+    return f"{after_ns / 1e9:12.6f} {live.place.name} {event.node} {said}"

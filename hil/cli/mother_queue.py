@@ -26,7 +26,7 @@ from hil.cli.mother_lines import (
 from hil.cli.told import CommandAnswer
 
 if TYPE_CHECKING:
-    from hil.mother import LinePlace, LiveMother
+    from hil.master import LinePlace, LiveMaster
     from hil.vocab.line_node import NodeUpload
 
 LOOKS, LOOK_S = 10, 0.1
@@ -72,10 +72,10 @@ def queue(
     except Refusal as error:
         raise fail(str(error), Exit.MISTAKE) from None
 
-    async def work(mothers: "Sequence[LiveMother]") -> list[dict[str, Any]]:
-        (mother,) = mothers
-        sent = [mother.start(unit, each) for each in upload.commands for unit in units]
-        await mother.settled(sent)
+    async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
+        (live,) = masters
+        sent = [live.start(unit, each) for each in upload.commands for unit in units]
+        await live.settled(sent)
         return [row_of(line, each) for each in sent]
 
     rows = on_lines([place], 3, work)
@@ -134,7 +134,7 @@ def _read_back(
 ) -> dict[int, Sequence[str]]:
     """Differences by node, of nodes whose terminal the bench has, and nobody else has open."""
     from hil.cli.board_commands import SerialTalk
-    from hil.mother.line_place import is_address
+    from hil.master.line_place import is_address
     from hil.net.control_client import ControlError, ask
     from hil.vocab.dialogue import DialogueError
 

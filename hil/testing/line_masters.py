@@ -15,7 +15,7 @@ MOST_TURNS = 1000
 
 
 class LineMaster(Protocol):
-    """Master of a line without I/O: ``hil.mother.Mother``, or one of yours."""
+    """Master of a line without I/O: ``hil.master.NodeMaster``, or one of yours."""
 
     def receive(self, data: bytes, at_ns: int) -> None:
         """Take bytes of the line, the last of which came at ``at_ns``."""

@@ -1,6 +1,6 @@
 """Nodes of a line as the master of the line speaks with them: commands to bytes, packets to what they mean.
 
-A kind of board whose boards share a line says this of itself (``Profile.line_nodes``); ``hil.mother`` asks
+A kind of board whose boards share a line says this of itself (``Profile.line_nodes``); ``hil.master`` asks
 it, and knows no packet.
 """
 

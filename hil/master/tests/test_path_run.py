@@ -5,9 +5,9 @@ import pytest
 from device_profiles.sac.board import PROFILE
 from device_profiles.sac.line_nodes import NODES
 from hil.gcode.reader import read_program
-from hil.mother.path_run import path_run, rad_per_s2
-from hil.mother.turns.mother import Mother
-from hil.mother.turns.run_items import RunState
+from hil.master.path_run import path_run, rad_per_s2
+from hil.master.sans_io.node_master import NodeMaster
+from hil.master.sans_io.run_items import RunState
 from hil.testing.line_masters import attend
 from hil.toolpath.machine import Machine, parse_machine
 from hil.toolpath.node_phrases import NodePhrases
@@ -32,16 +32,16 @@ DEG_PER_PULSE = 0.9
 @pytest.fixture
 def rig(segment):
     bench = segment(3)
-    return bench, Mother(NODES), parse_machine(MACHINE, "mill.yaml")
+    return bench, NodeMaster(NODES), parse_machine(MACHINE, "mill.yaml")
 
 
-def run_of(mother: Mother, machine: Machine, text: bytes, **given):
+def run_of(master: NodeMaster, machine: Machine, text: bytes, **given):
     program = read_program(text)
     assert program.problems == ()
     plan = plan_path(program.motions, machine, "part.ngc")
     assert plan.problems == []
     phrases = NodePhrases(machine, PROFILE.paths)
-    return path_run(mother, machine, phrases.of(plan), **given), plan, phrases
+    return path_run(master, machine, phrases.of(plan), **given), plan, phrases
 
 
 def place_mm(bench) -> tuple[float, float]:
@@ -51,9 +51,9 @@ def place_mm(bench) -> tuple[float, float]:
 
 
 def test_a_program_ends_where_it_says(rig):
-    bench, mother, machine = rig
+    bench, master, machine = rig
     text = b"G21 G90\nM8\nG0 X10 Y5\nG1 X30 Y20 F900\nG2 X30 Y20 I-10 J0\nG4 P0.3\nM9\nG1 X0 Y0\nM2\n"
-    run, plan, _ = run_of(mother, machine, text)
+    run, plan, _ = run_of(master, machine, text)
     run.start(bench.now_ns)
     attend(bench, {TAP: run}, lambda: run.is_over)
     assert run.state is RunState.ENDED, run.why
@@ -63,8 +63,8 @@ def test_a_program_ends_where_it_says(rig):
 
 
 def test_a_program_pauses_and_goes_on(rig):
-    bench, mother, machine = rig
-    run, _, _ = run_of(mother, machine, b"G21\nG1 X10 F900\nM0\nM1\nG1 X20\nM2\n")
+    bench, master, machine = rig
+    run, _, _ = run_of(master, machine, b"G21\nG1 X10 F900\nM0\nM1\nG1 X20\nM2\n")
     run.start(bench.now_ns)
     attend(bench, {TAP: run}, lambda: run.state is RunState.PAUSED)
     assert (place_mm(bench), run.progress(bench.now_ns).line) == ((10.0, 0.0), 3)
@@ -74,8 +74,8 @@ def test_a_program_pauses_and_goes_on(rig):
 
 
 def test_a_circle_that_is_paused_in_the_middle_goes_on_to_its_end(rig):
-    bench, mother, machine = rig
-    run, _, _ = run_of(mother, machine, b"G21 G64 P0.05\nG1 X20 F1200\nG2 X20 Y0 I-20 J0\nM2\n")
+    bench, master, machine = rig
+    run, _, _ = run_of(master, machine, b"G21 G64 P0.05\nG1 X20 F1200\nG2 X20 Y0 I-20 J0\nM2\n")
     run.start(bench.now_ns)
     attend(bench, {TAP: run}, lambda: run.progress(bench.now_ns).done_s > 3)
     run.pause()
@@ -88,8 +88,8 @@ def test_a_circle_that_is_paused_in_the_middle_goes_on_to_its_end(rig):
 
 
 def test_a_stop_with_grace_says_where_the_axes_are(rig):
-    bench, mother, machine = rig
-    run, _, _ = run_of(mother, machine, b"G21 G64 P0.05\nG1 X20 F1200\nG2 X20 Y0 I-20 J0\nM2\n")
+    bench, master, machine = rig
+    run, _, _ = run_of(master, machine, b"G21 G64 P0.05\nG1 X20 F1200\nG2 X20 Y0 I-20 J0\nM2\n")
     run.start(bench.now_ns)
     attend(bench, {TAP: run}, lambda: run.progress(bench.now_ns).done_s > 3)
     run.stop(bench.now_ns)
@@ -107,7 +107,7 @@ def test_a_brake_is_the_acceleration_of_the_machine_at_the_motor(rig):
 
 
 def test_a_machine_without_nodes_is_refused(rig):
-    _, mother, _ = rig
+    _, master, _ = rig
     machine = parse_machine(MACHINE.replace("node: 5,", "axis: m1,"), "mill.yaml")
     with pytest.raises(ValueError, match="axes without a node"):
-        path_run(mother, machine, [])
+        path_run(master, machine, [])

@@ -1,11 +1,11 @@
-"""Mother: the master of a line of nodes that a profile describes, without I/O."""
+"""Master of a line of nodes that a profile describes, without I/O."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 
-from hil.mother.turns.line_turns import LineTiming, LineTurns
-from hil.mother.turns.node_rows import MotherEvent, NodeRow
-from hil.mother.turns.transaction import Outcome, Transaction
+from hil.master.sans_io.line_turns import LineTiming, LineTurns
+from hil.master.sans_io.node_rows import NodeEvent, NodeRow
+from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.vocab.framing import Item
 from hil.vocab.line_node import LineNodes, LinePacket, Signal
 from hil.vocab.time import SimTimeNs
@@ -19,7 +19,7 @@ LATE = 10
 Ended = Callable[[Transaction], None]
 
 
-class Mother:
+class NodeMaster:
     """Master of one line. Times are nanoseconds of one clock; a call's time is never before that of the call
     before.
 
@@ -65,7 +65,7 @@ class Mother:
         """Number of items on the line that were no packets, or whose checksum was wrong."""
         self._turns = LineTurns(self.timing, lambda unit: unit in self.table and self.table[unit].tells)
         self._splitter = nodes.framing.splitter()
-        self._events: deque[MotherEvent] = deque(maxlen=EVENTS_KEPT)
+        self._events: deque[NodeEvent] = deque(maxlen=EVENTS_KEPT)
 
     # ---- what is asked for ----
 
@@ -203,7 +203,7 @@ class Mother:
         """Bytes that go out now."""
         return self._turns.to_send()
 
-    def take_events(self) -> list[MotherEvent]:
+    def take_events(self) -> list[NodeEvent]:
         """Take what nodes said by themselves since the last call, in order; the last ``EVENTS_KEPT``."""
         events = list(self._events)
         self._events.clear()
@@ -264,7 +264,7 @@ class Mother:
             each.tells = tells
 
     def _tell(self, at_ns: int, node: int, kind: str, text: str) -> None:
-        self._events.append(MotherEvent(at_ns, node, kind, text))
+        self._events.append(NodeEvent(at_ns, node, kind, text))
 
     def _row(self, node: int) -> NodeRow:
         if node not in self.table:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from late_line import LateLine
 
 from device_profiles.sac.line_nodes import NODES
-from hil.mother.turns.mother import Mother
-from hil.mother.turns.transaction import Outcome, Transaction
+from hil.master.sans_io.node_master import NodeMaster
+from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.testing.bench import Bench
 from hil.testing.line_masters import attend
 from hil.vocab.time import NS_PER_MS
@@ -92,18 +92,18 @@ def test_no_command_is_done_twice(
             bench.fault(kind, target, rate=0.5, seed=seed)
         if cut:
             bench.fault("wire_cut", f"s{cut}.network", start_s=0.02)
-        mother = Mother(NODES, latency_ns=LATENCY_NS)
-        late = LateLine(mother, iter(each * NS_PER_MS for each in delays_ms), iter(doubled))
+        master = NodeMaster(NODES, latency_ns=LATENCY_NS)
+        late = LateLine(master, iter(each * NS_PER_MS for each in delays_ms), iter(doubled))
         sent: list[Transaction] = []
         for number, node in enumerate(nodes):
             if number == stop_after:
-                mother.cancel(bench.now_ns)
-            sent.append(mother.send(node, b"m%d" % 3**number, bench.now_ns))
+                master.cancel(bench.now_ns)
+            sent.append(master.send(node, b"m%d" % 3**number, bench.now_ns))
             if number % 3 == 2:
-                mother.send(node, b"v1500", bench.now_ns)
-        attend(bench, {"bus0.master": late}, lambda: mother.is_idle)
+                master.send(node, b"v1500", bench.now_ns)
+        attend(bench, {"bus0.master": late}, lambda: master.is_idle)
         check(bench, sent)
-        assert mother.outstanding == []
+        assert master.outstanding == []
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -119,28 +119,28 @@ def test_no_command_is_done_twice(
 def test_a_bad_line_does_nothing_twice(disturb: Callable[[Bench, int], object], seed: int) -> None:
     with line() as bench:
         disturb(bench, seed)
-        mother = Mother(NODES)
-        sent = [mother.send((4, 5)[n % 2], b"m%d" % 3**n, bench.now_ns) for n in range(8)]
-        attend(bench, {"bus0.master": mother}, lambda: mother.is_idle)
+        master = NodeMaster(NODES)
+        sent = [master.send((4, 5)[n % 2], b"m%d" % 3**n, bench.now_ns) for n in range(8)]
+        attend(bench, {"bus0.master": master}, lambda: master.is_idle)
         check(bench, sent)
 
 
 def test_a_settled_command_is_repeated_until_it_is_there() -> None:
     with line() as bench:
         bench.fault("packet_no_ack", "s4.network", rate=0.5, seed=2)
-        mother = Mother(NODES, tries=10)
-        sent = [mother.send(4, b"a%d" % n, bench.now_ns) for n in range(1, 9)]
-        attend(bench, {"bus0.master": mother}, lambda: mother.is_idle)
+        master = NodeMaster(NODES, tries=10)
+        sent = [master.send(4, b"a%d" % n, bench.now_ns) for n in range(1, 9)]
+        attend(bench, {"bus0.master": master}, lambda: master.is_idle)
         assert {each.outcome for each in sent} == {Outcome.DONE}
-        assert mother.table[4].lost > 0
+        assert master.table[4].lost > 0
 
 
 def test_who_never_answers_is_not_known_and_the_reason_says_why() -> None:
     with line() as bench:
         bench.fault("packet_no_ack", "s4.network")
-        mother = Mother(NODES)
-        once, often = (mother.send(4, each, bench.now_ns) for each in (b"m3", b"v200"))
-        attend(bench, {"bus0.master": mother}, lambda: mother.is_idle)
+        master = NodeMaster(NODES)
+        once, often = (master.send(4, each, bench.now_ns) for each in (b"m3", b"v200"))
+        attend(bench, {"bus0.master": master}, lambda: master.is_idle)
         assert (once.outcome, once.sent, often.sent) == (Outcome.NOT_KNOWN, 1, 3)
         assert once.why == "no answer to it, and it must not be carried out twice"
         assert often.why == "no answer to 3 tries"
@@ -149,9 +149,9 @@ def test_who_never_answers_is_not_known_and_the_reason_says_why() -> None:
 def test_a_refused_command_goes_out_again_and_is_refused_at_last() -> None:
     with line() as bench:
         bench.fault("packet_bad_crc", "bus0.master")
-        mother = Mother(NODES)
-        sent = mother.send(4, b"m3", bench.now_ns)
-        attend(bench, {"bus0.master": mother}, lambda: mother.is_idle)
+        master = NodeMaster(NODES)
+        sent = master.send(4, b"m3", bench.now_ns)
+        attend(bench, {"bus0.master": master}, lambda: master.is_idle)
         assert (sent.outcome, sent.sent, sent.why) == (Outcome.REFUSED, 3, "it refused it 3 times")
         assert executions(bench, 4, 1) == [0]
 
@@ -163,11 +163,11 @@ def _forever(value: int) -> Iterator[int]:
 
 def test_an_answer_after_the_time_out_is_the_answer() -> None:
     with line() as bench:
-        mother = Mother(NODES, latency_ns=LATENCY_NS)
-        late = LateLine(mother, _forever(100 * NS_PER_MS), iter(()))
-        first, second = (mother.send(4, each, bench.now_ns) for each in (b"m1", b"m3"))
-        other = mother.send(5, b"m9", bench.now_ns)
-        attend(bench, {"bus0.master": late}, lambda: mother.is_idle)
+        master = NodeMaster(NODES, latency_ns=LATENCY_NS)
+        late = LateLine(master, _forever(100 * NS_PER_MS), iter(()))
+        first, second = (master.send(4, each, bench.now_ns) for each in (b"m1", b"m3"))
+        other = master.send(5, b"m9", bench.now_ns)
+        attend(bench, {"bus0.master": late}, lambda: master.is_idle)
         assert {first.outcome, second.outcome, other.outcome} == {Outcome.DONE}
         assert first.sent == second.sent == 1
         assert other.first_ns < first.ended_ns  # the line was free for others meanwhile
@@ -175,26 +175,26 @@ def test_an_answer_after_the_time_out_is_the_answer() -> None:
 
 def test_a_doubled_answer_is_no_answer_to_the_next_command() -> None:
     with line() as bench:
-        mother = Mother(NODES)
-        late = LateLine(mother, iter(()), iter([True]))
-        first = mother.send(4, b"m1", bench.now_ns)
+        master = NodeMaster(NODES)
+        late = LateLine(master, iter(()), iter([True]))
+        first = master.send(4, b"m1", bench.now_ns)
         attend(bench, {"bus0.master": late}, lambda: first.is_over)
         bench.fault("wire_cut", "s4.network")
-        second = mother.send(4, b"m3", bench.now_ns)
-        attend(bench, {"bus0.master": late}, lambda: mother.is_idle)
+        second = master.send(4, b"m3", bench.now_ns)
+        attend(bench, {"bus0.master": late}, lambda: master.is_idle)
         assert (first.outcome, second.outcome) == (Outcome.DONE, Outcome.NOT_KNOWN)
-        assert mother.table[4].strays == 1
+        assert master.table[4].strays == 1
 
 
 def test_a_stop_does_not_take_the_late_answer_of_something_else_for_its_own() -> None:
     with line() as bench:
-        mother = Mother(NODES, latency_ns=LATENCY_NS)
-        late = LateLine(mother, iter([40 * NS_PER_MS]), iter(()))
-        move = mother.send(4, b"m2187", bench.now_ns)
+        master = NodeMaster(NODES, latency_ns=LATENCY_NS)
+        late = LateLine(master, iter([40 * NS_PER_MS]), iter(()))
+        move = master.send(4, b"m2187", bench.now_ns)
         attend(bench, {"bus0.master": late}, lambda: bench.now_ns > move.queued_ns + 9 * NS_PER_MS)
         cut = bench.fault("wire_cut", "s4.network")
-        (_, stop) = mother.stop([4], bench.now_ns)
-        attend(bench, {"bus0.master": late}, lambda: mother.is_idle)
+        (_, stop) = master.stop([4], bench.now_ns)
+        attend(bench, {"bus0.master": late}, lambda: master.is_idle)
         cut.clear()
         assert move.outcome is Outcome.NOT_KNOWN
         assert stop.outcome is Outcome.NOT_KNOWN

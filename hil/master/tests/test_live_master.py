@@ -1,4 +1,4 @@
-"""Mother at real ports, on the computer's clock: a pty with a node that a test writes."""
+"""Master at real ports, on the computer's clock: a pty with a node that a test writes."""
 
 import asyncio
 import os
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import pytest
 
 from device_profiles.sac.packet import Packet, PacketDecoder, encode
-from hil.mother import LineGone, LineUnreachable, LiveMother, Outcome, open_line
+from hil.master import LineGone, LineUnreachable, LiveMaster, Outcome, open_line
 
 ACK, NAK = b"\x06", b"\x15"
 PATIENCE_S = 20
@@ -67,38 +67,38 @@ def node(answer: Answer, echoes: bool) -> Iterator[Node]:
 
 def work(
     answer: Answer,
-    do: Callable[[LiveMother, Node], Awaitable[None]],
+    do: Callable[[LiveMaster, Node], Awaitable[None]],
     *,
     echoes: bool = False,
     wanted: bool | None = None,
 ) -> None:
     async def run(far: Node) -> None:
-        async with asyncio.timeout(PATIENCE_S), open_line(far.path, echo=wanted) as mother:
+        async with asyncio.timeout(PATIENCE_S), open_line(far.path, echo=wanted) as live:
             far.listen()
-            await do(mother, far)
+            await do(live, far)
 
     with node(answer, echoes) as far:
         asyncio.run(run(far))
 
 
 def test_commands_have_their_outcomes() -> None:
-    async def do(mother: LiveMother, far: Node) -> None:
-        done = await mother.send(4, "m100")
-        refused = await mother.send(5, "m100")
-        silent = await mother.send(6, "m100")
-        sent = await mother.release()
+    async def do(live: LiveMaster, far: Node) -> None:
+        done = await live.send(4, "m100")
+        refused = await live.send(5, "m100")
+        silent = await live.send(6, "m100")
+        sent = await live.release()
         outcomes = [each.outcome for each in (done, refused, silent, sent)]
         assert outcomes == [Outcome.DONE, Outcome.REFUSED, Outcome.NOT_KNOWN, Outcome.SENT]
         said = [(packet.destination, packet.data) for packet in far.heard]
         assert said == [(4, b"m100"), *[(5, b"m100")] * 3, (6, b"m100"), (0, b"y")]
-        assert list(mother.table) == [4, 5]
+        assert list(live.table) == [4, 5]
 
     work(lambda packet: {4: ACK, 5: NAK}.get(packet.destination, b""), do)
 
 
 def test_a_stop_is_said_to_all_and_to_each() -> None:
-    async def do(mother: LiveMother, far: Node) -> None:
-        stops = await mother.stop([4], is_at_once=True)
+    async def do(live: LiveMaster, far: Node) -> None:
+        stops = await live.stop([4], is_at_once=True)
         assert [each.outcome for each in stops] == [Outcome.SENT, Outcome.DONE]
         assert [(packet.destination, packet.data) for packet in far.heard] == [(0, b"S"), (4, b"S")]
 
@@ -106,24 +106,24 @@ def test_a_stop_is_said_to_all_and_to_each() -> None:
 
 
 def test_a_port_that_vanishes_says_what_was_outstanding() -> None:
-    async def do(mother: LiveMother, far: Node) -> None:
-        first, second = mother.start(4, "m100"), mother.start(4, "m200")
+    async def do(live: LiveMaster, far: Node) -> None:
+        first, second = live.start(4, "m100"), live.start(4, "m200")
         far.unplug()
         with pytest.raises(LineGone, match=r"has gone \(.+\); 4 m100: not known; 4 m200: not sent") as error:
-            await mother.settled([first, second])
+            await live.settled([first, second])
         assert error.value.outstanding == (first, second)
         with pytest.raises(LineGone):
-            await mother.send(4, "m300")
+            await live.send(4, "m300")
         assert far.heard == []
 
     work(lambda packet: b"", do)
 
 
 def test_what_a_node_says_by_itself_is_told() -> None:
-    async def do(mother: LiveMother, far: Node) -> None:
+    async def do(live: LiveMaster, far: Node) -> None:
         told = asyncio.Event()
         events = []
-        mother.listeners.append(lambda event: (events.append(event), told.set()))
+        live.listeners.append(lambda event: (events.append(event), told.set()))
         far.say(b" hello")
         await told.wait()
         assert [(event.node, event.kind, event.text) for event in events] == [(4, "text", "hello")]
@@ -150,7 +150,7 @@ def test_a_line_that_cannot_be_opened_is_told(line: str, why: str) -> None:
 
 
 def test_a_port_that_somebody_else_has_is_told() -> None:
-    async def do(mother: LiveMother, far: Node) -> None:
+    async def do(live: LiveMaster, far: Node) -> None:
         with pytest.raises(LineUnreachable, match=re.escape(far.path)):
             async with open_line(far.path):
                 pass
@@ -173,25 +173,23 @@ def test_a_kind_of_nodes_that_there_is_not_is_told() -> None:
 def test_an_adapter_that_echoes_is_recognised(wanted: bool | None) -> None:
     """Nothing that comes back is heard, not even as a stray packet or a garbled one."""
 
-    async def do(mother: LiveMother, far: Node) -> None:
+    async def do(live: LiveMaster, far: Node) -> None:
         for command in ("m100", "v50", "m200"):
-            assert (await mother.send(4, command)).outcome is Outcome.DONE
-        assert mother.echo.state == "yes"
-        assert mother.echo.dropped_bytes == sum(
-            len(encode(4, 1, each)) for each in (b"m100", b"v50", b"m200")
-        )
-        assert mother.mother.garbled == 0
-        assert list(mother.table) == [4]
+            assert (await live.send(4, command)).outcome is Outcome.DONE
+        assert live.echo.state == "yes"
+        assert live.echo.dropped_bytes == sum(len(encode(4, 1, each)) for each in (b"m100", b"v50", b"m200"))
+        assert live.master.garbled == 0
+        assert list(live.table) == [4]
 
     work(lambda packet: ACK, do, echoes=True, wanted=wanted)
 
 
 def test_an_adapter_without_an_echo_is_known_too() -> None:
-    async def do(mother: LiveMother, far: Node) -> None:
+    async def do(live: LiveMaster, far: Node) -> None:
         for _ in range(4):
-            assert (await mother.send(4, "m100")).outcome is Outcome.DONE
+            assert (await live.send(4, "m100")).outcome is Outcome.DONE
             await asyncio.sleep(0.3)
-        assert mother.echo.state == "no"
-        assert mother.echo.dropped_bytes == 0
+        assert live.echo.state == "no"
+        assert live.echo.dropped_bytes == 0
 
     work(lambda packet: ACK, do)

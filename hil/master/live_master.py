@@ -1,30 +1,30 @@
-"""Mother at a port, on this computer's clock."""
+"""Master at a port, on this computer's clock."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from hil.mother.line_loop import LineLoop
-from hil.mother.line_place import LinePlace, find_line
-from hil.mother.line_port import LinePort
-from hil.mother.turns.line_run import How, LineRun
-from hil.mother.turns.mother import TRIES, Mother
-from hil.mother.turns.node_rows import MotherEvent, NodeRow
-from hil.mother.turns.run_items import RunReport
-from hil.mother.turns.transaction import Outcome, Transaction
+from hil.master.line_loop import LineLoop
+from hil.master.line_place import LinePlace, find_line
+from hil.master.line_port import LinePort
+from hil.master.sans_io.line_run import How, LineRun
+from hil.master.sans_io.node_master import TRIES, NodeMaster
+from hil.master.sans_io.node_rows import NodeEvent, NodeRow
+from hil.master.sans_io.run_items import RunReport
+from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.wire.echo import Echo
 from hil.wire.sole_senders import sole_by
 
 
-class LiveMother(LineLoop):
-    """Mother whose line is open. Made by ``open_line``."""
+class LiveMaster(LineLoop):
+    """Master whose line is open. Made by ``open_line``."""
 
     def __init__(self, place: LinePlace, tries: int = TRIES, rest_ns: int | None = None) -> None:
         sole = sole_by(place.nodes.framing, lambda address: False)
         super().__init__(place.name, place.speed, Echo(place.baud, wanted=place.echo, sole=sole))
         self.place = place
-        self.mother = Mother(
+        self.master = NodeMaster(
             place.nodes,
             baud=place.baud,
             latency_ns=place.latency_ns,
@@ -32,7 +32,7 @@ class LiveMother(LineLoop):
             rest_ns=rest_ns,
             has_bit_times=place.has_bit_times,
         )
-        self.listeners: list[Callable[[MotherEvent], None]] = []
+        self.listeners: list[Callable[[NodeEvent], None]] = []
         """Called with each event of a node."""
         self._run: LineRun | None = None
 
@@ -51,12 +51,12 @@ class LiveMother(LineLoop):
     @property
     def table(self) -> dict[int, NodeRow]:
         """Nodes that were heard, by their addresses."""
-        return {address: row for address, row in sorted(self.mother.table.items()) if row.is_there}
+        return {address: row for address, row in sorted(self.master.table.items()) if row.is_there}
 
     def start(self, node: int, command: bytes | str, *, is_urgent: bool = False) -> Transaction:
-        """Send a command without waiting for its outcome. Raises ValueError, as ``Mother.send``."""
+        """Send a command without waiting for its outcome. Raises ValueError, as ``NodeMaster.send``."""
         data = command.encode("latin-1") if isinstance(command, str) else command
-        sent = self.mother.send(node, data, self.now_ns(), is_urgent=is_urgent)
+        sent = self.master.send(node, data, self.now_ns(), is_urgent=is_urgent)
         self._turn()
         return sent
 
@@ -73,16 +73,16 @@ class LiveMother(LineLoop):
 
     async def text(self, node: int, words: str) -> Transaction:
         """Send words for people. Raises as ``send``."""
-        return await self.send(node, self.mother.nodes.text(words))
+        return await self.send(node, self.master.nodes.text(words))
 
     async def release(self) -> Transaction:
         """Let all motions begin that wait for the sync. Raises LineGone."""
-        return await self.send(self.mother.nodes.to_all, self.mother.nodes.release)
+        return await self.send(self.master.nodes.to_all, self.master.nodes.release)
 
     def start_stop(self, nodes: Iterable[int] = (), *, is_at_once: bool = False) -> list[Transaction]:
         """Begin to stop everybody by a packet to all, then each of these nodes so that it answers; answers
         the transactions, that to all first."""
-        sent = self.mother.stop(nodes, self.now_ns(), is_at_once=is_at_once)
+        sent = self.master.stop(nodes, self.now_ns(), is_at_once=is_at_once)
         self._turn()
         return sent
 
@@ -94,13 +94,13 @@ class LiveMother(LineLoop):
 
     async def scan(self, addresses: Sequence[int] | None = None, tries: int = 1) -> list[NodeRow]:
         """Find the nodes of these addresses, or of all. Raises LineGone, ValueError."""
-        asked = self.mother.scan(addresses, self.now_ns(), tries=tries)
+        asked = self.master.scan(addresses, self.now_ns(), tries=tries)
         self._turn()
         await self.settled(asked)
-        return [row for each in asked if (row := self.mother.table[each.unit]) and _is_there(each)]
+        return [row for each in asked if (row := self.master.table[each.unit]) and _is_there(each)]
 
     async def carry_out(self, run: LineRun) -> RunReport:
-        """Carry out a run of this mother to its end; answers its report, also when the port has gone.
+        """Carry out a run of this master to its end; answers its report, also when the port has gone.
 
         Its state may be changed meanwhile by ``pause``, ``resume`` and ``stop`` of this line. A cancelled
         task makes a controlled stop first.
@@ -144,18 +144,18 @@ class LiveMother(LineLoop):
     # ---- turns ----
 
     @property
-    def _master(self) -> LineRun | Mother:
-        return self._run or self.mother
+    def _master(self) -> LineRun | NodeMaster:
+        return self._run or self.master
 
     def _outstanding(self) -> Sequence[Transaction]:
-        return self.mother.outstanding
+        return self.master.outstanding
 
     def _lost(self, why: str) -> None:
         super()._lost(why)
-        self.mother.lose(self.now_ns(), f"{self.place.name} has gone")
+        self.master.lose(self.now_ns(), f"{self.place.name} has gone")
 
     def _after_turn(self) -> None:
-        for event in self.mother.take_events():
+        for event in self.master.take_events():
             for each in self.listeners:
                 each(event)
 
@@ -175,7 +175,7 @@ async def open_line(
     echo: bool | None = None,
     bench: str | None = None,
     runtime_dir: Path | None = None,
-) -> AsyncIterator[LiveMother]:
+) -> AsyncIterator[LiveMaster]:
     """Open a line, as ``find_line`` finds it, for the block.
 
     Raises:
@@ -193,9 +193,9 @@ async def open_line(
             bench=bench,
             runtime_dir=runtime_dir,
         )
-    mother = LiveMother(place, tries)
-    await mother.open()
+    master = LiveMaster(place, tries)
+    await master.open()
     try:
-        yield mother
+        yield master
     finally:
-        mother.close()
+        master.close()

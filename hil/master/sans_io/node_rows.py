@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 
-class MotherEvent(NamedTuple):
+class NodeEvent(NamedTuple):
     """Something that a node said by itself. ``kind``: the signal's name, or ``stray``, an answer to nothing
     that is under way."""
 

@@ -1,4 +1,4 @@
-"""Mother in a process of its own beside a running bench: at a pty, over tcp and RFC 2217, several lines."""
+"""Master in a process of its own beside a running bench: at a pty, over tcp and RFC 2217, several lines."""
 
 import asyncio
 import time
@@ -8,11 +8,11 @@ import pytest
 
 from device_profiles.sac.board import PROFILE
 from hil.gcode.reader import read_program
-from hil.mother import (
+from hil.master import (
     LineGone,
     LineRun,
     LineUnreachable,
-    LiveMother,
+    LiveMaster,
     Outcome,
     RunReport,
     RunState,
@@ -64,9 +64,9 @@ def at(bench: ServedBench, tap: str, latency_ms: int | None = None):
 @pytest.mark.parametrize("tap", ["bus0.master", "bus0.net", "bus0.far"])
 def test_nodes_are_commanded_and_found(bench: ServedBench, tap: str) -> None:
     async def run() -> None:
-        async with asyncio.timeout(PATIENCE_S), at(bench, tap) as mother:
-            assert (await mother.send(4, "v150")).outcome is Outcome.DONE
-            found = await mother.scan(range(4, 40))
+        async with asyncio.timeout(PATIENCE_S), at(bench, tap) as live:
+            assert (await live.send(4, "v150")).outcome is Outcome.DONE
+            found = await live.scan(range(4, 40))
             assert [row.address for row in found] == [4, 5]
 
     asyncio.run(run())
@@ -81,8 +81,8 @@ def test_several_lines_at_once(bench: ServedBench) -> None:
         ):
             found = await asyncio.gather(first.scan(range(4, 10)), second.scan(range(4, 10)))
             assert [[row.address for row in rows] for rows in found] == [[4, 5], [6]]
-            for mother, node in ((first, 4), (second, 6)):
-                assert (await mother.send(node, "m50v300s")).outcome is Outcome.DONE
+            for live, node in ((first, 4), (second, 6)):
+                assert (await live.send(node, "m50v300s")).outcome is Outcome.DONE
             await asyncio.gather(first.release(), second.release())
 
     before = [bench.ask("state", device=name)["commanded_deg"] for name in ("s4", "s6")]
@@ -97,23 +97,23 @@ def test_several_lines_at_once(bench: ServedBench) -> None:
 
 def test_a_scan_takes_about_what_was_calculated(bench: ServedBench) -> None:
     async def run() -> float:
-        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as mother:
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as live:
             began_s = time.monotonic()
-            found = await mother.scan(range(4, 56))
+            found = await live.scan(range(4, 56))
             assert [row.address for row in found] == [4, 5]
-            return (time.monotonic() - began_s) / (mother.mother.scan_ns(52, 2) / 1e9)
+            return (time.monotonic() - began_s) / (live.master.scan_ns(52, 2) / 1e9)
 
     assert 0.99 < asyncio.run(run()) < 2  # 1.03 on a computer that does nothing else
 
 
 def test_a_bench_that_ends_leaves_an_error_with_what_was_outstanding() -> None:
     async def run(bench: ServedBench) -> None:
-        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as mother:
-            await mother.send(4, "v100")
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master") as live:
+            await live.send(4, "v100")
             bench.ask("stop")
-            sent = [mother.start(9, "v100") for _ in range(100)]
+            sent = [live.start(9, "v100") for _ in range(100)]
             with pytest.raises(LineGone, match=r"bus0\.master has gone .*; 9 v100: not (known|sent)"):
-                await mother.settled(sent)
+                await live.settled(sent)
 
     with live(config(), capture=False) as made:
         asyncio.run(run(address(made)))
@@ -121,17 +121,17 @@ def test_a_bench_that_ends_leaves_an_error_with_what_was_outstanding() -> None:
 
 def test_a_bench_that_is_five_times_as_fast(bench: ServedBench) -> None:
     async def run(fast: ServedBench) -> None:
-        async with asyncio.timeout(PATIENCE_S), at(fast, "bus0.master") as mother:
+        async with asyncio.timeout(PATIENCE_S), at(fast, "bus0.master") as live:
             for _ in range(20):
-                assert (await mother.send(4, "v100")).outcome is Outcome.DONE
-            found = await mother.scan(range(4, 40))
+                assert (await live.send(4, "v100")).outcome is Outcome.DONE
+            found = await live.scan(range(4, 40))
             assert [row.address for row in found] == [4, 5]
 
     with live(config(speed=5)) as made:
         asyncio.run(run(address(made)))
 
 
-def program(mother: LiveMother, text: bytes) -> LineRun:
+def program(live: LiveMaster, text: bytes) -> LineRun:
     axis = {"steps_per_mm": 20, "min_mm": -99, "max_mm": 99, "velocity_mm_per_min": 1500}
     axes = {
         letter: {**axis, "node": node, "acceleration_mm_per_s2": 200} for letter, node in (("x", 4), ("y", 5))
@@ -140,7 +140,7 @@ def program(mother: LiveMother, text: bytes) -> LineRun:
     read = read_program(text + b"M2\n")
     plan = plan_path(read.motions, machine, "part.ngc")
     assert [*read.problems, *plan.problems] == []
-    return path_run(mother.mother, machine, NodePhrases(machine, PROFILE.paths).of(plan))
+    return path_run(live.master, machine, NodePhrases(machine, PROFILE.paths).of(plan))
 
 
 def pulses_of(bench: ServedBench) -> list[float]:
@@ -150,8 +150,8 @@ def pulses_of(bench: ServedBench) -> list[float]:
 @pytest.mark.parametrize("tap", ["bus0.master", "bus0.net"])
 def test_a_program_is_carried_out(bench: ServedBench, tap: str) -> None:
     async def run() -> RunReport:
-        async with asyncio.timeout(PATIENCE_S), at(bench, tap, BUSY_MS) as mother:
-            return await mother.carry_out(program(mother, CIRCLE))
+        async with asyncio.timeout(PATIENCE_S), at(bench, tap, BUSY_MS) as live:
+            return await live.carry_out(program(live, CIRCLE))
 
     before = pulses_of(bench)
     report = asyncio.run(run())
@@ -166,12 +166,12 @@ def test_a_program_is_carried_out(bench: ServedBench, tap: str) -> None:
 
 def test_a_program_is_stopped_with_grace_and_its_places_are_true(bench: ServedBench) -> None:
     async def run() -> RunReport:
-        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master", BUSY_MS) as mother:
-            carried_out = program(mother, CIRCLE * 3)
-            going_on = asyncio.create_task(mother.carry_out(carried_out))
-            while carried_out.progress(mother.now_ns()).done_s < 1 and not going_on.done():
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master", BUSY_MS) as live:
+            carried_out = program(live, CIRCLE * 3)
+            going_on = asyncio.create_task(live.carry_out(carried_out))
+            while carried_out.progress(live.now_ns()).done_s < 1 and not going_on.done():
                 await asyncio.sleep(0.05)
-            mother.stop_run()
+            live.stop_run()
             return await going_on
 
     before = pulses_of(bench)
@@ -183,10 +183,10 @@ def test_a_program_is_stopped_with_grace_and_its_places_are_true(bench: ServedBe
 
 def test_a_bench_that_ends_in_the_middle_of_a_program_is_told_with_the_places() -> None:
     async def run(bench: ServedBench) -> RunReport:
-        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master", BUSY_MS) as mother:
-            carried_out = program(mother, CIRCLE * 3)
-            going_on = asyncio.create_task(mother.carry_out(carried_out))
-            while carried_out.progress(mother.now_ns()).done_s < 1 and not going_on.done():
+        async with asyncio.timeout(PATIENCE_S), at(bench, "bus0.master", BUSY_MS) as live:
+            carried_out = program(live, CIRCLE * 3)
+            going_on = asyncio.create_task(live.carry_out(carried_out))
+            while carried_out.progress(live.now_ns()).done_s < 1 and not going_on.done():
                 await asyncio.sleep(0.05)
             bench.ask("stop")
             return await going_on

@@ -4,8 +4,8 @@ import asyncio
 from collections.abc import Iterable, Sequence
 from typing import Protocol
 
-from hil.mother.line_port import LinePort
-from hil.mother.turns.transaction import Transaction
+from hil.master.line_port import LinePort
+from hil.master.sans_io.transaction import Transaction
 from hil.net.silence_timer import SilenceTimer
 from hil.vocab.ports import EchoStats
 from hil.vocab.time import FOREVER, NS_PER_S

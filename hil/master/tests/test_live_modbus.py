@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from hil.mother import LineGone, LineUnreachable, Outcome, UnitPoll, open_modbus_line
+from hil.master import LineGone, LineUnreachable, Outcome, UnitPoll, open_modbus_line
 from hil.testing import ServedBench, live
 from hil.wire.modbus.client_side import read, write
 from hil.wire.modbus.pdu import Table

@@ -4,16 +4,16 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from hil.gcode.canonical import Dwell, End, Message, Pause, Switch
-from hil.mother.turns.line_run import LineRun
-from hil.mother.turns.mother import Mother
-from hil.mother.turns.run_items import RunDwell, RunItem, RunPause, RunSwitch
+from hil.master.sans_io.line_run import LineRun
+from hil.master.sans_io.node_master import NodeMaster
+from hil.master.sans_io.run_items import RunDwell, RunItem, RunPause, RunSwitch
 from hil.toolpath.machine import Machine, MachineAxis, SwitchText
 from hil.toolpath.node_phrases import PathPhrase
 from hil.toolpath.path_items import Item, Stretch
 
 
 def path_run(
-    mother: Mother,
+    master: NodeMaster,
     machine: Machine,
     items: Iterable[PathPhrase | Item],
     *,
@@ -32,9 +32,9 @@ def path_run(
     units = {axis.letter: axis.node for axis in machine.axes if axis.node is not None}
     if len(units) != len(machine.axes):
         raise ValueError(f"{machine.name} has axes without a node")
-    brakes = {axis.letter: mother.nodes.deceleration(rad_per_s2(axis)) for axis in machine.axes}
+    brakes = {axis.letter: master.nodes.deceleration(rad_per_s2(axis)) for axis in machine.axes}
     run_items = _items(items, machine, takes_optional_pauses)
-    return LineRun(mother, units, run_items, begin=begin, brakes=brakes, switched=switched)
+    return LineRun(master, units, run_items, begin=begin, brakes=brakes, switched=switched)
 
 
 def rad_per_s2(axis: MachineAxis) -> float:

@@ -8,9 +8,9 @@ from run_rig import AXES, AXIS, PATHS, TAP, Braking, at_zero, circle, line, puls
 
 from device_profiles.sac.line_nodes import NODES
 from device_profiles.sac.packet import encode
-from hil.mother.turns.line_run import AS_TOLD, AT_REST, LineRun
-from hil.mother.turns.mother import Mother
-from hil.mother.turns.run_items import RunDwell, RunItem, RunPause, RunState, RunSwitch
+from hil.master.sans_io.line_run import AS_TOLD, AT_REST, LineRun
+from hil.master.sans_io.node_master import NodeMaster
+from hil.master.sans_io.run_items import RunDwell, RunItem, RunPause, RunState, RunSwitch
 from hil.testing.line_masters import attend
 from hil.vocab.path_planning import AxisMotion
 from hil.vocab.time import NS_PER_MS
@@ -22,8 +22,8 @@ def rig(segment):
     for node in AXES.values():
         bench.port(f"s{node}").write(b"$CL10\r")
         bench.run(ms=20)
-    mother = Mother(NODES)
-    return bench, mother
+    master = NodeMaster(NODES)
+    return bench, master
 
 
 def carry_out(bench, run: LineRun, until=None) -> None:
@@ -31,8 +31,8 @@ def carry_out(bench, run: LineRun, until=None) -> None:
 
 
 def made(rig, items: Sequence[RunItem], **given) -> LineRun:
-    bench, mother = rig
-    run = LineRun(mother, AXES, iter(items), **given)
+    bench, master = rig
+    run = LineRun(master, AXES, iter(items), **given)
     run.start(bench.now_ns)
     return run
 
@@ -188,7 +188,7 @@ def test_a_stop_with_grace_lets_a_phrase_end_that_is_short(rig):
 @pytest.mark.parametrize("how", ["grace", "prejudice"])
 def test_a_stop_leaves_all_axes_at_rest_and_says_that_their_places_are_not_known(rig, how, latency_ms):
     bench, _ = rig
-    rig = bench, Mother(NODES, latency_ns=latency_ms * NS_PER_MS)
+    rig = bench, NodeMaster(NODES, latency_ns=latency_ms * NS_PER_MS)
     run = made(rig, [line(at_zero(), x=12000, y=-6000)], brakes={"x": b"d60", "y": b"d30"})
     carry_out(bench, run, lambda: run.progress(bench.now_ns).done_s > 1)
     speed_rpm = bench.axis("s4").snapshot().speed_rpm
@@ -272,7 +272,7 @@ def test_a_late_answer_does_not_end_a_stream(rig, fault):
 
 
 def test_a_port_that_vanishes_in_the_middle_is_told(rig):
-    bench, mother = rig
+    bench, master = rig
     run = made(rig, [circle(at_zero())])
     carry_out(bench, run, lambda: run.progress(bench.now_ns).done_s > 1)
     run.lose(bench.now_ns, "bus0.master has gone")
@@ -281,7 +281,7 @@ def test_a_port_that_vanishes_in_the_middle_is_told(rig):
     x, y, z = run.report.axes
     assert "could not be stopped" in x.why
     assert (x.is_known, y.is_known, z.is_known) == (False, False, True)
-    assert mother.outstanding == []
+    assert master.outstanding == []
 
 
 def test_a_node_that_misses_the_release_begins_by_its_own(rig, fault):

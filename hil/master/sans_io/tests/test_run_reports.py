@@ -9,9 +9,9 @@ from late_line import LateLine
 from run_rig import AXES, TAP, at_zero, circle, line, pulses
 
 from device_profiles.sac.line_nodes import NODES
-from hil.mother.turns.line_run import LineRun
-from hil.mother.turns.mother import Mother
-from hil.mother.turns.run_items import RunItem, RunState
+from hil.master.sans_io.line_run import LineRun
+from hil.master.sans_io.node_master import NodeMaster
+from hil.master.sans_io.run_items import RunItem, RunState
 from hil.testing.bench import Bench
 from hil.testing.line_masters import attend
 from hil.vocab.time import NS_PER_MS, NS_PER_S
@@ -94,8 +94,8 @@ def test_what_a_report_says_is_so(
                 line(here, number, x=400, y=-300, z=50) if kind == "line" else circle(here, 200, 30, 0.04)
             )
             here = dict(items[-1].end)  # type: ignore[union-attr]
-        mother = Mother(NODES, latency_ns=LATENCY_NS)
-        run = LineRun(mother, AXES, iter(items), brakes=dict.fromkeys(AXES, b"d60"))
+        master = NodeMaster(NODES, latency_ns=LATENCY_NS)
+        run = LineRun(master, AXES, iter(items), brakes=dict.fromkeys(AXES, b"d60"))
         late = LateLine(run, iter(each * NS_PER_MS for each in delays_ms), iter(()))
         begun_ns = bench.now_ns
         run.start(begun_ns)
@@ -117,7 +117,7 @@ def test_what_a_report_says_is_so_on_a_noisy_line(seed: int) -> None:
     with bench_of_axes() as bench:
         bench.fault("wire_noise", "bus0", rate=0.0005, seed=seed)
         phrase = circle(at_zero(), 200, 60, 0.05)
-        run = LineRun(Mother(NODES), AXES, iter([phrase]), brakes=dict.fromkeys(AXES, b"d60"))
+        run = LineRun(NodeMaster(NODES), AXES, iter([phrase]), brakes=dict.fromkeys(AXES, b"d60"))
         run.start(bench.now_ns)
         attend(bench, {TAP: run}, lambda: run.is_over)
         check(bench, run)

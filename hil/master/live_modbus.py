@@ -5,11 +5,11 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from hil.mother.line_loop import LineLoop
-from hil.mother.line_place import LATENCY_NS, bench_here, bench_tap, is_address, wait_until_heard
-from hil.mother.line_port import LinePort
-from hil.mother.turns.modbus_mother import RESPONSE_NS, ModbusMother, UnitPoll
-from hil.mother.turns.transaction import Transaction
+from hil.master.line_loop import LineLoop
+from hil.master.line_place import LATENCY_NS, bench_here, bench_tap, is_address, wait_until_heard
+from hil.master.line_port import LinePort
+from hil.master.sans_io.modbus_master import RESPONSE_NS, ModbusMaster, UnitPoll
+from hil.master.sans_io.transaction import Transaction
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.echo import Echo
 from hil.wire.modbus.pdu import Request
@@ -22,9 +22,9 @@ USUAL_BAUD = 19_200
 class LiveModbus(LineLoop):
     """Master of Modbus RTU whose line is open. Made by ``open_modbus_line``."""
 
-    def __init__(self, name: str, mother: ModbusMother, speed: float, echo: Echo) -> None:
+    def __init__(self, name: str, master: ModbusMaster, speed: float, echo: Echo) -> None:
         super().__init__(name, speed, echo)
-        self.mother = mother
+        self.master = master
 
     async def open(self, address: str, baud: int, line_format: LineFormat, control: Path | None) -> None:
         """Open the port, and begin to poll. Raises LineUnreachable."""
@@ -44,26 +44,26 @@ class LiveModbus(LineLoop):
             ValueError: no unit has this address, or a server would refuse the request by its form alone.
             LineGone: the port has gone.
         """
-        asked = self.mother.ask(unit, request, self.now_ns(), may_repeat=may_repeat)
+        asked = self.master.ask(unit, request, self.now_ns(), may_repeat=may_repeat)
         self._turn()
         await self.settled([asked])
         return asked
 
     async def polled(self, cycles: int) -> None:
         """Wait until so many more cycles of polls have ended. Raises LineGone."""
-        until = self.mother.cycles + cycles
-        while self.mother.cycles < until:
+        until = self.master.cycles + cycles
+        while self.master.cycles < until:
             self._check()
             self._ended.clear()
             await self._ended.wait()
         self._check()
 
     @property
-    def _master(self) -> ModbusMother:
-        return self.mother
+    def _master(self) -> ModbusMaster:
+        return self.master
 
     def _outstanding(self) -> Sequence[Transaction]:
-        return self.mother.outstanding
+        return self.master.outstanding
 
 
 @asynccontextmanager
@@ -96,7 +96,7 @@ async def open_modbus_line(
         tap = await asyncio.to_thread(bench_tap, here, line)
         address, control, speed, kind = tap.address, here.socket, tap.speed, "tap"
         baud = baud or tap.baud
-    mother = ModbusMother(
+    master = ModbusMaster(
         polls,
         baud=baud or USUAL_BAUD,
         line_format=line_format,
@@ -111,7 +111,7 @@ async def open_modbus_line(
         wanted=echo,
         sole=lambda data: sole_of_frame(data, lambda unit: False),
     )
-    live = LiveModbus(line, mother, speed, filtered)
+    live = LiveModbus(line, master, speed, filtered)
     await live.open(address, baud or USUAL_BAUD, line_format, control)
     try:
         yield live

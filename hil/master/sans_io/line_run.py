@@ -9,9 +9,9 @@ tells where it is.
 from collections.abc import Callable, Iterator, Mapping
 from typing import Literal
 
-from hil.mother.turns.mother import Mother
-from hil.mother.turns.phrase_feed import PhraseFeed, transaction_words
-from hil.mother.turns.run_items import (
+from hil.master.sans_io.node_master import NodeMaster
+from hil.master.sans_io.phrase_feed import PhraseFeed, transaction_words
+from hil.master.sans_io.run_items import (
     AxisEnd,
     RunDwell,
     RunItem,
@@ -22,7 +22,7 @@ from hil.mother.turns.run_items import (
     RunState,
     RunSwitch,
 )
-from hil.mother.turns.transaction import Outcome, Transaction
+from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.vocab.time import FOREVER, NS_PER_S
 
 How = Literal["grace", "prejudice"]
@@ -34,7 +34,7 @@ AT_REST = "it was not released, and has not moved since"
 
 
 class LineRun:
-    """Run over the line of a mother. ``units``: addresses of the axes' nodes.
+    """Run over the line of a master. ``units``: addresses of the axes' nodes.
 
     ``items``: what is to be done, taken one by one; ``begin``: where the axes stand, in pulses from the
     machine's zero; ``brakes``: by axis, the command that sets the deceleration for a controlled stop;
@@ -46,7 +46,7 @@ class LineRun:
 
     def __init__(
         self,
-        mother: Mother,
+        master: NodeMaster,
         units: Mapping[str, int],
         items: Iterator[RunItem],
         *,
@@ -55,7 +55,7 @@ class LineRun:
         changed: Callable[[], Iterator[RunItem] | None] = lambda: None,
         switched: Callable[[RunSwitch], None] = lambda switch: None,
     ) -> None:
-        self.mother = mother
+        self.master = master
         self.state = RunState.READY
         self.why = ""
         self.wants_pause = False
@@ -145,12 +145,12 @@ class LineRun:
 
     def receive(self, data: bytes, at_ns: int) -> None:
         """Take bytes of the line."""
-        self.mother.receive(data, at_ns)
+        self.master.receive(data, at_ns)
         self.advance(at_ns)
 
     def due_ns(self) -> int:
         """Time at which ``advance`` has something to do."""
-        dues = [self.mother.due_ns()]
+        dues = [self.master.due_ns()]
         if self._feed and not self.state.is_over:
             dues.append(self._feed.due_ns())
         if self.state is RunState.RUNNING and self._until_ns is not None:
@@ -162,13 +162,13 @@ class LineRun:
         self._now_ns = max(now_ns, self._now_ns)
         if not self.state.is_over:
             self._work(now_ns)
-        self.mother.advance(now_ns)
+        self.master.advance(now_ns)
         if not self.state.is_over:
             self._work(now_ns)
 
     def to_send(self) -> bytes:
         """Bytes that go out now."""
-        return self.mother.to_send()
+        return self.master.to_send()
 
     def lose(self, at_ns: int, why: str) -> None:
         """Note that the port has gone: nobody can be stopped any more."""
@@ -179,7 +179,7 @@ class LineRun:
         self.state, self.why = RunState.FAILED, why + ("; axes may still move" if is_moving else "")
         if self._feed:
             self._feed.end()
-        self.mother.lose(at_ns, why)
+        self.master.lose(at_ns, why)
 
     # ---- one item after the other ----
 
@@ -231,11 +231,11 @@ class LineRun:
             self._switch(item, 0, now_ns)
         else:
             self._phrase = item
-            self._feed = PhraseFeed(self.mother, self._units, item, self._failed)
+            self._feed = PhraseFeed(self.master, self._units, item, self._failed)
         return True
 
     def _count_strays(self) -> int:
-        table = self.mother.table
+        table = self.master.table
         return sum(table[unit].strays for unit in self._units.values() if unit in table)
 
     def _switch(self, item: RunSwitch, place: int, now_ns: int) -> None:
@@ -256,7 +256,7 @@ class LineRun:
             else:
                 self._failed(f"{item.name}: node {sent.unit}, {transaction_words(sent)}")
 
-        self.mother.send(unit, data, now_ns, ended=ended)
+        self.master.send(unit, data, now_ns, ended=ended)
 
     def _phrase_over(self) -> None:
         assert self._feed
@@ -271,7 +271,7 @@ class LineRun:
     # ---- ends ----
 
     def _failed(self, why: str) -> None:
-        if self.mother.is_lost:
+        if self.master.is_lost:
             self.lose(self._now_ns, why)
         else:
             self._stop(self._now_ns, "grace", why, RunState.FAILED)
@@ -287,12 +287,12 @@ class LineRun:
         if not self._stops:
             self.why, self._end_state = why, state
         self.state, self._is_at_once = RunState.STOPPING, how == "prejudice"
-        self.mother.cancel(at_ns, "the run was stopped")
+        self.master.cancel(at_ns, "the run was stopped")
         if how == "grace":
             for axis, brake in self._brakes.items():
-                self.mother.send(self._units[axis], brake, at_ns, tries=1, is_urgent=True)
+                self.master.send(self._units[axis], brake, at_ns, tries=1, is_urgent=True)
         units = dict.fromkeys(self._units.values())
-        self._stops = self.mother.stop(units, at_ns, is_at_once=how == "prejudice")
+        self._stops = self.master.stop(units, at_ns, is_at_once=how == "prejudice")
 
     def _stopped(self) -> None:
         for stop in self._stops:

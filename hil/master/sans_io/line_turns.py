@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from hil.mother.turns.transaction import Outcome, Transaction
+from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.vocab.time import FOREVER
 from hil.wire.serial_line import character_ns
 

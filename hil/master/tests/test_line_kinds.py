@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.mother.line_place import LineUnreachable, nodes_of
+from hil.master.line_place import LineUnreachable, nodes_of
 
 
 @pytest.mark.parametrize("framing", [None, "sac", "bytes"])

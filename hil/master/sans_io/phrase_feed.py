@@ -12,9 +12,9 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
 
-from hil.mother.turns.mother import Mother
-from hil.mother.turns.run_items import CommandOfFile, RunPhrase
-from hil.mother.turns.transaction import Outcome, Transaction
+from hil.master.sans_io.node_master import NodeMaster
+from hil.master.sans_io.run_items import CommandOfFile, RunPhrase
+from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.vocab.path_planning import NodeCommand
 from hil.vocab.time import FOREVER, NS_PER_MS
 
@@ -38,12 +38,12 @@ class PhraseFeed:
 
     def __init__(
         self,
-        mother: Mother,
+        master: NodeMaster,
         units: Mapping[str, int],
         phrase: RunPhrase,
         failed: Callable[[str], None],
     ) -> None:
-        self._mother, self._units, self._phrase, self._failed = mother, units, phrase, failed
+        self._master, self._units, self._phrase, self._failed = master, units, phrase, failed
         self._source: Iterator[CommandOfFile] = iter(phrase.commands)
         self._next: CommandOfFile | None = next(self._source, None)
         self._starts_us: dict[str, list[float]] = {axis: [] for axis in units}
@@ -71,13 +71,13 @@ class PhraseFeed:
     @property
     def _sent_ns(self) -> int:
         assert self._release
-        return self._release.sent_ns + self._mother.timing.characters_ns(len(self._release.frame))
+        return self._release.sent_ns + self._master.timing.characters_ns(len(self._release.frame))
 
     def at_us(self, now_ns: int) -> float:
         """Time of the phrase, at least; negative before its release."""
         if not self.is_released:
             return -1.0
-        return (now_ns - self._sent_ns - self._mother.timing.latency_ns) / _US
+        return (now_ns - self._sent_ns - self._master.timing.latency_ns) / _US
 
     def done_s(self, now_ns: int) -> float:
         """Part of its planned time that is over, in seconds."""
@@ -112,11 +112,11 @@ class PhraseFeed:
         return FOREVER
 
     def _at_ns(self, at_us: float) -> int:
-        return round(self._sent_ns + self._mother.timing.latency_ns + at_us * _US)
+        return round(self._sent_ns + self._master.timing.latency_ns + at_us * _US)
 
     def _room_us(self, axis: str) -> float:
         """Time from which a board has room for one more command."""
-        starts_us, room = self._starts_us[axis], self._mother.nodes.queue_length - 1
+        starts_us, room = self._starts_us[axis], self._master.nodes.queue_length - 1
         return starts_us[-room] + self._late_us[axis] if len(starts_us) >= room else 0.0
 
     @property
@@ -140,7 +140,7 @@ class PhraseFeed:
             if self._is_ended:
                 return
         if self._release is None and not (self._in_hand or self._is_unsure or self._is_ended):
-            self._release = self._mother.release(now_ns)
+            self._release = self._master.release(now_ns)
             for axis in self._starts_us:
                 if self.moves(axis):
                     self._confirm(axis, now_ns)
@@ -149,7 +149,7 @@ class PhraseFeed:
         if self._is_unsure:
             return False
         if self._release is None:
-            room = min(self._phrase.ahead, self._mother.nodes.queue_length - 1)
+            room = min(self._phrase.ahead, self._master.nodes.queue_length - 1)
             return len(self._starts_us[command.axis]) < room
         return command.axis in self._late_us and self._goes_us(command) <= at_us
 
@@ -176,7 +176,7 @@ class PhraseFeed:
                 self._begin_again()
 
         for axis in moving:
-            self._mother.send(self._units[axis], self._mother.nodes.stop_at_once, now_ns, ended=dropped)
+            self._master.send(self._units[axis], self._master.nodes.stop_at_once, now_ns, ended=dropped)
 
     def _begin_again(self) -> None:
         left = [] if self._next is None else [self._next]
@@ -216,7 +216,7 @@ class PhraseFeed:
                     " needed; the line is too slow"
                 )
 
-        self._mother.send(self._units[command.axis], command.data, now_ns, ended=ended)
+        self._master.send(self._units[command.axis], command.data, now_ns, ended=ended)
 
     def _confirm(self, axis: str, now_ns: int) -> None:
         """Let one node begin that has not heard the release, and know that it has begun."""
@@ -228,16 +228,16 @@ class PhraseFeed:
             if sent.outcome is not Outcome.DONE:
                 self.fail(f"node {sent.unit} ({axis}), whether it has begun: {transaction_words(sent)}")
                 return
-            begun_ns = sent.sent_ns + self._mother.timing.characters_ns(len(sent.frame))
+            begun_ns = sent.sent_ns + self._master.timing.characters_ns(len(sent.frame))
             self._late_us[axis] = (begun_ns - self._sent_ns) / _US
 
-        mother = self._mother
-        mother.send(self._units[axis], mother.nodes.release, now_ns, may_repeat=True, ended=ended)
+        master = self._master
+        master.send(self._units[axis], master.nodes.release, now_ns, may_repeat=True, ended=ended)
 
     def _came_us(self, sent: Transaction) -> float:
         """Time of the phrase by which a command was at its node, at the latest."""
-        timing = self._mother.timing
-        answer_ns = timing.turnaround_ns + timing.characters_ns(self._mother.nodes.answer_bytes)
+        timing = self._master.timing
+        answer_ns = timing.turnaround_ns + timing.characters_ns(self._master.nodes.answer_bytes)
         return (sent.ended_ns - answer_ns - self._sent_ns) / _US
 
     def fail(self, why: str) -> None:
@@ -252,7 +252,7 @@ class PhraseFeed:
 
     def pulses_at(self, axis: str, now_ns: int) -> int:
         """Where an axis is by the plan if its release came at once, in pulses from the machine's zero."""
-        at_us, done = self.at_us(now_ns + self._mother.timing.latency_ns), 0.0
+        at_us, done = self.at_us(now_ns + self._master.timing.latency_ns), 0.0
         for start_us, end_us, pulses in self._pulses[axis]:
             if at_us > start_us:
                 done += pulses * min((at_us - start_us) / max(end_us - start_us, 1e-6), 1)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from hil.mother.line_place import LineUnreachable
+from hil.master.line_place import LineUnreachable
 from hil.net.echo_guard import EchoGuard
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.echo import Echo

@@ -1,7 +1,7 @@
 """Master of a line of Modbus RTU without I/O: polls of units in a cycle, and requests in between.
 
-It takes its turns as ``Mother`` does (``line_turns.py``): one request at a time, no write twice, no answer
-believed that belongs to another request.
+It takes its turns as ``NodeMaster`` does (``line_turns.py``): one request at a time, no write twice, no
+answer believed that belongs to another request.
 
 Source: MODBUS over Serial Line V1.02, 2.4 and 2.5.
 """
@@ -9,8 +9,8 @@ Source: MODBUS over Serial Line V1.02, 2.4 and 2.5.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hil.mother.turns.line_turns import LineTiming, LineTurns
-from hil.mother.turns.transaction import Outcome, Transaction
+from hil.master.sans_io.line_turns import LineTiming, LineTurns
+from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import NS_PER_MS
 from hil.wire.modbus import pdu
@@ -46,7 +46,7 @@ class UnitPoll:
     """Reason why the last poll has no answer."""
 
 
-class ModbusMother:
+class ModbusMaster:
     """Master of one line of Modbus RTU. Times are nanoseconds of one clock.
 
     ``polls`` are done one after the other, in a cycle that begins every ``interval_ns`` at most; 0: at once
