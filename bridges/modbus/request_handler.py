@@ -13,11 +13,12 @@ from bridges.modbus.motion_ends import MotionEnds
 from hil.net.limits import Limit
 from hil.registers.control_word import Wanted
 from hil.registers.exception_codes import code_and_reason
-from hil.registers.register_unit import Halves, VerbStage
+from hil.registers.register_unit import Halves
+from hil.registers.unit_transaction import LOOK, Transaction, at_once, unit_transaction
 from hil.vocab.desk_protocol import AxisLook, Desk, Source
 from hil.vocab.verbs import VerbRefused
-from hil.wire.modbus.identification import Identification, identify
-from hil.wire.modbus.pdu import Code, Function, Refused, Request, Span, Table, answer, exception, parse
+from hil.wire.modbus.identification import Identification
+from hil.wire.modbus.pdu import Code, Refused, Request, exception, parse
 
 log = logging.getLogger("hil")
 
@@ -55,36 +56,35 @@ class RequestHandler:
         self.requests += 1
         try:
             request = parse(pdu)
-            if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
-                return identify(request, self._identity(unit))
             if request.write or request.mask:
-                return self._written(asker, unit, request)
-            return self._read(asker, unit, request)
+                return self._awaited(asker, unit, request)
+            return at_once(self._steps(asker, unit, request), lambda: self._look(asker, unit), _no_operation)
         except (Refused, VerbRefused) as error:
             return self._refuse(asker, unit.number, pdu[0], error)
 
-    def _read(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
-        if not (span := request.read):
-            return answer(request)
-        look, halves = self._look(asker, unit, span), asker.halves.get(unit, {})
-        return answer(request, unit.registers.read(span, look, halves))
+    def _steps(self, asker: Asker, unit: DoorUnit, request: Request) -> Transaction:
+        halves = asker.halves.setdefault(unit, {})
+        return unit_transaction(request, unit.registers, halves, lambda: self._identity(unit))
 
-    async def _written(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
+    async def _awaited(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
+        steps = self._steps(asker, unit, request)
         try:
-            await self._write(asker, unit, request)
-            return self._read(asker, unit, request)
+            step = next(steps)
+            while True:
+                if step is LOOK:
+                    step = steps.send(self._look(asker, unit))
+                    continue
+                try:
+                    await self._carry_out(asker, unit, step)
+                except VerbRefused as refusal:
+                    step = steps.throw(refusal)
+                else:
+                    step = next(steps)
+        except StopIteration as done:
+            pdu: bytes = done.value
+            return pdu
         except (Refused, VerbRefused) as error:
             return self._refuse(asker, unit.number, request.function, error)
-
-    async def _write(self, asker: Asker, unit: DoorUnit, request: Request) -> None:
-        registers, halves, write = unit.registers, asker.halves.setdefault(unit, {}), request.write
-        if request.mask:
-            span = Span(Table.HOLDING_REGISTERS, request.mask.address, 1)
-            write = registers.masked(request.mask, self._look(asker, unit, span), halves)
-        if request.read:  # what cannot be read back is not carried out
-            registers.check(request.read)
-        for wanted in registers.write(write, halves) if write else ():
-            await self._carry_out(asker, unit, wanted)
 
     def _refuse(self, asker: Asker, number: int, function: int, error: Refused | VerbRefused) -> bytes:
         code, why = code_and_reason(error)
@@ -92,20 +92,14 @@ class RequestHandler:
         self._tell(code, f"bridges.modbus: {asker.source.name}: unit {number}: exception {code:02}: {why}")
         return exception(function, code)
 
-    def _look(self, asker: Asker, unit: DoorUnit, span: Span) -> AxisLook | None:
-        if not unit.registers.needs_look(span):
-            return None
+    def _look(self, asker: Asker, unit: DoorUnit) -> AxisLook:
         look: AxisLook = self._desk.ask(asker.source, "look", unit.info.name, {})
         return look
 
     async def _carry_out(self, asker: Asker, unit: DoorUnit, wanted: Wanted) -> None:
-        try:
-            result = self._desk.ask(asker.source, wanted.operation, unit.info.name, wanted.given)
-            if isawaitable(result):
-                result = await result
-        except VerbRefused:
-            unit.registers.note(wanted, VerbStage.REFUSED)
-            raise
+        result = self._desk.ask(asker.source, wanted.operation, unit.info.name, wanted.given)
+        if isawaitable(result):
+            result = await result
         self.carried_out += 1
         self._ends.follow(unit, wanted, asker.source, result)
 
@@ -118,3 +112,7 @@ class RequestHandler:
         for limit in self._limits.values():
             limit.close()
         await self._ends.close()
+
+
+def _no_operation(wanted: Wanted) -> None:
+    raise AssertionError(f"a reading asks for {wanted}")

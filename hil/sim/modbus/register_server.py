@@ -8,6 +8,7 @@ from hil.registers.control_word import Wanted
 from hil.registers.exception_codes import code_and_reason
 from hil.registers.register_unit import Halves, VerbStage
 from hil.registers.registers_protocol import Registers
+from hil.registers.unit_transaction import at_once, unit_transaction
 from hil.sim.axis_look import axis_look
 from hil.sim.device import Device
 from hil.sim.inputs import Do, Input, Pin, Reset, SetField
@@ -17,8 +18,8 @@ from hil.sim.verb_calls import Answer
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.time import Clock, SimTimeNs
 from hil.vocab.verbs import Effect, VerbRefused
-from hil.wire.modbus.identification import Identification, identify
-from hil.wire.modbus.pdu import Function, Refused, Request, Span, Table, answer, exception
+from hil.wire.modbus.identification import Identification
+from hil.wire.modbus.pdu import Refused, Request, exception
 
 
 @dataclass(frozen=True)
@@ -64,16 +65,11 @@ class RegisterServer:
     def answer(self, request: Request, now_ns: SimTimeNs) -> bytes:
         """Carry out a request of functions 1 to 6, 15, 16, 22, 23 and 43/14; answers the PDU, an exception
         where it is refused."""
+        if self._ends:
+            self._ends.look(now_ns)
+        steps = unit_transaction(request, self._registers, self._halves, lambda: self._of.identification)
         try:
-            if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
-                return identify(request, self._of.identification)
-            if self._ends:
-                self._ends.look(now_ns)
-            if request.write or request.mask:
-                self._write(request, now_ns)
-            if not (span := request.read):
-                return answer(request)
-            return answer(request, self._registers.read(span, self._look(span), self._halves))
+            return at_once(steps, self._look, lambda wanted: self._carry_out(wanted, now_ns))
         except (Refused, VerbRefused) as error:
             return self.refuse(request.function, error)
 
@@ -83,28 +79,12 @@ class RegisterServer:
         self.refusal = f"{code:02}: {why}"
         return exception(function, code)
 
-    def _write(self, request: Request, now_ns: SimTimeNs) -> None:
-        write = request.write
-        if request.mask:
-            span = Span(Table.HOLDING_REGISTERS, request.mask.address, 1)
-            write = self._registers.masked(request.mask, self._look(span), self._halves)
-        if request.read:  # what cannot be read back is not carried out
-            self._registers.check(request.read)
-        for wanted in self._registers.write(write, self._halves) if write else ():
-            self._carry_out(wanted, now_ns)
-
-    def _look(self, span: Span) -> AxisLook | None:
+    def _look(self) -> AxisLook | None:
         axis = self._of.axis
-        if axis is None or not self._registers.needs_look(span):
-            return None
-        return axis_look(self._of.device, axis.kind, axis.snapshot())
+        return axis_look(self._of.device, axis.kind, axis.snapshot()) if axis else None
 
     def _carry_out(self, wanted: Wanted, now_ns: SimTimeNs) -> None:
-        try:
-            said = self._of.carry_out(self._input(wanted))
-        except VerbRefused:
-            self._registers.note(wanted, VerbStage.REFUSED)
-            raise
+        said = self._of.carry_out(self._input(wanted))
         self.carried_out += 1
         if wanted.number is None:
             return
