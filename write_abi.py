@@ -15,23 +15,10 @@ NATIVE = CORE / "native"
 STRUCT_FILES = ("types.h", "motion/engine.h", "hil_core.h")
 OPAQUE = ("hil_core", "hil_snapshot", "hil_watchdog", "hil_replay", "hil_joint_replay")
 """Structs of which Cython knows the name alone."""
-NUMBERS = ("hil_field", "hil_law", "hil_motion_call", "hil_walter_call")
+NUMBERS = ("hil_field", "hil_law")
 """Enumerations that functions take."""
-ENUMS = {
-    "LAW": ("Law", "Control laws, by the names that profiles give them."),
-    "KIND": ("Kind", "Kinds of axis that have a field."),
-    "EVENT": ("Event", "Events from a board's interrupts, by the names that firmwares know."),
-    "FAULT": ("Fault", "Faults of an axis that are set to a value; 0: right again."),
-    "SERVO_INPUT": ("ServoInput", "Inputs of a servo; two names of one number are the same pin."),
-    "STEPPER_INPUT": ("StepperInput", "Inputs of a stepper's controller."),
-    "DRIVER_INPUT": ("DriverInput", "Inputs of a driver that steps by its pins."),
-    "BANK_PIN": ("BankPin", "Pins of a microcontroller; each can be an input and an output."),
-    "OUTPUT": ("Output", "Outputs of a stepper's controller."),
-    "STATE": ("MotionState", "States of a motion engine."),
-    "CALL": ("Call", "Calls of a motion engine, with what they take."),
-    "WALTER_CALL": ("WalterCall", "Calls of Walter's Cortex, with what they take and answer."),
-}
-"""Python classes by the macros of abi.def."""
+PARAMETERS, SET_APART = "hil_axis_params", ("law", "is_full", "full", "load", "seed")
+"""Struct that an axis is opened with, and its members that are no numbers of its motor, driver or law."""
 DICTS = {
     "hil_rt_stats": ("RtStats", "Statistics of the real-time thread."),
     "hil_replay_row": ("ReplayRow", "One control step of the Mechaduino's law."),
@@ -41,6 +28,7 @@ DICTS = {
 SOURCE = "Written by `make abi` from native/abi.def and the C headers: change those."
 
 _ROW = re.compile(r'^([A-Z_]+)\((\w+), (\d+), (?:(\w+), )?"(.*)"\)$', re.M)
+_ENUM = re.compile(r"^#ifndef ([A-Z_0-9]+) /\* (\w+): (.*) \*/$", re.M)
 _COMMENT = re.compile(r"/\*.*?\*/", re.S)
 _STRUCT = re.compile(r"typedef struct (\w+) \{(.*?)\} \1;", re.S)
 _FUNCTION = re.compile(r"^([a-z]\w*[ *]+)(hil_\w+)(\([^;{}]*\));", re.M)
@@ -68,6 +56,12 @@ def rows() -> list[Row]:
     """Rows of abi.def, in its order."""
     found = _ROW.findall((NATIVE / "abi.def").read_text())
     return [Row(macro, name, int(value), python, meaning) for macro, name, value, python, meaning in found]
+
+
+def enums() -> dict[str, tuple[str, str]]:
+    """Python's classes and their docstrings, by the macros of abi.def."""
+    found = _ENUM.findall((NATIVE / "abi.def").read_text())
+    return {macro: (name, meaning) for macro, name, meaning in found}
 
 
 def structs() -> dict[str, list[Member]]:
@@ -98,6 +92,16 @@ def functions() -> list[tuple[str, str, str]]:
     ]
 
 
+def _filling() -> Iterator[str]:
+    """Function that fills the parameters of an axis from a dictionary; what a law does not have is 0."""
+    yield f"cdef inline int fill_{PARAMETERS}({PARAMETERS} *p, dict given) except -1:"
+    for kind, name, _ in structs()[PARAMETERS]:
+        if name not in SET_APART:
+            value = f'given.get("{name}", 0)'
+            yield f"    p.{name} = {value if kind == 'double' else f'int({value})'}"
+    yield "    return 0"
+
+
 def pxd() -> str:
     """Text of hil_core.pxd."""
     known = {row.name: row.value for row in rows() if row.macro == "NUMBER"}
@@ -126,7 +130,7 @@ def pxd() -> str:
     for result, name, given in calls:
         given = re.sub(r"(\(\*\w+\)\([^)]*\))", r"\1 noexcept nogil", given)
         lines.append(f"    {result} {name}{given}".replace("* ", "*"))
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", *_filling()]) + "\n"
 
 
 def abi() -> str:
@@ -145,7 +149,7 @@ def abi() -> str:
         if row.macro == "NUMBER":
             words = row.meaning[0].upper() + row.meaning[1:]
             text += [f"{row.name.removeprefix('HIL_')} = {row.value}", *_docstring(words + ".", "")]
-    for macro, (name, meaning) in ENUMS.items():
+    for macro, (name, meaning) in enums().items():
         text += ["", "", f"class {name}(IntEnum):", f'    """{meaning}"""', ""]
         for row in rows():
             if row.macro == macro:

@@ -63,23 +63,8 @@ cdef class NativeCore:
     def axis_open(self, int group, int law, dict motor, dict full, dict load, uint64_t seed):
         cdef hil_axis_params p
         memset(&p, 0, sizeof(p))
-        p.inertia_kg_m2 = motor["inertia_kg_m2"]
-        p.viscous_Nm_s_per_rad = motor["viscous_Nm_s_per_rad"]
-        p.torque_constant_Nm_per_A = motor["torque_constant_Nm_per_A"]
-        p.sense_resistor_ohm = motor.get("sense_resistor_ohm", 1.0)
-        p.start_deg = motor["start_deg"]
-        p.load_torque_Nm = motor["load_torque_Nm"]
-        p.rotor_teeth = int(motor["rotor_teeth"])
+        fill_hil_axis_params(&p, motor)
         p.law = law
-        p.driver = int(motor.get("driver", 0))
-        p.phase_current_A = motor.get("phase_current_A", 0.0)
-        p.gear_ratio = motor.get("gear_ratio", 1.0)
-        p.driver_microsteps = int(motor.get("driver_microsteps", 0))
-        p.counts_backwards = int(motor.get("counts_backwards", 0))
-        p.encoder_null_deg = motor.get("encoder_null_deg", 0.0)
-        p.encoder_offset_deg = motor.get("encoder_offset_deg", 0.0)
-        p.ambient_degC = motor.get("ambient_degC", 0.0)
-        p.fast_decay_pct = motor.get("fast_decay_pct", 100.0)
         if full is not None:
             p.is_full = 1
             p.full = full  # by name: every member has to be there
@@ -200,11 +185,8 @@ cdef class NativeCore:
     def motion_xref(self, int axis):
         return tuple(hil_motion_xref(self.core, axis, i) for i in range(MOTION_QUEUE + 1))
 
-    def motion_do(self, int axis, int call, int64_t x, int64_t y):
-        hil_motion_do(self.core, axis, call, x, y)
-
-    def walter_do(self, int axis, int call, double x, double y, double z):
-        return hil_walter_do(self.core, axis, call, x, y, z)
+    def do(self, int axis, int call, double x, double y, double z):
+        return hil_axis_do(self.core, axis, call, x, y, z)
 
     def record_edges(self, int axis, int outputs):
         hil_axis_record_edges(self.core, axis, outputs)

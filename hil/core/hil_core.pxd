@@ -17,8 +17,6 @@ cdef extern from "native/hil_core.h" nogil:
         HIL_FIELDS
     ctypedef int hil_field
     ctypedef int hil_law
-    ctypedef int hil_motion_call
-    ctypedef int hil_walter_call
     ctypedef struct hil_core:
         pass
     ctypedef struct hil_snapshot:
@@ -201,6 +199,7 @@ cdef extern from "native/hil_core.h" nogil:
     float *hil_axis_table(hil_core *c, int axis)
     void hil_axis_pin(hil_core *c, int axis, int pin, int level)
     int hil_axis_fault(hil_core *c, int axis, int what, double value)
+    double hil_axis_do(hil_core *c, int axis, int call, double x, double y, double z)
     double hil_axis_supply_V(const hil_core *c, int axis)
     int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
     int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows)
@@ -210,8 +209,6 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_motion_read(hil_core *c, int axis, int slot, motion_entry *out)
     void hil_motion_xref_write(hil_core *c, int axis, int index, int slot)
     int hil_motion_xref(hil_core *c, int axis, int index)
-    void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y)
-    double hil_walter_do(hil_core *c, int axis, hil_walter_call call, double x, double y, double z)
     void hil_axis_record_edges(hil_core *c, int axis, int outputs)
     int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
     int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
@@ -253,3 +250,22 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_joint_replay_place(hil_joint_replay *p, double deg)
     void hil_joint_replay_read(const hil_joint_replay *p, hil_joint_row *row)
     void hil_joint_replay_free(hil_joint_replay *p)
+
+cdef inline int fill_hil_axis_params(hil_axis_params *p, dict given) except -1:
+    p.driver = int(given.get("driver", 0))
+    p.phase_current_A = given.get("phase_current_A", 0)
+    p.ambient_degC = given.get("ambient_degC", 0)
+    p.fast_decay_pct = given.get("fast_decay_pct", 0)
+    p.inertia_kg_m2 = given.get("inertia_kg_m2", 0)
+    p.viscous_Nm_s_per_rad = given.get("viscous_Nm_s_per_rad", 0)
+    p.torque_constant_Nm_per_A = given.get("torque_constant_Nm_per_A", 0)
+    p.sense_resistor_ohm = given.get("sense_resistor_ohm", 0)
+    p.start_deg = given.get("start_deg", 0)
+    p.load_torque_Nm = given.get("load_torque_Nm", 0)
+    p.rotor_teeth = int(given.get("rotor_teeth", 0))
+    p.driver_microsteps = int(given.get("driver_microsteps", 0))
+    p.counts_backwards = int(given.get("counts_backwards", 0))
+    p.gear_ratio = given.get("gear_ratio", 0)
+    p.encoder_null_deg = given.get("encoder_null_deg", 0)
+    p.encoder_offset_deg = given.get("encoder_offset_deg", 0)
+    return 0

@@ -134,6 +134,14 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     return 0;
 }
 
+double hil_axis_do(hil_core *c, int axis, int call, double x, double y, double z)
+{
+    hil_axis *a = &c->axes[axis];
+    if (!a->law->act) return -1;
+    core_stir(c, axis);
+    return a->law->act(c, a, call, x, y, z);
+}
+
 int hil_axis_spi(hil_core *c, int axis, int command)
 {
     int64_t now_ns;

@@ -53,6 +53,9 @@ void hil_axis_pin(hil_core *c, int axis, int pin, int level); /* pin: HIL_SERVO_
 /* Something (HIL_FAULT_*) goes wrong with an axis, or is right again (value 0). The currents of an open phase stop at
    once. -1: this axis cannot have it. */
 int hil_axis_fault(hil_core *c, int axis, int what, double value);
+/* A call of the axis's law: abi.def has the calls, and says what each takes and answers. -1: it means nothing now, or the
+   law has none. */
+double hil_axis_do(hil_core *c, int axis, int call, double x, double y, double z);
 double hil_axis_supply_V(const hil_core *c, int axis); /* 0: the simple plant has none */
 
 /* Encoder counts from a script instead of the shaft: n points, times ascending; held before the first
@@ -78,13 +81,6 @@ void hil_motion_write(hil_core *c, int axis, int slot, const motion_entry *entry
 void hil_motion_read(hil_core *c, int axis, int slot, motion_entry *out);
 void hil_motion_xref_write(hil_core *c, int axis, int index, int slot);
 int hil_motion_xref(hil_core *c, int axis, int index);
-void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y);
-
-/* ---- a joint of Walter's Cortex, or its board's main loop ---- */
-
-/* What each call takes and answers: abi.def. It answers -1 where it means nothing; of the loop's own the board's
-   microseconds when it goes on. */
-double hil_walter_do(hil_core *c, int axis, hil_walter_call call, double x, double y, double z);
 
 /* Of an axis with outputs: edges of these (a bit each) from now on, others no more. For virtual time: the list grows in whichever
    thread advances. */

@@ -20,6 +20,7 @@ struct law {
     void (*turn)(hil_axis *a); /* at a node, when is_turned: the currents of now. NULL: it never is */
     void (*pin)(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns); /* a level, which may be as it was */
     int (*set)(hil_axis *a, hil_field field, double value, int64_t now_ns); /* -1: no field that it can set */
+    double (*act)(hil_core *c, hil_axis *a, int call, double x, double y, double z); /* a call of its own (abi.def). NULL: there is none */
     void (*show)(hil_axis *a); /* into its view, after the plant has filled it. NULL: the plant shows all */
     outputs *(*outputs)(hil_axis *a); /* NULL: it has none */
     void (*look)(hil_axis *a, int64_t now_ns); /* before and after others are who looks at the outputs. NULL: no matter */

@@ -27,7 +27,7 @@ def test_every_row_of_the_table_is_read() -> None:
 
 
 def test_a_number_has_one_name_but_for_pins() -> None:
-    for macro, (name, _) in write_abi.ENUMS.items():
+    for macro, (name, _) in write_abi.enums().items():
         values = [row.value for row in write_abi.rows() if row.macro == macro]
         assert macro == "SERVO_INPUT" or len(values) == len(set(values)), name
 

@@ -124,6 +124,11 @@ def test_only_some_axes_are_motion_engines() -> None:
     assert isinstance(Bench("sac").axis, CoreMotion)
 
 
+def test_a_law_without_calls_of_its_own_answers_none() -> None:
+    axis = Bench("mechaduino").axis
+    assert axis._native.do(axis.id, 0, 0.0, 0.0, 0.0) == -1
+
+
 WORDS = {*KINDS} | {
     name
     for kind in KINDS.values()

@@ -43,7 +43,7 @@ class CoreMotion(CoreAxis):
         self._do(Call.once, CONTINUOUS_SLOT)
 
     def retarget(self, rpm: int, cycle_us: int) -> None:
-        self._native.motion_do(self.id, _RETARGET, rpm, cycle_us)
+        self._native.do(self.id, _RETARGET, rpm, cycle_us, 0)
 
     def pulse(self, ccw: bool) -> None:
         self._do(Call.pulse, ccw)
@@ -88,4 +88,4 @@ class CoreMotion(CoreAxis):
         self._do(Call.report, on)
 
     def _do(self, call: int, x: int = 0, y: int = 0) -> None:
-        self._native.motion_do(self.id, call, int(x), int(y))
+        self._native.do(self.id, call, x, y, 0)

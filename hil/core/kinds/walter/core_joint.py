@@ -15,4 +15,4 @@ class CoreJoint(CoreAxis):
             self.do("stop")
 
     def do(self, call: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
-        return self._native.walter_do(self.id, _WALTER_CALLS[call], x, y, z)
+        return self._native.do(self.id, _WALTER_CALLS[call], x, y, z)

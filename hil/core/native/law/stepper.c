@@ -275,14 +275,14 @@ void hil_motion_xref_write(hil_core *c, int axis, int index, int slot) { of(c, a
 
 int hil_motion_xref(hil_core *c, int axis, int index) { return of(c, axis)->motion.xref[index]; }
 
-void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64_t y)
+static double act(hil_core *c, hil_axis *a, int call, double given_x, double given_y, double z)
 {
-    hil_axis *a = &c->axes[axis];
-    motion *m = &of(c, axis)->motion;
+    (void)z;
+    motion *m = &stepper_of(a)->motion;
+    int64_t x = (int64_t)given_x, y = (int64_t)given_y;
     int64_t now_ns = hil_group_now(c, a->group), now = half_us_after(now_ns);
     counts was = counts_of(m);
-    core_stir(c, axis);
-    switch (call) {
+    switch ((hil_motion_call)call) {
     case HIL_MOTION_ENQUEUE: motion_enqueue(m, (int)x, now); break;
     case HIL_MOTION_ONCE: motion_once(m, (int)x, now); break;
     case HIL_MOTION_RETARGET: motion_retarget(m, (uint32_t)x, (uint32_t)y, now); break;
@@ -302,6 +302,7 @@ void hil_motion_do(hil_core *c, int axis, hil_motion_call call, int64_t x, int64
     case HIL_MOTION_REPORT: a->is_telling = x != 0; break;
     }
     settle(c, a, was, now_ns);
+    return 0;
 }
 
 static outputs *outputs_of(hil_axis *a)
@@ -323,6 +324,7 @@ const law sac_law = {
     .turn = apply_currents,
     .pin = set_pin,
     .set = set,
+    .act = act,
     .outputs = outputs_of,
     .look = plan,
 };

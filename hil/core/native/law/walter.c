@@ -353,11 +353,10 @@ static double run_loop(hil_core *c, hil_axis *first, int call, double x, int64_t
     return (double)b->cursor_us;
 }
 
-double hil_walter_do(hil_core *c, int axis, hil_walter_call call, double x, double y, double z)
+/* Answers -1 where a call means nothing; of the loop's own the board's microseconds when it goes on. */
+static double act(hil_core *c, hil_axis *a, int call, double x, double y, double z)
 {
-    int64_t now_ns;
-    hil_axis *a = core_axis_stirred(c, axis, &now_ns);
-    if (a->law != &walter_law) return -1;
+    int64_t now_ns = hil_group_now(c, a->group);
     walter_axis *w = a->own;
     if (call == HIL_WALTER_START) return start(c, a, now_ns);
     if (!w->first) return -1;
@@ -454,5 +453,6 @@ const law walter_law = {
     .drive = drive,
     .pin = set_pin,
     .set = set,
+    .act = act,
     .show = look,
 };

@@ -12,7 +12,7 @@
 #include "speed_kernel.h"
 
 /* Beyond it the plants' steps do not resolve the coils: with one electrical turn in a step they would see a
-   standing rotor. hil/core/kinds.py reckons the same in rpm. */
+   standing rotor. hil/core/axis_kind.py reckons the same in rpm. */
 static inline double plant_limit_rev_per_s(int teeth) { return fmin(HIL_LIMIT_RPM, (double)HIL_LIMIT_TEETH_RPM / teeth) / 60; }
 
 #endif

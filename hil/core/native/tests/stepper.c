@@ -19,7 +19,7 @@ static hil_core *new_sac(const motion_entry *e)
     return c;
 }
 
-static void start(hil_core *c) { hil_motion_do(c, 0, HIL_MOTION_ENQUEUE, 1, 0); }
+static void start(hil_core *c) { hil_axis_do(c, 0, HIL_MOTION_ENQUEUE, 1, 0, 0); }
 
 static int64_t get(hil_core *c, int axis, hil_field field) { return (int64_t)hil_axis_get(c, axis, field); }
 
@@ -100,7 +100,7 @@ static void what_is_published_is_what_it_is(void)
         case 5: hil_axis_fault(c, 1, HIL_FAULT_NOISE, (double)random_below(&state, 2) * 40); break;
         case 6: hil_axis_output(c, 1, (float)random_below(&state, 360), 50); break;
         case 7: start(c); break;
-        case 8: hil_motion_do(c, 0, HIL_MOTION_PULSE, random_below(&state, 2), 0); break;
+        case 8: hil_axis_do(c, 0, HIL_MOTION_PULSE, random_below(&state, 2), 0, 0); break;
         case 9: hil_axis_power_up(c, axis); break;
         case 10: hil_axis_fault(c, axis, HIL_FAULT_SHIFT, 0.25); break;
         case 11: hil_axis_record_edges(c, 0, (int)random_below(&state, 2)); break;
@@ -178,9 +178,9 @@ static void company_changes_nothing(void)
         CHECK(c->axes[AXES + axis].is_active);
         for (int i = axis; i < 2 * AXES; i += AXES) {
             switch (what) {
-            case 0: hil_motion_do(c, i, HIL_MOTION_ENQUEUE, 1, 0); break;
-            case 1: hil_motion_do(c, i, HIL_MOTION_PULSE, level, 0); break;
-            case 2: hil_motion_do(c, i, HIL_MOTION_STOP, level ? -1 : 400, 0); break;
+            case 0: hil_axis_do(c, i, HIL_MOTION_ENQUEUE, 1, 0, 0); break;
+            case 1: hil_axis_do(c, i, HIL_MOTION_PULSE, level, 0, 0); break;
+            case 2: hil_axis_do(c, i, HIL_MOTION_STOP, level ? -1 : 400, 0, 0); break;
             case 3: hil_axis_set(c, i, HIL_FIELD_load_torque_Nm, level * 0.1); break;
             case 4: hil_axis_pin(c, i, HIL_IN_SYNC + (int)(k % 5), level); break;
             case 5: hil_axis_power_up(c, i); break;
@@ -227,7 +227,7 @@ static void clk_reads_as_it_is_whoever_looks(void)
         setup.pulse_us = 700000; /* the rotor has long come to rest */
         hil_motion_setup(c, 0, &setup);
         if (looks == 1) hil_axis_record_edges(c, 0, 1 << HIL_OUT_CLK);
-        hil_motion_do(c, 0, HIL_MOTION_PULSE, 0, 0);
+        hil_axis_do(c, 0, HIL_MOTION_PULSE, 0, 0, 0);
         CHECK_INT(get(c, 0, HIL_FIELD_pin_clk), 1);
         hil_group_advance(c, 0, 500000000);
         if (looks) hil_axis_record_edges(c, 0, (looks - 1) << HIL_OUT_CLK);
@@ -298,7 +298,7 @@ static void a_pulse_makes_no_pulses_without_end(void)
         uint64_t random = 7;
         for (int k = 0; k < 2000; k++) {
             int axis = (int)random_below(&random, boards), what = (int)random_below(&random, 3);
-            if (what) hil_motion_do(c, axis, HIL_MOTION_PULSE, what - 1, 0);
+            if (what) hil_axis_do(c, axis, HIL_MOTION_PULSE, what - 1, 0, 0);
             else hil_axis_power_up(c, axis); /* wherever its encoder is in the cycle */
             hil_motion_setup(c, axis, &SETUP);
             advance_to(c, group, hil_group_now(c, group) + random_below(&random, 100000));
@@ -316,7 +316,7 @@ static void commands_are_told_when_they_are_asked_for(void)
     start(c);
     hil_group_advance(c, 0, 10000000);
     CHECK_INT(hil_group_take_event(c, 0, &event), 0);
-    hil_motion_do(c, 0, HIL_MOTION_REPORT, 1, 0);
+    hil_axis_do(c, 0, HIL_MOTION_REPORT, 1, 0, 0);
     start(c);
     CHECK_INT(hil_group_advance(c, 0, 20000000), 10000000); /* time waits for who hears of it */
     CHECK_INT(hil_group_take_event(c, 0, &event), 1);
@@ -379,8 +379,8 @@ static void the_drivers_step_follows_the_mode_pins(void)
         motion_setup s = SETUP;
         s.mode_pins = rows[i].pins;
         hil_motion_setup(c, 0, &s);
-        hil_motion_do(c, 0, HIL_MOTION_PULSE, 1, 0);
-        hil_motion_do(c, 0, HIL_MOTION_PULSE, 1, 0);
+        hil_axis_do(c, 0, HIL_MOTION_PULSE, 1, 0, 0);
+        hil_axis_do(c, 0, HIL_MOTION_PULSE, 1, 0, 0);
         CHECK_NEAR(hil_axis_get(c, 0, HIL_FIELD_commanded_deg), -2 * rows[i].deg, 1e-9);
         hil_core_free(c);
     }
