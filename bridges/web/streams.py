@@ -14,6 +14,7 @@ from bridges.web.outbox import LongText
 from bridges.web.shared_reading import SharedReading
 from bridges.web.web_messages import samples_head
 from hil.vocab.desk_protocol import AxisField, Desk, Source, Watch, Watched
+from hil.vocab.packed_fields import struct_of
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_pieces import json_text
@@ -24,7 +25,6 @@ MOST_ITEMS, ITEM_BYTES = 2000, 512 * 1024
 """Maximum number of items that wait for a page's turn, and of their bytes."""
 TAKEN_ITEMS = 300
 """Maximum number of them in one turn: words for so many take some 10 ms."""
-_CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
 _AT_NS = Struct("<q").unpack_from
 
 
@@ -52,13 +52,8 @@ class FieldReader:
 
     def __init__(self, fields: Sequence[AxisField]) -> None:
         ordered = sorted(dict.fromkeys(fields), key=lambda field: field.offset)
-        layout, end = "<", 0
-        for field in ordered:
-            code = _CODES[field.type]
-            layout += f"{field.offset - end}x{code}"
-            end = field.offset + Struct("<" + code).size
         places = [ordered.index(field) for field in fields]
-        self._unpack = Struct(layout).unpack_from
+        self._unpack = struct_of((field.type, field.offset) for field in ordered).unpack_from
         self._arrange: Callable[[tuple[float, ...]], tuple[float, ...]] | None
         self._arrange = None if places == list(range(len(ordered))) else _arrangement(places)
 

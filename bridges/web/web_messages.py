@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from hil.vocab.desk_protocol import Done
 from hil.vocab.parameters import Form
-from hil.vocab.verbs import VerbRefused
+from hil.vocab.verbs import OF_TEXTS, VerbRefused
 from hil.wire.json_pieces import json_text
 from hil.wire.json_text import JsonError, read_json
 
@@ -21,8 +21,6 @@ NAME_CHARACTERS = 256
 MOST_FIELDS = 64
 _TERMINAL_HEAD = struct.Struct("<BBHI")
 _SAMPLES_HEAD = struct.Struct("<BBHIII")
-PROBLEMS = ("bad_run", "bad_config")
-"""Codes of refusals that list the problems of a text."""
 
 
 class PageRequest(NamedTuple):
@@ -133,7 +131,7 @@ def answer_text(number: int, answer: Any) -> str:
 def refusal_text(number: int | None, refusal: VerbRefused) -> str:
     """Encode why a request was refused; with the problems of a text one by one, where it is about one."""
     error: dict[str, Any] = {"code": refusal.code, "message": str(refusal)}
-    if refusal.code in PROBLEMS:
+    if refusal.code in OF_TEXTS:
         error["problems"] = [_problem(line) for line in str(refusal).splitlines()]
     return json_text({"id": number, "error": error})
 

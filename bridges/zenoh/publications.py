@@ -18,6 +18,7 @@ from bridges.zenoh.keys import BYTES, KEYS, PACKED, SCHEMAS, VERSION, prefix
 from bridges.zenoh.options import Options
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import AxisField, Desk, DeviceInfo, Watch, Watched
+from hil.vocab.packed_fields import struct_of
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
@@ -30,7 +31,6 @@ TAKES_PER_S = 4000
 """Maximum rate of takes of samples from the core; with many axes each take brings several."""
 SHORTEST_S = 0.005
 _BINARY = {key.schema for key in KEYS if key.payload in (PACKED, BYTES)}
-_CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
 
 log = logging.getLogger("hil")
 
@@ -75,13 +75,8 @@ class StateText:
 
     def __init__(self, fields: Sequence[AxisField]) -> None:
         ordered = sorted(fields, key=lambda field: field.offset)
-        layout, end = "<", 0
-        for field in ordered:
-            code = _CODES[field.type]
-            layout += f"{field.offset - end}x{code}"
-            end = field.offset + Struct("<" + code).size
         self._names = [field.name for field in ordered]
-        self._unpack = Struct(layout).unpack_from
+        self._unpack = struct_of((field.type, field.offset) for field in ordered).unpack_from
         self._format = f'{{"v":{VERSION},"wall_ns":%d,' + ",".join(f'"{n}":%r' for n in self._names) + "}"
 
     def of(self, packed: bytes, wall_ns: int) -> bytes:

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from struct import Struct
 from typing import Any
 
 from hil.core import _native
 from hil.core.abi import Kind
+from hil.vocab.packed_fields import STRUCTS, struct_of
 
 
 @dataclass(frozen=True)
@@ -69,28 +69,17 @@ def _layout() -> tuple[dict[str, int], int]:
     """Offsets and total length: fields in their order, each at a multiple of its own size."""
     offsets, end = {}, 0
     for field in FIELDS.values():
-        size = SIZES[field.type]
+        size = STRUCTS[field.type].size
         offsets[field.name] = -(-end // size) * size
         end = offsets[field.name] + size
     return offsets, -(-end // 8) * 8
 
 
-SIZES = {"f32": 4, "f64": 8, "i32": 4, "i64": 8}
-CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
-"""Codes of ``struct``; in the machine's byte order, little on all that are supported."""
 OFFSETS, PACKED_BYTES = _layout()
 """Binary layout of a snapshot, as ``take_samples`` gives it."""
 
 
-def _struct() -> Struct:
-    layout, end = "<", 0
-    for field in FIELDS.values():
-        layout += f"{OFFSETS[field.name] - end}x{CODES[field.type]}"
-        end = OFFSETS[field.name] + SIZES[field.type]
-    return Struct(f"{layout}{PACKED_BYTES - end}x")
-
-
-_PACKED = _struct()
+_PACKED = struct_of(((field.type, OFFSETS[field.name]) for field in FIELDS.values()), PACKED_BYTES)
 
 
 def packed(values: Sequence[float]) -> bytes:
@@ -100,5 +89,5 @@ def packed(values: Sequence[float]) -> bytes:
 
 def reader(name: str) -> Callable[[bytes], float]:
     """Make a function that reads one field of a packed snapshot."""
-    unpack, offset = Struct("<" + CODES[FIELDS[name].type]).unpack_from, OFFSETS[name]
+    unpack, offset = STRUCTS[FIELDS[name].type].unpack_from, OFFSETS[name]
     return lambda packed: unpack(packed, offset)[0]

@@ -6,9 +6,10 @@ from functools import lru_cache
 from math import nan
 from struct import Struct
 
-from hil.core.fields import CODES, FIELDS, OFFSETS
+from hil.core.fields import FIELDS, OFFSETS
 from hil.registers.drive_map import TAKEN, TOLD, DriveMap
 from hil.vocab.desk_protocol import AxisField
+from hil.vocab.packed_fields import struct_of
 
 OWN_AT, PARAMETERS_AT, MORE_PARAMETERS_AT = 1024, 1536, 8192
 """Offsets of the fields that no twin has, and of parameters that no twin has: bytes. Doors of Modbus have a
@@ -87,12 +88,7 @@ def _parameter_offset(index: int) -> int:
 
 @lru_cache(64)
 def _struct(layout: tuple[tuple[str, int], ...]) -> Struct:
-    text, end = "<", 0
-    for kind, offset in layout:
-        code = CODES[kind]
-        text += f"{offset - end}x{code}"
-        end = offset + Struct("<" + code).size
-    return Struct(text)
+    return struct_of(layout)
 
 
 def packed(fields: Mapping[str, AxisField], values: Mapping[str, float]) -> bytes:

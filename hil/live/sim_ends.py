@@ -13,17 +13,13 @@ from hil.sim.inputs import Bytes, Reset
 from hil.sim.segment_tap import Tap
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.line_format import EIGHT_N_1
-from hil.vocab.ports import EchoPort, PowerPort
+from hil.vocab.ports import TOUCH_BAUD, EchoPort, PowerPort
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import Sampled, character_ns, resample
 
 TYPED_BYTES = 4096
 """Maximum that waits of what was typed beside the port; the longest text of the verb ``type``."""
-TOUCH_BAUD = 1200
-"""Rate of the touch: a board with native USB resets when its port is closed at it. Arduino platform
-specification, "1200 bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before,
-and the bootloader runs first."""
 
 
 @dataclass(eq=False)

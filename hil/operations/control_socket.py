@@ -28,7 +28,7 @@ from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
 from hil.vocab.desk_protocol import LOCAL, Desk, Done, Encoded
 from hil.vocab.operation import Operation, Urgency, moved_by, urgency_of
-from hil.vocab.verbs import VerbRefused
+from hil.vocab.verbs import OF_TEXTS, VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
 CONTROL_VERSION = 1
@@ -45,8 +45,6 @@ LOOK_S = 0.25
 SHORT_BYTES = 1024
 """Length of a line that is read before its turn: a stop must not wait for one. It takes some 10 us."""
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
-_PROBLEMS = ("bad_run", "bad_config")
-"""Codes of refusals that are answers here: the problems of a text."""
 
 log = logging.getLogger("hil")
 
@@ -195,7 +193,7 @@ class ControlServer:
         except ConnectionError:
             raise
         except VerbRefused as error:
-            if error.code in _PROBLEMS:
+            if error.code in OF_TEXTS:
                 return {"ok": True, "result": {"problems": str(error)}}
             return {"ok": False, "error": str(error)[:_LONGEST_REFUSAL], "code": error.code}
         except Exception:  # hil's own error: this request is lost, all else goes on

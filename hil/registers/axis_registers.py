@@ -12,12 +12,12 @@ from hil.registers import layout
 from hil.registers.cells import I32_MAX, I32_MIN, NO_I32
 from hil.registers.register_map import RegisterMap
 from hil.vocab.desk_protocol import AxisLook
+from hil.vocab.packed_fields import STRUCTS, value_at
 from hil.wire.modbus.pdu import Span, Table
 
 _FIXED = Struct(">HHHHIiiiiiQ")
 FIXED_REGISTERS = _FIXED.size // 2
 _FIXED_WORDS = Struct(f">{FIXED_REGISTERS}H")
-_CODES = {name: Struct(f"<{code}") for name, code in {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}.items()}
 _PLANS = 256
 """Maximum number of requests whose registers are looked up once and for all."""
 
@@ -56,8 +56,7 @@ class AxisRegisters:
         """Value of a field; 0 where the kind has none of the name."""
         if (field := self._map.info.fields.get(name)) is None:
             return 0
-        value: float = _CODES[field.type].unpack_from(look.packed, field.offset)[0]
-        return value
+        return value_at(look.packed, field.type, field.offset)
 
     def _plan(self, span: Span) -> _Plan:
         """Find the words of a request: those of the binary layout are there with the low one first."""
@@ -78,7 +77,7 @@ class AxisRegisters:
     @cached_property
     def _field_words(self) -> Struct:
         fields = self._map.info.fields.values()
-        sizes = (field.offset + _CODES[field.type].size for field in fields)
+        sizes = (field.offset + STRUCTS[field.type].size for field in fields)
         return Struct(f"<{max(chain(sizes, [0])) // 2}H")
 
     def _words(self, look: AxisLook | None) -> tuple[int, ...]:

@@ -7,17 +7,16 @@ what a client writes is a verb of the drive's, as one: ``set_point`` where there
 
 from collections.abc import Mapping, Sequence
 from math import hypot, isfinite
-from struct import Struct
 
 from hil.registers.control_word import Wanted
 from hil.registers.drive_cells import DriveCells, MapEntry
 from hil.registers.drive_map import DriveMap, Place
 from hil.registers.register_unit import Halves, VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
-from hil.wire.modbus.pdu import Code, Mask, Refused, Span, Table, Write
+from hil.vocab.packed_fields import value_at
+from hil.wire.modbus.pdu import Code, Refused, Span, Table, Write
 
 SET_POINT = "set_point_deg"
-_CODES = {name: Struct(f"<{code}") for name, code in {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}.items()}
 _OF_REGISTERS = (Table.INPUT_REGISTERS, Table.HOLDING_REGISTERS)
 
 
@@ -90,11 +89,6 @@ class DriveUnit:
         wanted += [Wanted("do", {"name": "write", "parameters": cleared})] if cleared else []
         return [*wanted, *(Wanted("set", {"field": each, "value": fields[each]}) for each in fields)]
 
-    def masked(self, mask: Mask, look: AxisLook | None, halves: Mapping[int, int]) -> Write:
-        """Write that a mask makes of a holding register. Raises Refused: it is not there."""
-        word = self.read(Span(Table.HOLDING_REGISTERS, mask.address, 1), look, halves)[0]
-        return Write(Table.HOLDING_REGISTERS, mask.address, (mask.applied(word),))
-
     def note(self, wanted: Wanted, stage: VerbStage) -> None:
         """Note nothing: the drive's own bits tell how it does."""
 
@@ -153,5 +147,4 @@ class DriveUnit:
         """Value of a field of the axis; 0 where it has none of the name."""
         if look is None or (field := self.map.info.fields.get(name)) is None:
             return 0.0
-        value: float = _CODES[field.type].unpack_from(look.packed, field.offset)[0]
-        return value
+        return value_at(look.packed, field.type, field.offset)

@@ -11,7 +11,7 @@ from hil.registers.control_word import ControlWord, Wanted
 from hil.registers.register_map import RegisterMap
 from hil.registers.verb_parameters import VerbParameters, argument_address
 from hil.vocab.desk_protocol import AxisLook
-from hil.wire.modbus.pdu import Code, Mask, Refused, Span, Table, Write
+from hil.wire.modbus.pdu import Code, Refused, Span, Table, Write
 
 Halves = MutableMapping[int, int]
 """Holding registers that a client has written of values whose other registers it has not, by address."""
@@ -81,11 +81,6 @@ class RegisterUnit:
         if write.table is Table.COILS:
             return self._write_coils(dict(enumerate(write.values, write.address)))
         return self._write_registers(dict(enumerate(write.values, write.address)), halves)
-
-    def masked(self, mask: Mask, look: AxisLook | None, halves: Mapping[int, int]) -> Write:
-        """Write that a mask makes of a holding register. Raises Refused: it is not there."""
-        word = self.read(Span(Table.HOLDING_REGISTERS, mask.address, 1), look, halves)[0]
-        return Write(Table.HOLDING_REGISTERS, mask.address, (mask.applied(word),))
 
     def note(self, wanted: Wanted, stage: VerbStage) -> None:
         """Note how a verb does that a write started. REFUSED: or something else ended its motion; the bit of

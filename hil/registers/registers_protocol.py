@@ -7,7 +7,7 @@ from hil.registers.cells import Cell
 from hil.registers.control_word import Wanted
 from hil.registers.register_unit import Halves, VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
-from hil.wire.modbus.pdu import Mask, Span, Write
+from hil.wire.modbus.pdu import Span, Write
 
 
 class UnitMap(Protocol):
@@ -56,9 +56,6 @@ class Registers(Protocol):
 
     def write(self, write: Write, halves: Halves) -> list[Wanted]:
         """Take registers or coils; answers what is to be done. Raises Refused: nothing was taken."""
-
-    def masked(self, mask: Mask, look: AxisLook | None, halves: Mapping[int, int]) -> Write:
-        """Write that a mask makes of a holding register. Raises Refused: it is not there."""
 
     def note(self, wanted: Wanted, stage: VerbStage) -> None:
         """Note how a verb does that a write started."""

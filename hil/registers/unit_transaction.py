@@ -16,7 +16,7 @@ from hil.registers.registers_protocol import Registers
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.verbs import VerbRefused
 from hil.wire.modbus.identification import Identification, identify
-from hil.wire.modbus.pdu import Function, Request, Span, Table, answer
+from hil.wire.modbus.pdu import Function, Request, Span, Table, Write, answer
 
 
 class Step(Enum):
@@ -74,9 +74,10 @@ def at_once(
 
 def _written(request: Request, registers: Registers, halves: Halves) -> Transaction:
     write = request.write
-    if request.mask:
-        look = yield from _look(registers, Span(Table.HOLDING_REGISTERS, request.mask.address, 1))
-        write = registers.masked(request.mask, look, halves)
+    if mask := request.mask:
+        span = Span(Table.HOLDING_REGISTERS, mask.address, 1)
+        word = registers.read(span, (yield from _look(registers, span)), halves)[0]
+        write = Write(span.table, mask.address, (mask.applied(word),))
     if request.read:  # what cannot be read back is not carried out
         registers.check(request.read)
     for wanted in registers.write(write, halves) if write else ():

@@ -12,6 +12,10 @@ from typing import Protocol, runtime_checkable
 
 from hil.vocab.line_format import LineFormat
 
+TOUCH_BAUD = 1200
+"""Rate of the touch: a board with native USB resets when its port is closed at it. Arduino platform
+specification, "1200 bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before,
+and the bootloader runs first."""
 Tap = Callable[[str, bytes], None]
 """Called with what passes at a port: the direction, "board" or "client", and the bytes."""
 

@@ -80,6 +80,8 @@ class VerbRefused(Exception):
         self.code = code
 
 
+OF_TEXTS = ("bad_run", "bad_config")
+"""Codes of refusals that list the problems of a text."""
 CODES = {
     "bad_request": "the payload is no JSON object, or is too large",
     "no_device": "there is no such device, or it has no such serial interface",

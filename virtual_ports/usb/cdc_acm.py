@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from hil.vocab.line_format import LineFormat, format_named
+from hil.vocab.ports import TOUCH_BAUD
 from virtual_ports.usb.descriptors import BULK_IN, BULK_OUT, COMMUNICATION, NOTIFY, Descriptors
 from virtual_ports.usb.endpoints import Endpoint, InEndpoint, MessageEndpoint, OutEndpoint
 from virtual_ports.usb.urb import CommandReader, Unlink
@@ -21,7 +22,6 @@ CARRIER, DSR, BREAK, RING, FRAMING, PARITY, OVERRUN = 1, 2, 4, 8, 16, 32, 64
 _HERE = CARRIER | DSR
 _SERIAL_STATE = struct.Struct("<BBHHHH")
 _NOTIFICATION, _SERIAL_STATE_CODE = 0xA1, 0x20
-_TOUCH_BAUD = 1200
 _PARITIES = "NOEMS"
 _MOST_STOP = 2
 
@@ -119,7 +119,7 @@ class CdcAcm:
     def is_touched(self) -> bool:
         """True while the host asks for a reset: it has chosen 1200 baud, and DTR is off. Source: CDC.cpp,
         Arduino SAMD core."""
-        return self.is_native and self.coding.baud == _TOUCH_BAUD and not self.dtr
+        return self.is_native and self.coding.baud == TOUCH_BAUD and not self.dtr
 
     def tell(self, events: int) -> None:
         """Tell the host of events on the line: bits of the serial state."""
