@@ -2,7 +2,11 @@
 #ifndef HIL_LAWS_H
 #define HIL_LAWS_H
 
-#include "law.h"
+#include "law/a3967.h"
+#include "law/pin_bank.h"
+#include "law/servo.h"
+#include "law/stepper.h"
+#include "law/walter.h"
 
 extern const law *const laws[HIL_LAWS];
 

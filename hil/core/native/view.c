@@ -5,11 +5,7 @@
 
 #include "core.h"
 #include "hil_core.h"
-#include "law/a3967.h"
-#include "law/pin_bank.h"
-#include "law/servo.h"
-#include "law/stepper.h"
-#include "law/walter.h"
+#include "laws.h"
 #include "motion/profile.h"
 
 const hil_field_info hil_field_table[HIL_FIELDS] = {
