@@ -27,8 +27,7 @@ from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
 from hil.wire.can.can_bus_protocol import CanFilter, NodeState
 from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.slcan import encode
-from hil.wire.can.slcan_adapter import SlcanAdapter, SlcanStatus
+from hil.wire.can.slcan import SlcanAdapter, SlcanStatus, encode
 from virtual_ports.can.can_bus import CanBus
 from virtual_ports.can.can_faults import CanFaults
 

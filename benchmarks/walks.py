@@ -42,8 +42,6 @@ UP_S = 4.5
 ENABLE, START = 0x0001, 8
 MOVE_REGISTER, MOVE_COIL = 2000 + 32 * START, START
 """Parameters of ``move_abs`` and its start bit at the Modbus door: ``hil modbus map``."""
-RPDO, TPDO = (0x1400, 0x201, 0x6040_0010), (0x1800, 0x181, 0x6041_0010)
-"""Communication parameter, COB-ID of node 1, and the mapped object: controlword and statusword."""
 FIRST_ADDRESS = 4
 SHORT_CONFIG = """bench: short
 devices:
@@ -135,32 +133,24 @@ def packet(nodes: int) -> Walk:
 
 
 def controlword() -> Walk:
-    """A controlword from an slcan tap that enables a drive, and the 20 ms behind it."""
+    """A controlword from an slcan tap that gives a drive its set-point, and the 20 ms behind it: a motion."""
     walk = Walk("CAN controlword, 20 ms", most_files=36, most_calls=900)
     buses = {"can0": {"bit_rate": 1_000_000, "nodes": {"m1": 1}, "taps": {"slcan0": {}}}}
     with Bench({"bench": "t", "devices": {"m1": SERVO}, "can": buses}) as bench:
         bench.run(ms=UP_S * 1000)
-        sdo = bench.canbus().drives()[0].sdo
-        for index, cob_id, mapped in (RPDO, TPDO):
-            for at, number, value, size in (
-                (index, 1, 1 << 31 | cob_id, 4),
-                (index, 2, 255, 1),
-                (index + 0x200, 0, 0, 1),
-                (index + 0x200, 1, mapped, 4),
-                (index + 0x200, 0, 1, 1),
-                (index, 1, cob_id, 4),
-            ):
-                sdo.download(at, number, value.to_bytes(size, "little"))
         tap = bench.tap("can0.slcan0")
         tap.write(b"S8\rO\rt00020101\r")  # 1 Mbit/s; NMT: start node 1
-        for word in (b"0600", b"0700", b"0F00", b"0700"):  # to operation enabled, and back
-            tap.write(b"t2012" + word + b"\r")
+        for word in (b"06", b"07", b"0F"):  # to operation enabled
+            tap.write(b"t60182B406000" + word + b"000000\r")
             bench.run(ms=20)
-        tap.read()
+        tap.write(b"t6018237A6000905F0100\r")  # 607Ah: 90 degrees
+        bench.run(ms=20)
+        check_work("answers", tap.read().count(b"t58186"), 4)
         with walk.walked():
-            tap.write(b"t20120F00\r")
+            tap.write(b"t20121F00\r")
             bench.run(ms=20)
-        check_work("statuswords", tap.read().count(b"t1812"), 1)
+        shot = bench.axis("m1").snapshot()
+        check_work("is moving", int(shot.position_deg > 0.01), 1)
     return walk
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from hil.canopen.application import NmtState, Value
+from hil.canopen.application import Value
 from hil.canopen.cia402.motor_axis import MotorLook
 from hil.canopen.cia402.profile_drive import ProfileDrive
 from hil.sim.inputs import Do, Follow, Input
@@ -10,6 +10,7 @@ from hil.testing import Bench
 from hil.vocab.axis import How
 from hil.vocab.path import Path
 from hil.vocab.time import NS_PER_MS
+from hil.wire.canopen.canopen_codes import NmtState
 
 MECHADUINO: dict[str, Any] = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}
 COUNT_A = 0.33 / 0.15 / 255

@@ -1,10 +1,10 @@
 """CANopen nodes: what a device on a CAN bus answers, sends and keeps, in simulated time.
 
 ``canopen_node.py`` is a node; ``application.py`` the seam between it and its device profile: entries of the
-object dictionary, and what the profile is told. Behind the node, ``network_management.py`` has its states,
-``communication.py`` joins its services, each in a file of its name; ``object_dictionary.py`` has the values,
+object dictionary, and what the profile is told. Behind the node, ``network_management.py`` has its states
+and joins its services, each in a file of its name; ``object_dictionary.py`` has the values,
 ``communication_entries.py`` the objects that every node has, ``parameter_store.py`` what is kept without
-power. ``can_ids.py`` says which frames are whose.
+power. ``cob_ids.py`` says which frames clients may choose.
 
 Pure: frames and times come in as arguments, frames go out by a call. The node knows no axis.
 

@@ -10,18 +10,10 @@ from enum import IntEnum, StrEnum
 from typing import Protocol
 
 from hil.wire.canopen.abort_codes import ABORTS
+from hil.wire.canopen.canopen_codes import NmtState
 
 Value = int | float | bytes
 """Value of an entry: ``int`` of integers and BOOLEAN, ``float`` of reals, ``bytes`` of all else."""
-
-
-class NmtState(IntEnum):
-    """State of network management, by its number in a heartbeat."""
-
-    INITIALISING = 0
-    STOPPED = 4
-    OPERATIONAL = 5
-    PRE_OPERATIONAL = 127
 
 
 class DataType(IntEnum):

@@ -6,16 +6,16 @@ Source: CiA 301 version 4.2.0.
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hil.canopen.application import Application, NmtState, NodeServices, Value
-from hil.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
-from hil.canopen.communication import Routes
+from hil.canopen.application import Application, NodeServices, Value
 from hil.canopen.communication_entries import COMMUNICATION_NAMES, Identity, communication_entries
 from hil.canopen.eds import StoredEds
-from hil.canopen.network_management import BusState, NetworkManagement
+from hil.canopen.network_management import BusState, NetworkManagement, Routes
 from hil.canopen.object_dictionary import ObjectDictionary, key_of
 from hil.canopen.parameter_store import Keep, ParameterStore
 from hil.vocab.time import FOREVER
 from hil.wire.can.can_frame import CanFrame
+from hil.wire.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
+from hil.wire.canopen.canopen_codes import NmtState
 
 
 def _ignore(*_: object) -> None:

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from hil.canopen.application import Access, DataType, Entry, Value
-from hil.canopen.can_ids import EMCY, RPDO, SDO_ANSWER, SDO_REQUEST, SYNC, TPDO
 from hil.canopen.data_types import size_of
 from hil.canopen.emergency import HISTORY
 from hil.canopen.error_control import CONSUMED
+from hil.wire.canopen.can_ids import EMCY, RPDO, SDO_ANSWER, SDO_REQUEST, SYNC, TPDO
 
 PDOS = 4
 MAPPED = 8

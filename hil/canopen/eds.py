@@ -9,7 +9,7 @@ from hil.canopen.application import Access, DataType, Entry, Value
 from hil.canopen.communication_entries import PDOS, Identity
 from hil.canopen.data_types import size_of
 from hil.canopen.object_dictionary import ObjectDictionary
-from hil.canopen.pdo_mapping import DUMMIES
+from hil.canopen.pdo import DUMMIES
 
 _VAR, _DOMAIN, _ARRAY, _RECORD = 0x7, 0x2, 0x8, 0x9
 _MANDATORY = (0x1000, 0x1001, 0x1018)

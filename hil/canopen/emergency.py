@@ -9,15 +9,15 @@ from enum import IntEnum
 from struct import Struct
 
 from hil.canopen.application import SdoAbort, Value
-from hil.canopen.can_ids import check_cob_id
+from hil.canopen.cob_ids import check_cob_id
 from hil.canopen.object_dictionary import ObjectDictionary
 from hil.canopen.timers import Timers
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.can_ids import INVALID
 
 HISTORY = 8
 """Errors that 1003h keeps."""
 COMMUNICATION_BIT, GENERIC_BIT = 0x10, 0x01
-_INVALID = 1 << 31
 _WAITING = 16
 """EMCY that wait for the inhibit time, or for the end of STOPPED. Decision: of more the oldest is lost."""
 _FRAME = Struct("<HB5s")
@@ -54,7 +54,7 @@ class Emergencies:
         self._history: deque[int] = deque(maxlen=HISTORY)
         self._profile_bits = 0
         self._lasting: set[object] = set()
-        self._cob_id = _INVALID
+        self._cob_id = INVALID
         self._inhibit_ns = 0
         self.is_silent = True
         dictionary.own((0x1001, 0x1003, 0x1014, 0x1015), self)
@@ -111,7 +111,7 @@ class Emergencies:
         """Send what waits, as the inhibit time lets it."""
         while self.waiting and not self.is_silent and not self._timer.is_running:
             data = self.waiting.popleft()
-            if not self._cob_id & _INVALID:
+            if not self._cob_id & INVALID:
                 self._send(self._cob_id, data)
                 if self._inhibit_ns:
                     self._timer.start(now_ns + self._inhibit_ns)
@@ -142,6 +142,6 @@ class Emergencies:
             check_cob_id(self._cob_id, value)
             self._cob_id = value
         elif index == 0x1015:
-            if not self._cob_id & _INVALID:
+            if not self._cob_id & INVALID:
                 raise SdoAbort(AbortCode.NOT_NOW)
             self._inhibit_ns = value * _INHIBIT_UNIT_NS

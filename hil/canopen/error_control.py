@@ -6,13 +6,14 @@ Source: CiA 301 version 4.2.0, 7.2.8.2.2, 7.2.8.3.2 and 7.5.2.11, 7.5.2.12, 7.5.
 from collections.abc import Callable
 from functools import partial
 
-from hil.canopen.application import NmtState, SdoAbort, Value
-from hil.canopen.can_ids import NODE_ID_MAX
+from hil.canopen.application import SdoAbort, Value
 from hil.canopen.emergency import Emergencies, ErrorCode
 from hil.canopen.object_dictionary import ObjectDictionary, SettingsOwner
 from hil.canopen.timers import Timers
 from hil.vocab.time import NS_PER_MS
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.can_ids import NODE_ID_MAX
+from hil.wire.canopen.canopen_codes import NmtState
 
 CONSUMED = 4
 """Nodes whose heartbeat 1016h can watch."""

@@ -1,21 +1,120 @@
-"""Network management of a node: its states, commands and resets, and what follows from lost communication.
+"""Network management of a node: its services, made and joined; its states, commands and resets, and what
+follows from lost communication.
 
 Source: CiA 301 version 4.2.0, 7.3.2 and 7.5.2.33 (1029h).
 """
 
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
 from enum import Enum, auto
+from functools import partial
 
-from hil.canopen import can_ids
-from hil.canopen.application import Application, NmtState
-from hil.canopen.communication import TALKING, Communication, Routes
-from hil.canopen.emergency import ErrorCode
+from hil.canopen.application import Application
+from hil.canopen.emergency import Emergencies, ErrorCode
+from hil.canopen.error_control import ErrorControl, HeartbeatConsumer
+from hil.canopen.lss_slave import LssSlave
 from hil.canopen.object_dictionary import ObjectDictionary
 from hil.canopen.parameter_store import ParameterStore
+from hil.canopen.pdos import Handler, Pdos
+from hil.canopen.sdo_server import SdoServer
+from hil.canopen.sync import Sync
+from hil.canopen.timers import Timers
+from hil.wire.canopen import can_ids
+from hil.wire.canopen.canopen_codes import NmtCommand, NmtState
 
-_STATES = {1: NmtState.OPERATIONAL, 2: NmtState.STOPPED, 128: NmtState.PRE_OPERATIONAL}
+TALKING = (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL)
+"""States in which all services but PDO work (table 38)."""
+Routes = dict[int, Handler]
+
+
+class Communication:
+    """Services of one node. ``emit`` takes an identifier and bytes. Each is told of its settings by
+    ``load``."""
+
+    def __init__(
+        self,
+        dictionary: ObjectDictionary,
+        address: Sequence[int],
+        store: ParameterStore,
+        emit: Callable[[int, bytes], None],
+        use_bit_rate: Callable[[int], None],
+        manager: "NetworkManagement",
+    ) -> None:
+        self.node_id = can_ids.UNCONFIGURED
+        timers = self.timers = Timers()
+        emergencies = self.emergencies = Emergencies(dictionary, timers, emit)
+        self.store = store
+        self.sync = Sync(dictionary, timers, emergencies, emit, manager.synced, manager.route)
+        self.pdos = Pdos(dictionary, timers, emergencies, self.sync, emit, manager.route)
+        self.sdo = SdoServer(dictionary, timers, lambda data: emit(can_ids.SDO_ANSWER + self.node_id, data))
+        self.error_control = ErrorControl(
+            dictionary,
+            timers,
+            emergencies,
+            lambda data: emit(can_ids.ERROR_CONTROL + self.node_id, data),
+            partial(manager.lose, "guarding"),
+        )
+        self.consumer = HeartbeatConsumer(
+            dictionary, timers, emergencies, partial(manager.lose, "heartbeat"), manager.route
+        )
+        self.lss = LssSlave(
+            address,
+            timers,
+            partial(emit, can_ids.LSS_ANSWER),
+            store.keep_lss,
+            manager.reset_communication,
+            use_bit_rate,
+        )
+        self._command = manager.command
+
+    def load(self) -> None:
+        """Take the settings from the dictionary."""
+        for service in (self.emergencies, self.sync, self.pdos, self.consumer):
+            service.load()
+
+    def routes(self, state: NmtState) -> tuple[Routes, Routes]:
+        """Identifiers of the data frames and of the remote frames that a state wants, and who takes them."""
+        found: dict[int, list[Handler]] = defaultdict(list)
+        for can_id, handler in self._data_routes(state):
+            found[can_id].append(handler)
+        remote: Routes = {}
+        if state is not NmtState.INITIALISING:
+            remote[can_ids.ERROR_CONTROL + self.node_id] = self.error_control.hear_request
+            remote |= dict(self.pdos.remote_routes())
+        return {can_id: _joined(handlers) for can_id, handlers in found.items()}, remote
+
+    def _data_routes(self, state: NmtState) -> Iterator[tuple[int, Handler]]:
+        yield can_ids.LSS_REQUEST, self.lss.hear
+        if state is NmtState.INITIALISING:
+            return
+        yield can_ids.NMT, self._command
+        for node_id in self.consumer.node_ids:
+            yield can_ids.ERROR_CONTROL + node_id, partial(self.consumer.hear, node_id)
+        if state in TALKING:
+            yield can_ids.SDO_REQUEST + self.node_id, self.sdo.hear
+            yield self.sync.can_id, self.sync.hear
+        if state is NmtState.OPERATIONAL:
+            yield from self.pdos.routes()
+
+
+def _joined(handlers: list[Handler]) -> Handler:
+    """Make one handler of those that want the same frame."""
+    if len(handlers) == 1:
+        return handlers[0]
+
+    def each(data: bytes, now_ns: int) -> None:
+        for handler in handlers:
+            handler(data, now_ns)
+
+    return each
+
+
+_STATES: dict[int, NmtState] = {
+    NmtCommand.START: NmtState.OPERATIONAL,
+    NmtCommand.STOP: NmtState.STOPPED,
+    NmtCommand.PRE_OPERATIONAL: NmtState.PRE_OPERATIONAL,
+}
 """States by the commands that lead to them."""
-_RESET_NODE, _RESET_COMMUNICATION = 129, 130
 _NO_CHANGE, _TO_STOPPED = 1, 2
 """Values of 1029h; 0: from OPERATIONAL to PRE-OPERATIONAL."""
 
@@ -84,9 +183,9 @@ class NetworkManagement:
             return
         if data[0] in _STATES:
             self._enter(_STATES[data[0]], now_ns)
-        elif data[0] == _RESET_NODE:
+        elif data[0] == NmtCommand.RESET:
             self.reset_node(now_ns)
-        elif data[0] == _RESET_COMMUNICATION:
+        elif data[0] == NmtCommand.RESET_COMMUNICATION:
             self.reset_communication(now_ns)
 
     def reset_node(self, now_ns: int) -> None:

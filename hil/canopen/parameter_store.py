@@ -14,10 +14,10 @@ from struct import Struct
 from zlib import crc32
 
 from hil.canopen.application import PendingWrite, SdoAbort, Value
-from hil.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
 from hil.canopen.data_types import longest, pack, size_of
 from hil.canopen.object_dictionary import ObjectDictionary, key_of
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
 
 _MAGIC = b"COP1"
 _CRC, _LSS, _VALUE = Struct("<I"), Struct("<BI"), Struct("<HBH")

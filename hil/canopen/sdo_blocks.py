@@ -12,7 +12,7 @@ from hil.canopen.data_types import longest
 from hil.canopen.sdo_segments import WriteValue
 from hil.wire.canopen import sdo_frames
 from hil.wire.canopen.abort_codes import AbortCode
-from hil.wire.canopen.sdo_frames import MOST_IN_BLOCK, SEGMENT_BYTES, BlockStep, Request
+from hil.wire.canopen.sdo_frames import MOST_IN_BLOCK, SEGMENT_BYTES, BlockStep, SdoRequest
 
 
 class BlockDownload:
@@ -61,7 +61,7 @@ class BlockDownload:
         return False
 
     def _end(self, data: bytes, now_ns: int) -> bool:
-        if sdo_frames.specifier(data) != Request.BLOCK_DOWNLOAD:
+        if sdo_frames.specifier(data) != SdoRequest.BLOCK_DOWNLOAD:
             raise SdoAbort(AbortCode.COMMAND)
         value = bytes(self._data[: len(self._data) - sdo_frames.block_unused(data)])
         if self._size not in (None, len(value)):
@@ -101,7 +101,7 @@ class BlockUpload:
 
     def take(self, data: bytes, now_ns: int) -> bool:
         step = sdo_frames.block_step(data)
-        if sdo_frames.specifier(data) != Request.BLOCK_UPLOAD:
+        if sdo_frames.specifier(data) != SdoRequest.BLOCK_UPLOAD:
             raise SdoAbort(AbortCode.COMMAND)
         if step == BlockStep.SEND and not self._has_started:
             self._has_started = True

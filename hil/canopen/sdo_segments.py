@@ -9,7 +9,7 @@ from hil.canopen.application import Entry, SdoAbort
 from hil.canopen.data_types import longest
 from hil.wire.canopen import sdo_frames
 from hil.wire.canopen.abort_codes import AbortCode
-from hil.wire.canopen.sdo_frames import SEGMENT_BYTES, Answer, Request
+from hil.wire.canopen.sdo_frames import SEGMENT_BYTES, SdoAnswer, SdoRequest
 
 WriteValue = Callable[[Entry, bytes, bytes, int], None]
 """Writes a value that has come whole, at a time, and sends the answer (its third argument) when it is
@@ -34,14 +34,14 @@ class SegmentDownload:
         self._toggle = 0
 
     def take(self, data: bytes, now_ns: int) -> bool:
-        if sdo_frames.specifier(data) != Request.DOWNLOAD_SEGMENT:
+        if sdo_frames.specifier(data) != SdoRequest.DOWNLOAD_SEGMENT:
             raise SdoAbort(AbortCode.COMMAND)
         if sdo_frames.toggle_of(data) != self._toggle:
             raise SdoAbort(AbortCode.TOGGLE)
         self._data += sdo_frames.part_of(data)
         if len(self._data) > self._most:
             raise SdoAbort(AbortCode.TOO_LONG if self._size is None else AbortCode.LENGTH)
-        answer = sdo_frames.segment_answer(Answer.DOWNLOAD_SEGMENT, self._toggle)
+        answer = sdo_frames.segment_answer(SdoAnswer.DOWNLOAD_SEGMENT, self._toggle)
         self._toggle ^= sdo_frames.TOGGLE
         if not sdo_frames.is_last(data):
             self._send(answer)
@@ -65,7 +65,7 @@ class SegmentUpload:
         self._toggle = 0
 
     def take(self, data: bytes, now_ns: int) -> bool:
-        if sdo_frames.specifier(data) != Request.UPLOAD_SEGMENT:
+        if sdo_frames.specifier(data) != SdoRequest.UPLOAD_SEGMENT:
             raise SdoAbort(AbortCode.COMMAND)
         if sdo_frames.toggle_of(data) != self._toggle:
             raise SdoAbort(AbortCode.TOGGLE)

@@ -21,9 +21,9 @@ from hil.wire.canopen.sdo_frames import (
     EXPEDITED_BYTES,
     FRAME_BYTES,
     MOST_IN_BLOCK,
-    Answer,
     BlockStep,
-    Request,
+    SdoAnswer,
+    SdoRequest,
 )
 
 TIME_OUT_NS = NS_PER_S
@@ -60,10 +60,10 @@ class SdoServer:
         self._written: PendingWrite | None = None
         """Write whose end the client is to be told."""
         self._starts = {
-            Request.DOWNLOAD: self._start_download,
-            Request.UPLOAD: self._start_upload,
-            Request.BLOCK_DOWNLOAD: self._start_block_download,
-            Request.BLOCK_UPLOAD: self._start_block_upload,
+            SdoRequest.DOWNLOAD: self._start_download,
+            SdoRequest.UPLOAD: self._start_upload,
+            SdoRequest.BLOCK_DOWNLOAD: self._start_block_download,
+            SdoRequest.BLOCK_UPLOAD: self._start_block_upload,
         }
 
     def reset(self) -> None:
@@ -86,7 +86,9 @@ class SdoServer:
             if len(data) != FRAME_BYTES:
                 raise SdoAbort(AbortCode.COMMAND, "a frame of SDO has 8 bytes")
             kind, is_start = sdo_frames.specifier(data), _is_start(data)
-            if kind == Request.ABORT and (data[0] == ABORT_BYTE or not (transfer and transfer.is_in_block)):
+            if kind == SdoRequest.ABORT and (
+                data[0] == ABORT_BYTE or not (transfer and transfer.is_in_block)
+            ):
                 self.reset()
                 return
             if transfer and (transfer.is_in_block or not is_start):
@@ -99,7 +101,7 @@ class SdoServer:
             if not is_start:
                 raise SdoAbort(AbortCode.COMMAND)
             index, subindex = sdo_frames.object_of(data)
-            self._transfer = self._starts[Request(kind)](data, index, subindex, now_ns)
+            self._transfer = self._starts[SdoRequest(kind)](data, index, subindex, now_ns)
             if self._transfer:
                 self._timer.start(now_ns + TIME_OUT_NS)
         except SdoAbort as abort:
@@ -141,7 +143,7 @@ class SdoServer:
 
     def _start_download(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer | None:
         entry = self._dictionary.find_writable(index, subindex)
-        answer = sdo_frames.begin(Answer.DOWNLOAD, index, subindex)
+        answer = sdo_frames.begin(SdoAnswer.DOWNLOAD, index, subindex)
         if sdo_frames.is_expedited(data):
             value = sdo_frames.expedited(data, size_of(entry.data_type) or EXPEDITED_BYTES)
             self._write(entry, value, answer, now_ns)
@@ -157,9 +159,9 @@ class SdoServer:
 
     def _upload(self, value: bytes, index: int, subindex: int) -> Transfer | None:
         if 1 <= len(value) <= EXPEDITED_BYTES:
-            self._send(sdo_frames.begin(Answer.UPLOAD, index, subindex, value))
+            self._send(sdo_frames.begin(SdoAnswer.UPLOAD, index, subindex, value))
             return None
-        self._send(sdo_frames.begin_segments(Answer.UPLOAD, index, subindex, len(value)))
+        self._send(sdo_frames.begin_segments(SdoAnswer.UPLOAD, index, subindex, len(value)))
         return SegmentUpload(index, subindex, value, self._send)
 
     def _start_block_download(self, data: bytes, index: int, subindex: int, now_ns: int) -> Transfer:
@@ -182,8 +184,8 @@ class SdoServer:
 def _is_start(data: bytes) -> bool:
     """True if a frame begins a transfer, whatever was before."""
     kind = sdo_frames.specifier(data)
-    if kind == Request.BLOCK_DOWNLOAD:
+    if kind == SdoRequest.BLOCK_DOWNLOAD:
         return not sdo_frames.is_block_end(data)
-    if kind == Request.BLOCK_UPLOAD:
+    if kind == SdoRequest.BLOCK_UPLOAD:
         return sdo_frames.block_step(data) == BlockStep.BEGIN
-    return kind in (Request.DOWNLOAD, Request.UPLOAD)
+    return kind in (SdoRequest.DOWNLOAD, SdoRequest.UPLOAD)

@@ -6,11 +6,12 @@ Source: CiA 301 version 4.2.0, 7.2.5 and 7.5.2.5 to 7.5.2.7, 7.5.2.22.
 from collections.abc import Callable
 
 from hil.canopen.application import SdoAbort, Value
-from hil.canopen.can_ids import ID_MASK, check_id
+from hil.canopen.cob_ids import check_id
 from hil.canopen.emergency import Emergencies, ErrorCode
 from hil.canopen.object_dictionary import ObjectDictionary, SettingsOwner
 from hil.canopen.timers import Timers
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.can_ids import ID_MASK
 
 _PRODUCES = 1 << 30
 _US_NS = 1000

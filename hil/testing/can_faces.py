@@ -15,6 +15,8 @@ from hil.vocab.address import Address
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.can.can_bus_protocol import NodeState
 from hil.wire.can.can_frame import CanFrame
+from hil.wire.canopen import can_ids
+from hil.wire.canopen.canopen_codes import NmtCommand
 from hil.wire.canopen.cia402_words import CONTROLWORD, STATUSWORD, DriveCommand, DriveState, state_of
 
 if TYPE_CHECKING:
@@ -30,8 +32,14 @@ _SLICE_MS = 1.0
 ENABLING = DriveCommand.SHUTDOWN, DriveCommand.SWITCH_ON, DriveCommand.ENABLE
 _MAILBOXES = 256
 
-NMT = {"operational": 1, "stopped": 2, "pre-operational": 128, "reset": 129, "reset_communication": 130}
-"""Commands of network management. CiA 301 version 4.2.0, 7.2.8.2.1."""
+COMMANDS = {
+    "operational": NmtCommand.START,
+    "stopped": NmtCommand.STOP,
+    "pre-operational": NmtCommand.PRE_OPERATIONAL,
+    "reset": NmtCommand.RESET,
+    "reset_communication": NmtCommand.RESET_COMMUNICATION,
+}
+"""Commands of network management, by the states that they lead to."""
 
 
 class CanTapFace(TapFace):
@@ -172,7 +180,7 @@ class DriveFace:
         """Command a state: ``operational``, ``stopped``, ``pre-operational``, ``reset`` or
         ``reset_communication``. Raises KeyError: there is no such command."""
         __tracebackhide__ = True
-        self.canbus.send(0, bytes((NamedThings("NMT command", NMT)[command], self.node_id)))
+        self.canbus.send(can_ids.NMT, bytes((NamedThings("NMT command", COMMANDS)[command], self.node_id)))
 
     def read(self, index: int, subindex: int = 0, *, is_signed: bool = False) -> int:
         """Read an object that is a whole number.
@@ -215,12 +223,12 @@ class DriveFace:
 
     def boot(self, within_ms: float = PATIENCE_MS) -> HeardFrame:
         """Await the boot-up message."""
-        return self.canbus.expect(0x700 + self.node_id, b"\0", within_ms=within_ms)
+        return self.canbus.expect(can_ids.ERROR_CONTROL + self.node_id, b"\0", within_ms=within_ms)
 
     def _exchange(self, data: bytes) -> bytes:
         self.canbus.read()
-        self.canbus.send(0x600 + self.node_id, data)
-        return self.canbus.expect(0x580 + self.node_id).frame.data
+        self.canbus.send(can_ids.SDO_REQUEST + self.node_id, data)
+        return self.canbus.expect(can_ids.SDO_ANSWER + self.node_id).frame.data
 
 
 def canbus_config(

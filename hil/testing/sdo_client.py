@@ -6,7 +6,7 @@ Source: CiA 301 version 4.2.0, 7.2.4.3.
 from collections.abc import Callable
 
 from hil.wire.canopen import sdo_frames
-from hil.wire.canopen.sdo_frames import ABORT_BYTE, EXPEDITED_BYTES, SEGMENT_BYTES, Request
+from hil.wire.canopen.sdo_frames import ABORT_BYTE, EXPEDITED_BYTES, SEGMENT_BYTES, SdoRequest
 
 
 class SdoAborted(Exception):
@@ -25,12 +25,12 @@ class SdoClient:
 
     def upload(self, index: int, subindex: int = 0) -> bytes:
         """Read an object. Raises SdoAborted."""
-        answer = self._ask(index, subindex, sdo_frames.begin(Request.UPLOAD, index, subindex))
+        answer = self._ask(index, subindex, sdo_frames.begin(SdoRequest.UPLOAD, index, subindex))
         if sdo_frames.is_expedited(answer):
             return sdo_frames.expedited(answer)
         data, toggle, is_last = b"", 0, False
         while not is_last:
-            request = sdo_frames.segment_answer(Request.UPLOAD_SEGMENT, toggle)
+            request = sdo_frames.segment_answer(SdoRequest.UPLOAD_SEGMENT, toggle)
             answer = self._ask(index, subindex, request)
             data += sdo_frames.part_of(answer)
             is_last = sdo_frames.is_last(answer)
@@ -40,9 +40,9 @@ class SdoClient:
     def download(self, index: int, subindex: int, data: bytes) -> None:
         """Write an object. Raises SdoAborted."""
         if 0 < len(data) <= EXPEDITED_BYTES:
-            self._ask(index, subindex, sdo_frames.begin(Request.DOWNLOAD, index, subindex, data))
+            self._ask(index, subindex, sdo_frames.begin(SdoRequest.DOWNLOAD, index, subindex, data))
             return
-        begun = sdo_frames.begin_segments(Request.DOWNLOAD, index, subindex, len(data))
+        begun = sdo_frames.begin_segments(SdoRequest.DOWNLOAD, index, subindex, len(data))
         self._ask(index, subindex, begun)
         toggle = 0
         for begin in range(0, max(len(data), 1), SEGMENT_BYTES):

@@ -24,9 +24,7 @@ from hil.wire.can.can_bus_protocol import (
 from hil.wire.can.can_frame import CanFrame
 from virtual_ports.can._bit_wire import BitWire
 from virtual_ports.can.bus_line import BusLine
-from virtual_ports.can.bus_news import BusNews
-from virtual_ports.can.bus_node import BusNode, Mailboxes
-from virtual_ports.can.bus_nodes import BusNodes
+from virtual_ports.can.bus_nodes import BusNews, BusNode, BusNodes, Mailboxes
 
 LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
 """Bits per second."""

@@ -13,7 +13,7 @@ from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.byte_faults import Chance
 from hil.wire.can.can_bus_protocol import MailboxesFull
 from hil.wire.can.can_frame import DATA_MAX, CanFrame
-from virtual_ports.can.bus_node import BusNode
+from virtual_ports.can.bus_nodes import BusNode
 from virtual_ports.can.can_bus import LEAST_BIT_RATE, MOST_BIT_RATE, CanBus
 
 ON_BUS = ("wire_noise",)

@@ -4,7 +4,6 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from hil.canopen.application import Entry
-from hil.canopen.can_ids import RPDO, TPDO
 from hil.canopen.cia402.homing_methods import methods_of
 from hil.canopen.cia402.motor_axis import MotorAxis
 from hil.canopen.cia402.objects import (
@@ -22,6 +21,7 @@ from hil.canopen.cia402.objects import (
     array_of,
 )
 from hil.canopen.communication_entries import mapping_entries
+from hil.wire.canopen.can_ids import RPDO, TPDO
 from hil.wire.canopen.cia402_words import (
     CYCLIC_POSITION,
     CYCLIC_VELOCITY,

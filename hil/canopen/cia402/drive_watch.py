@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 from hil.canopen.cia402.drive_context import DriveContext
 from hil.canopen.cia402.error_codes import DriveError
-from hil.canopen.cia402.operating_mode import OperatingMode
-from hil.canopen.cia402.time_window import TimeWindow
+from hil.canopen.cia402.operating_mode import OperatingMode, TimeWindow
 
 
 class FoundFault(NamedTuple):

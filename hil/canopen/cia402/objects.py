@@ -1,8 +1,8 @@
 """The one table of a drive's objects: dictionary, EDS and reference come from it.
 
-Units: positions in user units (``user_units.py``), by default thousandths of a degree; velocities in the same
-a second, accelerations in the same a second squared; torques and currents in thousandths of the rated ones;
-times in milliseconds. Names are those of CiA 402-2.
+Units: positions in user units (``drive_context.py``), by default thousandths of a degree; velocities in the
+same a second, accelerations in the same a second squared; torques and currents in thousandths of the rated
+ones; times in milliseconds. Names are those of CiA 402-2.
 """
 
 from collections.abc import Iterator, Mapping

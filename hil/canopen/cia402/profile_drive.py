@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from hil.canopen.application import Access, Entry, NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.application import Access, Entry, NodeServices, SdoAbort, Value
 from hil.canopen.cia402 import objects
-from hil.canopen.cia402.automaton_clock import AutomatonClock
 from hil.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity
-from hil.canopen.cia402.drive_automaton import DriveAutomaton
-from hil.canopen.cia402.drive_context import DriveContext
+from hil.canopen.cia402.drive_automaton import AutomatonClock, DriveAutomaton
+from hil.canopen.cia402.drive_context import FACTORS, DriveContext, to_int32
 from hil.canopen.cia402.drive_entries import entries_of, modes_of, names_of
 from hil.canopen.cia402.drive_states import UNDER_POWER
 from hil.canopen.cia402.error_codes import LOST, DriveError
@@ -18,11 +17,11 @@ from hil.canopen.cia402.operating_mode import OperatingMode
 from hil.canopen.cia402.profile_position import ProfilePosition
 from hil.canopen.cia402.profile_torque import ProfileTorque
 from hil.canopen.cia402.profile_velocity import ProfileVelocity
-from hil.canopen.cia402.user_units import FACTORS, to_int32
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 from hil.wire.canopen import cia402_words
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.canopen_codes import NmtState
 from hil.wire.canopen.cia402_words import CONTROLWORD, ERROR_CODE, MODE, MODE_DISPLAY, STATUSWORD
 
 _INPUTS = 0x60FD

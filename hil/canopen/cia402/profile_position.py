@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 from hil.canopen.cia402.drive_context import DriveContext
-from hil.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode
+from hil.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode, TimeWindow
 from hil.canopen.cia402.set_point_ramps import MotionRules
-from hil.canopen.cia402.time_window import TimeWindow
 from hil.vocab.time import FOREVER
 from hil.wire.canopen.cia402_words import (
     CHANGE_AT_ONCE,

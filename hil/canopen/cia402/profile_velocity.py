@@ -1,8 +1,7 @@
 """Profile velocity mode: a target speed, reached by ramps."""
 
 from hil.canopen.cia402.drive_context import DriveContext
-from hil.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode
-from hil.canopen.cia402.time_window import TimeWindow
+from hil.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode, TimeWindow
 from hil.vocab.path import DEG_PER_S
 from hil.wire.canopen.cia402_words import STANDS, TARGET_REACHED
 

@@ -4,12 +4,13 @@ from collections.abc import Callable
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from hil.canopen.application import Access, DataType, Entry, NmtState, NodeServices, SdoAbort, Value
+from hil.canopen.application import Access, DataType, Entry, NodeServices, SdoAbort, Value
 from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.communication_entries import Identity, mapping_entries
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.canopen_codes import NmtState
 
 NODE = 5
 IDENTITY = Identity(0x1122, 0x33445566, 0x10002, 77, "stub", "B", "2.1")

@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from hil.canopen.application import NmtState
 from hil.canopen.parameter_store import KeptSection, decode
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.can.can_frame import CanFrame, check
+from hil.wire.canopen.canopen_codes import NmtState
 
 CASES = int(os.environ.get("HIL_FUZZ", "100000"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))

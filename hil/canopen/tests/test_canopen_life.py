@@ -3,11 +3,11 @@
 import pytest
 from canopen_rig import IDENTITY, Rig, StubApplication
 
-from hil.canopen.application import NmtState
 from hil.canopen.canopen_node import CanOpenNode
 from hil.canopen.parameter_store import decode
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.canopen_codes import NmtState
 
 START, STOP = "000#0105", "000#0205"
 HEARTBEAT_OF_10 = b"\x64\0\x0a\0"

@@ -3,9 +3,9 @@
 import pytest
 from canopen_rig import Rig
 
-from hil.canopen.application import NmtState
 from hil.canopen.parameter_store import decode
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.canopen_codes import NmtState
 
 SAVE_ALL, LOAD_ALL = "605#2310100173617665", "605#231110016C6F6164"
 SAVED, LOADED = "585#6010100100000000", "585#6011100100000000"

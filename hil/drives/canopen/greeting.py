@@ -9,21 +9,19 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from hil.drives.canopen.drive_units import FACTOR_OBJECTS, DriveUnits, GivenUnits, units_of
-from hil.drives.canopen.node_watch import HEARTBEAT_NS, MISSING, NMT_PRE_OPERATIONAL, NMT_START
+from hil.drives.canopen.node_watch import HEARTBEAT_NS, MISSING
 from hil.drives.canopen.process_data import (
-    INVALID,
     NEEDED,
-    NO_REMOTE,
-    RPDO_IDS,
     TARGET,
     TOLD,
-    TPDO_IDS,
     MappedValue,
     ObjectWrite,
     mapping_writes,
     parameter_index,
 )
 from hil.drives.canopen.sdo_transfer import SdoTransfer, TransferAborted
+from hil.wire.canopen.can_ids import INVALID, NO_RTR, RPDO, TPDO
+from hil.wire.canopen.canopen_codes import NmtCommand
 from hil.wire.canopen.cia402_words import CYCLIC_POSITION, PROFILE_POSITION, mode_bit
 
 SETTLES_NS = 20_000_000
@@ -128,7 +126,7 @@ def greet(spec: GreetSpec) -> Greeting:
         if (number := (yield from _number(index, subindex))) is not None:
             objects[index, subindex] = number
     units = units_of(objects, spec.given)
-    yield Nmt(NMT_PRE_OPERATIONAL)
+    yield Nmt(NmtCommand.PRE_OPERATIONAL)
     yield Pause(SETTLES_NS)
     error_control = yield from _error_control()
     watches = yield from _watch_of_master(spec.master)
@@ -137,7 +135,7 @@ def greet(spec: GreetSpec) -> Greeting:
     has_target = False
     if told and modes & mode_bit(CYCLIC_POSITION):
         has_target = yield from _map_target(spec)
-    yield Nmt(NMT_START)
+    yield Nmt(NmtCommand.START)
     yield Pause(SETTLES_NS)
     return DriveKnown(units, modes, identity, title, told, read, has_target, error_control, watches)
 
@@ -231,8 +229,8 @@ def _map_told(
             return ()
         if is_mapped:
             told.append(wanted)
-    for number in range(len(told), len(TPDO_IDS)):
-        identifier = TPDO_IDS[number] + spec.node | INVALID
+    for number in range(len(told), len(TPDO)):
+        identifier = TPDO[number] + spec.node | INVALID
         yield from _try(ObjectWrite(parameter_index(number), 1, identifier, 4))
     return tuple(told)
 
@@ -252,7 +250,7 @@ def _map(
     index = parameter_index(number, is_rpdo=is_rpdo)
     if (now := (yield from _number(index, 1))) is None:
         return False
-    identifier = (RPDO_IDS if is_rpdo else TPDO_IDS)[number] + node
+    identifier = (RPDO if is_rpdo else TPDO)[number] + node
     if not is_rpdo:
-        identifier |= now & NO_REMOTE  # whether remote frames ask for it is the drive's own
+        identifier |= now & NO_RTR  # whether remote frames ask for it is the drive's own
     return (yield from _try(*mapping_writes(identifier, number, objects, kind, is_rpdo=is_rpdo)))

@@ -1,25 +1,13 @@
 """Watch over a node: its heartbeats or its answers to guarding, and how it does by them. CiA 301, 7.2.8."""
 
 from dataclasses import dataclass
-from enum import IntEnum
+
+from hil.wire.canopen.canopen_codes import NMT_STATES, NmtState
 
 HEARTBEAT_NS = 100_000_000
 """Interval of heartbeats, and of the requests of guarding."""
 MISSING = 3
 """Intervals without a heartbeat after which a node is lost."""
-
-
-class NodeLife(IntEnum):
-    """State of a node, as its heartbeat says."""
-
-    BOOT_UP = 0
-    STOPPED = 4
-    OPERATIONAL = 5
-    PRE_OPERATIONAL = 127
-
-
-NMT_START, NMT_STOP, NMT_PRE_OPERATIONAL, NMT_RESET, NMT_RESET_COMMUNICATION = 0x01, 0x02, 0x80, 0x81, 0x82
-"""Commands of a master. CiA 301, 7.2.8.2.1."""
 
 
 @dataclass
@@ -57,7 +45,7 @@ class NodeWatch:
         if len(data) != 1:
             return False
         state = data[0] & 0x7F
-        if state == NodeLife.BOOT_UP:
+        if state == NmtState.INITIALISING:
             if self.is_on:
                 self._why = "it was reset, or its power was off: it told its boot-up"
             return True
@@ -67,8 +55,10 @@ class NodeWatch:
             self._toggle = data[0] >> 7
             self._heard_ns = now_ns
             is_new = now_ns - self._begun_ns < MISSING * HEARTBEAT_NS + self.late_ns
-            if state != NodeLife.OPERATIONAL and not is_new:  # one on its way from before its start
-                self._why = f"somebody took it out of operation: it is {_words(state)}"
+            if state != NmtState.OPERATIONAL and not is_new:  # one on its way from before its start
+                self._why = (
+                    f"somebody took it out of operation: it is {NMT_STATES.get(state, f'in state {state}')}"
+                )
         return False
 
     def loss(self, now_ns: int) -> str | None:
@@ -80,10 +70,3 @@ class NodeWatch:
             what = "answer to guarding" if self.is_guarded else self.control
             return f"no {what} for {silent_ns / 1e6:.0f} ms"
         return self._why
-
-
-def _words(state: int) -> str:
-    try:
-        return NodeLife(state).name.lower().replace("_", "-")
-    except ValueError:
-        return f"in state {state}"

@@ -1,18 +1,13 @@
 """Process data of a drive: which objects its PDOs carry, as mappings, and the values of a frame of them.
 
-Sources: CiA 301, 7.5.2.33 to 7.5.2.36 (communication and mapping parameters); the predefined connection set.
+Sources: CiA 301, 7.5.2.33 to 7.5.2.36 (communication and mapping parameters).
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from hil.wire.canopen import cia402_words
-
-SYNC_ID, EMCY_ID, SDO_ANSWER_ID, SDO_REQUEST_ID, ERROR_CONTROL_ID = 0x80, 0x80, 0x580, 0x600, 0x700
-TPDO_IDS, RPDO_IDS = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)
-"""Identifiers of the predefined connection set, to which a node's number is added."""
-INVALID, NO_REMOTE = 1 << 31, 1 << 30
-"""Bits of a PDO's identifier: it is switched off; it is not asked for by a remote frame."""
+from hil.wire.canopen.can_ids import INVALID
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from hil.wire.canopen.sdo_frames import (
     EXPEDITED_BYTES,
     FRAME_BYTES,
     SEGMENT_BYTES,
-    Answer,
-    Request,
+    SdoAnswer,
+    SdoRequest,
 )
 
 MOST_BYTES = 4096
@@ -68,10 +68,10 @@ class SdoTransfer:
         self._at = self._toggle = 0
         if self._is_read:
             self.data = None
-            return sdo_frames.begin(Request.UPLOAD, self.index, self.subindex)
+            return sdo_frames.begin(SdoRequest.UPLOAD, self.index, self.subindex)
         if self._is_short:
-            return sdo_frames.begin(Request.DOWNLOAD, self.index, self.subindex, self.result)
-        return sdo_frames.begin_segments(Request.DOWNLOAD, self.index, self.subindex, len(self.result))
+            return sdo_frames.begin(SdoRequest.DOWNLOAD, self.index, self.subindex, self.result)
+        return sdo_frames.begin_segments(SdoRequest.DOWNLOAD, self.index, self.subindex, len(self.result))
 
     def hear(self, answer: bytes) -> bytes | None:
         """Take an answer; the next request, or None when all is done.
@@ -106,7 +106,7 @@ class SdoTransfer:
         return TransferGarbled(why, self.abort(code))
 
     def _hear_first(self, answer: bytes) -> bytes | None:
-        self._check_command(answer, Answer.UPLOAD if self._is_read else Answer.DOWNLOAD)
+        self._check_command(answer, SdoAnswer.UPLOAD if self._is_read else SdoAnswer.DOWNLOAD)
         index, subindex = sdo_frames.object_of(answer)
         if (index, subindex) != (self.index, self.subindex):
             raise self._garbled(f"{self} was answered for {index:04X}h:{subindex:02X}", AbortCode.GENERAL)
@@ -118,10 +118,10 @@ class SdoTransfer:
             return self._end()
         self.data = b""
         self._size = sdo_frames.size_told(answer)
-        return sdo_frames.segment_answer(Request.UPLOAD_SEGMENT, self._toggle)
+        return sdo_frames.segment_answer(SdoRequest.UPLOAD_SEGMENT, self._toggle)
 
     def _hear_segment(self, answer: bytes) -> bytes | None:
-        self._check_segment(answer, Answer.UPLOAD_SEGMENT)
+        self._check_segment(answer, SdoAnswer.UPLOAD_SEGMENT)
         self.data = self.result + sdo_frames.part_of(answer)
         if len(self.data) > MOST_BYTES or (self._size is not None and len(self.data) > self._size):
             raise self._garbled(
@@ -134,18 +134,18 @@ class SdoTransfer:
                 )
             return self._end()
         self._toggle ^= sdo_frames.TOGGLE
-        return sdo_frames.segment_answer(Request.UPLOAD_SEGMENT, self._toggle)
+        return sdo_frames.segment_answer(SdoRequest.UPLOAD_SEGMENT, self._toggle)
 
     def _hear_confirmation(self, answer: bytes) -> bytes | None:
-        self._check_segment(answer, Answer.DOWNLOAD_SEGMENT)
+        self._check_segment(answer, SdoAnswer.DOWNLOAD_SEGMENT)
         self._toggle ^= sdo_frames.TOGGLE
         return self._end() if self._at >= len(self.result) else self._next_segment()
 
-    def _check_command(self, answer: bytes, wanted: Answer) -> None:
+    def _check_command(self, answer: bytes, wanted: SdoAnswer) -> None:
         if sdo_frames.specifier(answer) != wanted:
             raise self._garbled(f"{self} was answered with command {answer[0]:02X}h", AbortCode.COMMAND)
 
-    def _check_segment(self, answer: bytes, wanted: Answer) -> None:
+    def _check_segment(self, answer: bytes, wanted: SdoAnswer) -> None:
         self._check_command(answer, wanted)
         if sdo_frames.toggle_of(answer) != self._toggle:
             raise self._garbled(f"{self}: an answer came twice, or one is missing", AbortCode.TOGGLE)

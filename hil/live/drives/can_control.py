@@ -3,7 +3,6 @@
 import asyncio
 
 from hil.drives.canopen.greeting import sync_period_ns
-from hil.drives.canopen.node_watch import NMT_RESET
 from hil.live.drives.can_drive import CanDrive
 from hil.live.drives.can_line import CanLines
 from hil.live.drives.can_motion import CanMotion
@@ -12,6 +11,7 @@ from hil.live.drives.drive_axis import DriveAxis
 from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.shared_lines import SharedLines
 from hil.vocab.verbs import VerbRefused
+from hil.wire.canopen.canopen_codes import NmtCommand
 from hil.wire.canopen.cia402_words import HOMING, PROFILE_POSITION
 
 STARTS_S = 10.0
@@ -76,7 +76,7 @@ class CanControl(DriveControl):
     async def _reset(self) -> dict[str, float]:
         drive, session = self._can, self._can.link.session
         self.motion.abandon()
-        drive.command(NMT_RESET)
+        drive.command(NmtCommand.RESET)
         for _ in range(round(STARTS_S / _POLL_S)):
             await asyncio.sleep(_POLL_S)
             if drive.link.is_there and drive.link.session != session:

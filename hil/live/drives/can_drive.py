@@ -11,14 +11,7 @@ from hil.drives.canopen.drive_state import EmergencyLog, fault_text, reading_of
 from hil.drives.canopen.drive_units import GivenUnits
 from hil.drives.canopen.greeting import AS_IT_SAYS, DriveKnown, GreetSpec
 from hil.drives.canopen.node_watch import NodeWatch
-from hil.drives.canopen.process_data import (
-    ERROR_CONTROL_ID,
-    RPDO_IDS,
-    SDO_REQUEST_ID,
-    SyncBeat,
-    packed_target,
-    values_in,
-)
+from hil.drives.canopen.process_data import SyncBeat, packed_target, values_in
 from hil.drives.canopen.sdo_transfer import SdoTransfer
 from hil.drives.drive_fields import drive_fields
 from hil.drives.drive_verbs import can_verbs
@@ -28,6 +21,7 @@ from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
 from hil.live.drives.sdo_dialogue import SdoDialogue
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can_drive_address import CanDriveAddress
+from hil.wire.canopen.can_ids import ERROR_CONTROL, RPDO, SDO_REQUEST
 
 TOLD = ("velocity_rpm", "current_A", "fault_code", "statusword", "mode", "emergencies")
 NOT_WATCHED = "it does not watch its master: it has no 1016h"
@@ -142,7 +136,7 @@ class CanDrive(RealDrive):
         return await self._sdo.carry_out(what, lambda: session is None or self.is_in(session))
 
     def _send_request(self, data: bytes) -> None:
-        self.line.send(SDO_REQUEST_ID + self.node, data)
+        self.line.send(SDO_REQUEST + self.node, data)
 
     def _unanswered(self, why: str) -> None:
         was_there = self.link.is_there
@@ -155,7 +149,7 @@ class CanDrive(RealDrive):
 
     def ask_for_life(self) -> None:
         """Send the request of guarding. Raises PlaceLost."""
-        self.line.ask_remotely(ERROR_CONTROL_ID + self.node, 1)
+        self.line.ask_remotely(ERROR_CONTROL + self.node, 1)
 
     # ---- its frames ----
 
@@ -174,7 +168,7 @@ class CanDrive(RealDrive):
         # The drive is there one period later: at the next SYNC.
         units = known.units.position(set_points(beat_ns + line.sync_ns))
         self.sent = SentSetPoint(set_points(beat_ns), beat_ns)
-        return (CanFrame(RPDO_IDS[0] + self.node, packed_target(units)),)
+        return (CanFrame(RPDO[0] + self.node, packed_target(units)),)
 
     def hear_answer(self, data: bytes) -> None:
         self._sdo.hear(data)

@@ -8,19 +8,14 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import Protocol
 
-from hil.drives.canopen.node_watch import HEARTBEAT_NS, NodeLife
-from hil.drives.canopen.process_data import (
-    EMCY_ID,
-    ERROR_CONTROL_ID,
-    SDO_ANSWER_ID,
-    SYNC_ID,
-    TPDO_IDS,
-)
+from hil.drives.canopen.node_watch import HEARTBEAT_NS
 from hil.drives.drive_link import Waits
 from hil.live.drives.asking import PlaceLost
 from hil.live.drives.can_adapter import Beat, CanAdapter
 from hil.wire.can.can_frame import CanFrame
 from hil.wire.can_drive_address import CanPlace
+from hil.wire.canopen.can_ids import EMCY, ERROR_CONTROL, SDO_ANSWER, SYNC, TPDO
+from hil.wire.canopen.canopen_codes import NmtState
 
 _FUNCTION, _NODE = 0x780, 0x7F
 
@@ -124,7 +119,7 @@ class CanLine:
         frames = [frame for member in members for frame in member.before_sync()]
         if members:
             self._is_used = True
-            frames.append(CanFrame(SYNC_ID))
+            frames.append(CanFrame(SYNC))
         return frames + self._life()
 
     def _life(self) -> list[CanFrame]:
@@ -134,7 +129,7 @@ class CanLine:
             return []
         self._lives_s = now_s + HEARTBEAT_NS / 1e9
         masters = {member.master for member in list(self.members.values()) if member.master is not None}
-        return [CanFrame(ERROR_CONTROL_ID + master, bytes([NodeLife.OPERATIONAL])) for master in masters]
+        return [CanFrame(ERROR_CONTROL + master, bytes([NmtState.OPERATIONAL])) for master in masters]
 
     def _lost(self, why: str) -> None:
         self.is_open, self._why = False, why
@@ -147,13 +142,13 @@ class CanLine:
         if member is None or frame.is_extended or frame.is_remote:
             return
         function = frame.id & _FUNCTION
-        if function in TPDO_IDS:
-            member.hear_process_data(TPDO_IDS.index(function), frame.data)
-        elif function == SDO_ANSWER_ID:
+        if function in TPDO:
+            member.hear_process_data(TPDO.index(function), frame.data)
+        elif function == SDO_ANSWER:
             member.hear_answer(frame.data)
-        elif function == ERROR_CONTROL_ID:
+        elif function == ERROR_CONTROL:
             member.hear_error_control(frame.data)
-        elif function == EMCY_ID:
+        elif function == EMCY:
             member.hear_emergency(frame.data)
 
 

@@ -14,8 +14,7 @@ from hil.sim.inputs import Bytes, Input, Play
 from hil.vocab.time import FOREVER, NS_PER_MS, Clock, SimTimeNs
 from hil.wire.can.can_bus_protocol import CanBus, MailboxesFull, NodeState
 from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.slcan import LINE_MAX
-from hil.wire.can.slcan_adapter import SlcanAdapter, SlcanStatus
+from hil.wire.can.slcan import LINE_MAX, SlcanAdapter, SlcanStatus
 
 QUEUE_FRAMES = 64
 """Frames of the client that may wait. Decision: the queue of a larger adapter."""
@@ -109,7 +108,7 @@ class CanTap:
         for listener in self.listeners:
             listener()
 
-    # ---- hil.wire.can.slcan_adapter.SlcanChannel ----
+    # ---- hil.wire.can.slcan.SlcanChannel ----
 
     def open(self, bit_rate: int, *, is_listening: bool) -> bool:
         """Go on the bus. With another rate than the bus has it destroys frames, as a real one does."""

@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 from hil.sim.inputs import Attach, Detach, Frames, Input
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.can.can_bus_protocol import CanBus, NodeState
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.frame_text import parse_frame
+from hil.wire.can.can_frame import CanFrame, parse_frame
 
 MOST_WAITING = 1024
 """Frames that may wait. Linux gives an interface ten (its ``txqueuelen``), and lets senders wait; those of a

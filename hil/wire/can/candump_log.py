@@ -12,8 +12,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from hil.wire.can.can_frame import DATA_MAX, CanFrame
-from hil.wire.can.frame_text import parse_data, parse_frame
+from hil.wire.can.can_frame import DATA_MAX, CanFrame, parse_data, parse_frame
 from hil.wire.can.socketcan import BUS_ERROR, ERROR, EXTENDED, REMOTE, CanError, error_parts, from_word
 from hil.wire.left_out import LeftOut
 

@@ -3,14 +3,41 @@
 Source: CiA 301, 7.2.7.1 (emergencies), 7.2.8 (NMT); CiA 402-2 for those of drives.
 """
 
-NMT_COMMANDS = {
-    0x01: "start",
-    0x02: "stop",
-    0x80: "enter pre-operational",
-    0x81: "reset",
-    0x82: "reset communication",
+from enum import IntEnum
+
+
+class NmtState(IntEnum):
+    """State of network management, by its number in a heartbeat."""
+
+    INITIALISING = 0
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
+
+
+class NmtCommand(IntEnum):
+    """Command of a master to the network management of nodes."""
+
+    START = 0x01
+    STOP = 0x02
+    PRE_OPERATIONAL = 0x80
+    RESET = 0x81
+    RESET_COMMUNICATION = 0x82
+
+
+NMT_COMMANDS: dict[int, str] = {
+    NmtCommand.START: "start",
+    NmtCommand.STOP: "stop",
+    NmtCommand.PRE_OPERATIONAL: "enter pre-operational",
+    NmtCommand.RESET: "reset",
+    NmtCommand.RESET_COMMUNICATION: "reset communication",
 }
-NMT_STATES = {0: "boot-up", 4: "stopped", 5: "operational", 127: "pre-operational"}
+NMT_STATES: dict[int, str] = {
+    NmtState.INITIALISING: "boot-up",
+    NmtState.STOPPED: "stopped",
+    NmtState.OPERATIONAL: "operational",
+    NmtState.PRE_OPERATIONAL: "pre-operational",
+}
 EMERGENCIES = {
     0x0000: "no error any more",
     0x1000: "error",

@@ -1,20 +1,96 @@
-"""Frames of a CANopen network in words.
+"""Frames of a CANopen network in words, those of LSS too.
 
-Source: CiA 301, 7.2 and 7.3.5 (the identifiers of services that nodes have at first).
+Source: CiA 301, 7.2 and 7.3.5 (the identifiers of services that nodes have at first); CiA 305, chapter 6.
 """
 
 from collections.abc import Mapping
 from functools import partial
 
 from hil.wire.can.can_frame import CanFrame
+from hil.wire.canopen.can_ids import (
+    EMCY,
+    ERROR_CONTROL,
+    LSS_ANSWER,
+    LSS_REQUEST,
+    NMT,
+    SDO_ANSWER,
+    SDO_REQUEST,
+    SYNC,
+    TIME,
+)
 from hil.wire.canopen.canopen_codes import ERROR_REGISTER, NMT_COMMANDS, NMT_STATES, emergency_words
-from hil.wire.canopen.lss_words import lss_request, lss_response
 from hil.wire.canopen.object_words import Names, ObjectWords
 from hil.wire.canopen.pdo_words import PdoWords
 from hil.wire.canopen.sdo_words import SdoWords
 
-_NMT, _SYNC, _TIME, _LSS_NODE, _LSS_MASTER = 0x000, 0x080, 0x100, 0x7E4, 0x7E5
-_EMCY, _SDO_FROM, _SDO_TO, _ERROR_CONTROL = 0x080, 0x580, 0x600, 0x700
+_BIT_RATES = (1000, 800, 500, 250, 125, None, 50, 20, 10)
+"""kbit/s by the index of the first table."""
+_IDENTITY = ("vendor-id", "product code", "revision number", "serial number")
+_MODES = ("waiting", "configuration")
+_ANSWERS = ("done", "refused")
+
+
+def lss_request(data: bytes) -> str:
+    """Say a frame of the master."""
+    if len(data) != 8:
+        return f"{len(data)} bytes, an LSS frame has 8"
+    command, number = data[0], int.from_bytes(data[1:5], "little")
+    if command == 0x04:
+        return f"all: {_MODES[data[1]] if data[1] < 2 else f'unknown mode {data[1]}'}"
+    if 0x40 <= command <= 0x43:
+        return f"select by {_IDENTITY[command - 0x40]} {number:08X}h"
+    if 0x46 <= command <= 0x4B:
+        bounds = [f"{end} {name}" for name in _IDENTITY[2:] for end in ("lowest", "highest")]
+        names = (*_IDENTITY[:2], *bounds)
+        return f"who has {names[command - 0x46]} {number:08X}h"
+    if command == 0x11:
+        return f"set the node id to {data[1]}" if data[1] != 0xFF else "take the node id away"
+    if command == 0x13:
+        return f"set the bit rate to {_bit_rate(data[1], data[2])}"
+    if command == 0x15:
+        return f"switch to the new bit rate, {int.from_bytes(data[1:3], 'little')} ms before and behind"
+    if 0x5A <= command <= 0x5D:
+        return f"what is your {_IDENTITY[command - 0x5A]}"
+    if command == 0x51:
+        return _fastscan(data, number)
+    plain = {0x17: "keep the configuration", 0x4C: "who has no node id yet", 0x5E: "what is your node id"}
+    return plain.get(command, f"unknown command {command:02X}h")
+
+
+def lss_response(data: bytes) -> str:
+    """Say a frame of a node."""
+    if len(data) != 8:
+        return f"{len(data)} bytes, an LSS frame has 8"
+    command, number = data[0], int.from_bytes(data[1:5], "little")
+    if command in (0x11, 0x13, 0x17):
+        what = {0x11: "node id", 0x13: "bit rate", 0x17: "keep"}[command]
+        return f"{what}: {_ANSWERS[data[1] > 0]}{f', reason {data[1]}.{data[2]}' if data[1] else ''}"
+    if 0x5A <= command <= 0x5D:
+        return f"{_IDENTITY[command - 0x5A]} {number:08X}h"
+    if command == 0x5E:
+        return "no node id" if data[1] == 0xFF else f"node id {data[1]}"
+    plain = {0x44: "selected", 0x4F: "here is such a node", 0x50: "here is one without a node id"}
+    return plain.get(command, f"unknown answer {command:02X}h")
+
+
+def _fastscan(data: bytes, number: int) -> str:
+    bit, at, following = data[5:8]
+    if bit == 0x80:
+        return "fastscan: who has no node id yet"
+    if at > 3 or bit > 31:
+        return "fastscan of what cannot be"
+    wanted = f"{number:08X}h from bit {bit} on" if bit else f"{number:08X}h"
+    then = "" if bit or following == at else f", then {_IDENTITY[following & 3]}"
+    return f"fastscan: whose {_IDENTITY[at]} is {wanted}{then}"
+
+
+def _bit_rate(table: int, index: int) -> str:
+    rate = _BIT_RATES[index] if table == 0 and index < len(_BIT_RATES) else None
+    if rate:
+        return f"{rate} kbit/s"
+    return "what is found" if table == 0 and index == 9 else f"number {index} of table {table}"
+
+
 _NODES = range(1, 128)
 
 
@@ -44,23 +120,23 @@ class CanOpenWords:
         node = identifier & 0x7F
         if frame.is_remote:
             return self._remote(identifier, node)
-        if identifier in (_NMT, _SYNC, _TIME, _LSS_NODE, _LSS_MASTER):
+        if identifier in (NMT, SYNC, TIME, LSS_ANSWER, LSS_REQUEST):
             return _of_all(identifier, data)
         if node not in _NODES:
             return ""
         service = identifier & ~0x7F
-        if service == _EMCY:
+        if service == EMCY:
             return f"EMCY of {node}: {_emergency(data)}"
-        if service == _SDO_TO:
+        if service == SDO_REQUEST:
             return f"SDO to {node}: {self._dialogue(node).request(data)}"
-        if service == _SDO_FROM:
+        if service == SDO_ANSWER:
             return f"SDO from {node}: {self._dialogue(node).response(data)}"
-        if service == _ERROR_CONTROL:
+        if service == ERROR_CONTROL:
             return _error_control(node, data)
         return self._pdo(identifier, data)
 
     def _remote(self, identifier: int, node: int) -> str:
-        if identifier & ~0x7F == _ERROR_CONTROL and node in _NODES:
+        if identifier & ~0x7F == ERROR_CONTROL and node in _NODES:
             return f"guarding of {node}: what is your state"
         pdo = self._pdos.find(identifier)
         return f"{pdo} is asked for" if pdo else ""
@@ -80,14 +156,14 @@ class CanOpenWords:
 
 def _of_all(identifier: int, data: bytes) -> str:
     """Say a frame whose identifier is of no node."""
-    if identifier == _NMT:
+    if identifier == NMT:
         return f"NMT {_nmt(data)}"
-    if identifier == _SYNC:
+    if identifier == SYNC:
         return f"SYNC {data[0]}" if len(data) == 1 else "SYNC" if not data else f"SYNC with {len(data)} bytes"
-    if identifier == _TIME:
+    if identifier == TIME:
         return f"TIME {_time(data)}"
     return (
-        f"LSS: {lss_request(data)}" if identifier == _LSS_MASTER else f"LSS of a node: {lss_response(data)}"
+        f"LSS: {lss_request(data)}" if identifier == LSS_REQUEST else f"LSS of a node: {lss_response(data)}"
     )
 
 

@@ -6,11 +6,12 @@ Source: CiA 301, 7.5.2.35 to 7.5.2.38; 7.3.5 for the identifiers that nodes have
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from hil.wire.canopen.can_ids import INVALID
 from hil.wire.canopen.object_words import ObjectWords
 
 _FIRST = {"TPDO": 0x180, "RPDO": 0x200}
 _COMMUNICATION, _MAPPING = {"RPDO": 0x1400, "TPDO": 0x1800}, {"RPDO": 0x1600, "TPDO": 0x1A00}
-_INVALID, _ID_MASK = 1 << 31, 0x7FF
+_ID_MASK = 0x7FF
 _MOST = 4
 """Number of PDOs of each kind that have identifiers at first."""
 _COUNT = 512
@@ -90,7 +91,7 @@ class PdoWords:
                 del self._identifiers[identifier]
         if pdo.number <= _MOST:
             self._moved_away.add(_FIRST[pdo.kind] + 0x100 * (pdo.number - 1) + pdo.node)
-        if not value & _INVALID:
+        if not value & INVALID:
             self._identifiers[value & _ID_MASK] = pdo
 
     def _mapping(self, pdo: PdoName) -> Iterable[MappedObject]:

@@ -23,13 +23,13 @@ _BLOCK_SIZED, _BLOCK_CRC, _BLOCK_LAST = 0x02, 0x04, 0x80
 _HEAD, _NUMBER, _BLOCK_END = Struct("<BHB"), Struct("<I"), Struct("<BH5x")
 
 
-class Request(IntEnum):
+class SdoRequest(IntEnum):
     """Specifier of a client's frame."""
 
     DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORT, BLOCK_UPLOAD, BLOCK_DOWNLOAD = range(7)
 
 
-class Answer(IntEnum):
+class SdoAnswer(IntEnum):
     """Specifier of a server's frame."""
 
     UPLOAD_SEGMENT, DOWNLOAD_SEGMENT, UPLOAD, DOWNLOAD, ABORT, BLOCK_DOWNLOAD, BLOCK_UPLOAD = range(7)
@@ -76,7 +76,7 @@ def expedited(frame: bytes, unsized: int = EXPEDITED_BYTES) -> bytes:
 
 def size_told(frame: bytes) -> int | None:
     """Number of bytes that a first frame of segments, or of blocks of the one who sends, tells."""
-    is_block = specifier(frame) == Request.BLOCK_DOWNLOAD
+    is_block = specifier(frame) == SdoRequest.BLOCK_DOWNLOAD
     is_told = frame[0] & (_BLOCK_SIZED if is_block else _SIZED)
     return int.from_bytes(frame[4:], "little") if is_told else None
 
@@ -115,12 +115,12 @@ def abort_code(frame: bytes) -> int:
 
 def begin_block_answer(index: int, subindex: int, block_size: int, *, has_crc: bool) -> bytes:
     """Answer to a download by blocks, which asks for blocks of so many segments."""
-    command = Answer.BLOCK_DOWNLOAD << 5 | _BLOCK_CRC * has_crc
+    command = SdoAnswer.BLOCK_DOWNLOAD << 5 | _BLOCK_CRC * has_crc
     return _named(command, index, subindex, bytes((block_size,)))
 
 
 def begin_block_upload_answer(index: int, subindex: int, size: int, *, has_crc: bool) -> bytes:
-    command = Answer.BLOCK_UPLOAD << 5 | _BLOCK_CRC * has_crc | _BLOCK_SIZED
+    command = SdoAnswer.BLOCK_UPLOAD << 5 | _BLOCK_CRC * has_crc | _BLOCK_SIZED
     return _named(command, index, subindex, _NUMBER.pack(size))
 
 
@@ -150,12 +150,12 @@ def block_segment_number(frame: bytes) -> tuple[int, bool]:
 
 def block_taken(number: int, block_size: int) -> bytes:
     """Server's acknowledgement of a block up to a segment; the next block is to have so many."""
-    return bytes((Answer.BLOCK_DOWNLOAD << 5 | BlockStep.TAKEN, number, block_size, *bytes(5)))
+    return bytes((SdoAnswer.BLOCK_DOWNLOAD << 5 | BlockStep.TAKEN, number, block_size, *bytes(5)))
 
 
 def block_end(unused: int, crc: int) -> bytes:
     """Server's end of its segments, of whose last so many bytes mean nothing."""
-    return _BLOCK_END.pack(Answer.BLOCK_UPLOAD << 5 | unused << 2 | BlockStep.END, crc)
+    return _BLOCK_END.pack(SdoAnswer.BLOCK_UPLOAD << 5 | unused << 2 | BlockStep.END, crc)
 
 
 def block_unused(frame: bytes) -> int:
@@ -168,7 +168,7 @@ def block_crc(frame: bytes) -> int:
 
 
 def block_end_answer() -> bytes:
-    return bytes((Answer.BLOCK_DOWNLOAD << 5 | BlockStep.END, *bytes(7)))
+    return bytes((SdoAnswer.BLOCK_DOWNLOAD << 5 | BlockStep.END, *bytes(7)))
 
 
 def _named(command: int, index: int, subindex: int, data: bytes) -> bytes:

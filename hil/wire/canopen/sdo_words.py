@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from hil.wire.canopen import sdo_frames
 from hil.wire.canopen.abort_codes import ABORTS
 from hil.wire.canopen.object_words import ObjectWords
-from hil.wire.canopen.sdo_frames import ABORT_BYTE, FRAME_BYTES, Answer, BlockStep, Request, object_of
+from hil.wire.canopen.sdo_frames import ABORT_BYTE, FRAME_BYTES, BlockStep, SdoAnswer, SdoRequest, object_of
 
 _KEPT_BYTES = 1 << 16
 """Maximum that is kept of a transfer to be said at its end."""
@@ -57,17 +57,17 @@ class SdoWords:
         if transfer and transfer.is_write and transfer.is_in_block and data[0] != ABORT_BYTE:
             return self._block_segment(transfer, data)
         match sdo_frames.specifier(data):
-            case Request.DOWNLOAD | Request.UPLOAD as command:
-                return self._initiate(data, is_write=command == Request.DOWNLOAD)
-            case Request.DOWNLOAD_SEGMENT:
+            case SdoRequest.DOWNLOAD | SdoRequest.UPLOAD as command:
+                return self._initiate(data, is_write=command == SdoRequest.DOWNLOAD)
+            case SdoRequest.DOWNLOAD_SEGMENT:
                 return self._segment(data, is_write=True)
-            case Request.UPLOAD_SEGMENT:
+            case SdoRequest.UPLOAD_SEGMENT:
                 return f"next segment of {self._name(transfer)}"
-            case Request.BLOCK_UPLOAD:
+            case SdoRequest.BLOCK_UPLOAD:
                 return self._block_upload_request(data)
-            case Request.BLOCK_DOWNLOAD:
+            case SdoRequest.BLOCK_DOWNLOAD:
                 return self._block_download_request(data)
-            case Request.ABORT:
+            case SdoRequest.ABORT:
                 return self._abort(data)
             case command:
                 return f"unknown command {command}"
@@ -80,19 +80,19 @@ class SdoWords:
         if transfer and not transfer.is_write and transfer.is_in_block and data[0] != ABORT_BYTE:
             return self._block_segment(transfer, data)
         match sdo_frames.specifier(data):
-            case Answer.UPLOAD_SEGMENT:
+            case SdoAnswer.UPLOAD_SEGMENT:
                 return self._segment(data, is_write=False)
-            case Answer.DOWNLOAD_SEGMENT:
+            case SdoAnswer.DOWNLOAD_SEGMENT:
                 return self._taken("written") if transfer and transfer.is_whole else self._taken("")
-            case Answer.UPLOAD:
+            case SdoAnswer.UPLOAD:
                 return self._uploaded(data)
-            case Answer.DOWNLOAD:
+            case SdoAnswer.DOWNLOAD:
                 return self._written(data)
-            case Answer.BLOCK_DOWNLOAD:
+            case SdoAnswer.BLOCK_DOWNLOAD:
                 return self._block_download_response(data)
-            case Answer.BLOCK_UPLOAD:
+            case SdoAnswer.BLOCK_UPLOAD:
                 return self._block_upload_response(data)
-            case Answer.ABORT:
+            case SdoAnswer.ABORT:
                 return self._abort(data)
             case command:
                 return f"unknown command {command}"

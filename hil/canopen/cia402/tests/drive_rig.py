@@ -3,13 +3,14 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from hil.canopen.application import Access, NmtState, SdoAbort, Value
+from hil.canopen.application import Access, SdoAbort, Value
 from hil.canopen.cia402.motor_axis import MotorLook
 from hil.canopen.cia402.profile_drive import ProfileDrive
 from hil.firmware.set_point_paths import length_ns
 from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 from hil.vocab.verbs import VerbRefused
+from hil.wire.canopen.canopen_codes import NmtState
 
 SERVO = ("enable", "disable", "stop", "velocity", "torque", "move_abs", "clear_fault")
 STEPPER = ("stop", "velocity", "move_abs")

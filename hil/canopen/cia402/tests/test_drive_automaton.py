@@ -6,7 +6,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from hil.canopen.application import NmtState
+from hil.wire.canopen.canopen_codes import NmtState
 
 NR, SOD, RTSO, SO, OE, QSA, FRA, F = 0x00, 0x40, 0x21, 0x23, 0x27, 0x07, 0x0F, 0x08
 NAMES = {NR: "NR", SOD: "SOD", RTSO: "RTSO", SO: "SO", OE: "OE", QSA: "QSA", FRA: "FRA", F: "F"}

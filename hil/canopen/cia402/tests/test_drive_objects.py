@@ -5,9 +5,10 @@ from collections import defaultdict
 import pytest
 from drive_rig import STEPPER, DriveRig, SimpleAxis
 
-from hil.canopen.application import Access, DataType, Entry, NmtState, SdoAbort
+from hil.canopen.application import Access, DataType, Entry, SdoAbort
 from hil.canopen.cia402.drive_entries import modes_of
 from hil.canopen.cia402.objects import NAMES
+from hil.wire.canopen.canopen_codes import NmtState
 
 SIZES = {
     DataType.INTEGER8: (-(2**7), 2**7 - 1),

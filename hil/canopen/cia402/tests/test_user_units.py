@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.canopen.cia402.user_units import UserUnits
+from hil.canopen.cia402.drive_context import UserUnits
 
 DEFAULT = {
     (0x6091, 1): 1,

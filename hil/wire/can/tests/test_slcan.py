@@ -16,14 +16,15 @@ from hil.wire.can.can_frame import CanFrame, check
 from hil.wire.can.slcan import (
     BIT_RATES,
     LINE_MAX,
+    SlcanAdapter,
     SlcanCommand,
     SlcanSplitter,
+    SlcanStatus,
     accepts,
     bit_rate_of,
     encode,
     parse,
 )
-from hil.wire.can.slcan_adapter import SlcanAdapter, SlcanStatus
 
 DIALOGUES = yaml.safe_load((Path(__file__).parent / "slcan_dialogue.yaml").read_text())
 AT_NS = 61_234_999_999

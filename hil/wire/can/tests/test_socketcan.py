@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.wire.can.can_frame import CanFrame
+from hil.wire.can.can_frame import CanFrame, parse_frame
 from hil.wire.can.candump_log import LoggedFrame, candump_line, read_candump
-from hil.wire.can.frame_text import parse_frame
 from hil.wire.can.socketcan import CanError, SocketCanError, pack_error, pack_frame, unpack
 from hil.wire.left_out import LeftOut
 from hil.wire.pcapng import CaptureError, Interface, bursts, can_record, header, read

@@ -1,25 +1,12 @@
-"""Identifiers of a node's services, and which of them clients may choose.
+"""Identifiers that clients may choose.
 
-Source: CiA 301 version 4.2.0, 7.3.4 (pre-defined connection set), 7.3.5 (restricted CAN-IDs) and 7.5.2.
+Source: CiA 301 version 4.2.0, 7.3.5 (restricted CAN-IDs) and 7.5.2.
 """
 
 from hil.canopen.application import SdoAbort
 from hil.wire.canopen.abort_codes import AbortCode
+from hil.wire.canopen.can_ids import ID_MASK, INVALID, NO_RTR
 
-NMT, SYNC, EMCY = 0x000, 0x080, 0x080
-TPDO, RPDO = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)
-SDO_ANSWER, SDO_REQUEST = 0x580, 0x600
-ERROR_CONTROL = 0x700
-LSS_ANSWER, LSS_REQUEST = 0x7E4, 0x7E5
-NODE_ID_MAX = 127
-UNCONFIGURED = 0xFF
-"""Node id of a node that waits for LSS to give it one."""
-
-INVALID = 1 << 31
-"""Bit of a COB-ID: the service does not exist."""
-NO_RTR = 1 << 30
-"""Bit of a TPDO's COB-ID: it is not sent on request."""
-ID_MASK = 0x1FFF_FFFF
 _RESTRICTED = (
     range(0x000, 0x080),
     range(0x101, 0x181),
