@@ -162,7 +162,11 @@ def _plain(document: Document, path: KeyPath, value: object) -> object:
 
 def is_unicode(text: str) -> bool:
     """True if a text is Unicode; one with a lone surrogate can be neither stored nor printed."""
-    return not any("\ud800" <= character <= "\udfff" for character in text)
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _line(text: str) -> str:
