@@ -14,7 +14,7 @@ from e2e_support import PATIENCE_S, Place, free_port, until
 from plain_zenoh import Bench, zenoh_bench
 
 from hil.client import ClientError, CommandError, connect, connect_sync
-from hil.core.fields import CODES, OFFSETS, PACKED_BYTES
+from hil.core.fields import OFFSETS, PACKED_BYTES
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "zenoh"
 
@@ -139,7 +139,7 @@ def test_states_come_at_exact_multiples_in_both_forms(bench: Bench) -> None:
         text = json.loads(by_time[at_ns].payload.to_string())
         data = packed[times.index(at_ns)].payload.to_bytes()
         for name in ("position_deg", "r", "mode"):
-            code = CODES[layout[name]["type"]]
+            code = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}[layout[name]["type"]]
             assert text[name] == struct.unpack_from("<" + code, data, layout[name]["offset"])[0]
 
 

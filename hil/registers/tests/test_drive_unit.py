@@ -16,7 +16,7 @@ from hil.registers.units import unit_of
 from hil.vocab.axis import AxisState
 from hil.vocab.desk_protocol import AxisField, AxisLook, DeviceInfo
 from hil.vocab.time import SimTimeNs
-from hil.wire.modbus.pdu import Code, Mask, Refused, Span, Table, Write
+from hil.wire.modbus.pdu import Code, Refused, Span, Table, Write
 
 INPUT, HOLDING = Table.INPUT_REGISTERS, Table.HOLDING_REGISTERS
 COILS, DISCRETE = Table.COILS, Table.DISCRETE_INPUTS
@@ -122,11 +122,6 @@ def test_a_register_of_two_waits_for_the_other_which_the_same_client_writes() ->
     assert write(10, 0, 6, 60, halves={}) != []
     assert write(10, 1, halves=halves)[0].given["parameters"] == {"set_point_deg": 655.41}
     assert halves == {}
-
-
-def test_a_mask_keeps_the_other_bits() -> None:
-    made = UNIT.masked(Mask(20, 0xFFFD, 2), LOOK, {})
-    assert made == Write(HOLDING, 20, (0x8003,))
 
 
 def test_it_says_what_the_map_says_and_else_what_all_do() -> None:

@@ -17,7 +17,7 @@ from hil.vocab.desk_protocol import AxisField, AxisLook, DeviceInfo
 from hil.vocab.parameters import Parameter
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Effect, Verb, table_of
-from hil.wire.modbus.pdu import Code, Mask, Refused, Span, Table, Write
+from hil.wire.modbus.pdu import Code, Refused, Span, Table, Write
 
 HOLDING, COILS, BITS = Table.HOLDING_REGISTERS, Table.COILS, Table.DISCRETE_INPUTS
 VERBS = (
@@ -216,13 +216,3 @@ def test_pins(unit: RegisterUnit) -> None:
         1,
     ]  # a as its field tells, b as it was driven
     assert bit(unit, BITS, layout.PINS_AT) == 1
-
-
-def test_a_mask(unit: RegisterUnit) -> None:
-    put(unit, layout.CONTROL_AT, 1)
-    write = unit.masked(Mask(layout.CONTROL_AT, 0xFFFE, 4), LOOK, {})
-    assert write == Write(HOLDING, layout.CONTROL_AT, (0,))
-    write = unit.masked(Mask(layout.CONTROL_AT, 0xFFFB, 4), LOOK, {})
-    assert write == Write(HOLDING, layout.CONTROL_AT, (5,))
-    with pytest.raises(Refused):
-        unit.masked(Mask(1, 0, 0), LOOK, {})

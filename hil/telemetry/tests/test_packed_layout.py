@@ -8,9 +8,10 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.core.fields import FIELDS, OFFSETS, PACKED_BYTES, SIZES, reader
+from hil.core.fields import FIELDS, OFFSETS, PACKED_BYTES, reader
 from hil.sim.bench import BenchRuntime
 from hil.testing.bench import MemoryStore
+from hil.vocab.packed_fields import STRUCTS
 from hil.vocab.time import ms
 
 TABLE = {"flash": {"table": "identity"}}
@@ -56,7 +57,7 @@ def test_each_field_is_where_the_table_says(profile: str, verbs: list[tuple[str,
 def test_fields_stand_in_their_order_and_do_not_overlap() -> None:
     assert list(OFFSETS) == list(FIELDS)
     for name, after in pairwise(OFFSETS):
-        assert OFFSETS[name] + SIZES[FIELDS[name].type] <= OFFSETS[after]
-    assert all(offset % SIZES[FIELDS[name].type] == 0 for name, offset in OFFSETS.items())
+        assert OFFSETS[name] + STRUCTS[FIELDS[name].type].size <= OFFSETS[after]
+    assert all(offset % STRUCTS[FIELDS[name].type].size == 0 for name, offset in OFFSETS.items())
     last = next(reversed(OFFSETS))
-    assert OFFSETS[last] + SIZES[FIELDS[last].type] <= PACKED_BYTES < OFFSETS[last] + 16
+    assert OFFSETS[last] + STRUCTS[FIELDS[last].type].size <= PACKED_BYTES < OFFSETS[last] + 16
