@@ -14,13 +14,12 @@ from hil.cli.echo_words import echo_words
 from hil.cli.hints import pasteable
 from hil.cli.run_reports import run_line
 from hil.cli.shown_numbers import fixed, shown_number
+from hil.net.axis_states import MOTION_STATES, shown_state
 from hil.vocab.axis import CONTROL_MODES
 
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
 
-MOTION_STATES = ("standby", "accel", "cruise", "decel", "stop")
-"""Names of the native core's states of a motion engine, by their numbers; its import would take long."""
 RUNS = 5
 """Maximum number of runs that the status has."""
 MOTION = ("shaft\ndeg", "board\ndeg", "rpm", "mode")
@@ -176,31 +175,10 @@ def _node_table(nodes: dict[str, dict[str, Any]]) -> RenderableType:
 
 
 def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
-    """Columns ``MOTION`` of an axis. A servo that is off counts no angle; a real drive tells only its own."""
-    told = {"shaft": shot["position_deg"], "board": shot.get("commanded_deg")}
-    if "enabled" in shot:
-        told = {"shaft": None, "board": shot["position_deg"]}
-    elif "measured_deg" in shot:
-        told["board"] = shot["measured_deg"]
-    elif "yw" in shot:
-        told["board"] = shot["yw"] if shot["loop_on"] else None
-    speed = shot.get("velocity_rpm")
-    angles = (fixed(told["shaft"], 2), fixed(told["board"], 2))
-    return *angles, fixed(speed, 1), _mode(shot)
-
-
-def _mode(shot: dict[str, Any]) -> str:
-    """State of an axis: a servo's mode and loop, a stepper's state, a driver's microsteps,
-    whether a joint is on."""
-    if "enabled" in shot:
-        return "real" if shot["enabled"] else "real off"
-    if "to_be_deg" in shot:
-        return "on" if shot["is_enabled"] else "off"
-    if "motion_state" in shot:
-        return MOTION_STATES[int(shot["motion_state"])]
-    if "outputs_on" in shot:
-        return f"1/{shot['microsteps']}" if shot["outputs_on"] else "off"
-    return (chr(int(shot["mode"])) if shot["mode"] else "-") + ("" if shot["loop_on"] else " off")
+    """Columns ``MOTION`` of an axis."""
+    state = shown_state(shot)
+    angles = (fixed(state.shaft_deg(shot), 2), fixed(state.board_deg(shot), 2))
+    return *angles, fixed(shot.get("velocity_rpm"), 1), state.word(shot)
 
 
 def doctor_view(findings: list["Diagnosis"]) -> RenderableType:

@@ -8,6 +8,8 @@ be there.
 
 from typing import Any
 
+from hil.net.axis_states import SHOWN_STATES
+
 _MAYBE_TEXT, _MAYBE_NUMBER = (str, None), (float, None)
 _SHOWN = 60
 _TOO_LARGE = 2**80
@@ -31,14 +33,7 @@ _LIST: dict[str, Any] = {
     "taps": [{"tap": str, "kind": str, "port": str, "clients": int}],
     "nodes": [{"node": str, "id": int, "bus": str}],
 }
-_SHOT: Any = (
-    None,
-    {"position_deg": float, "velocity_rpm": float, "motion_state": (0, 1, 2, 3, 4)},
-    {"position_deg": float, "velocity_rpm": float, "mode": (0, *range(32, 127)), "loop_on": int},
-    {"position_deg": float, "velocity_rpm": float, "to_be_deg": float, "is_enabled": (0, 1)},
-    {"position_deg": float, "velocity_rpm": float, "outputs_on": int, "microsteps": int},
-    {"position_deg": float, "enabled": int, "age_ms": float},
-)
+_SHOT: Any = (None, *(state.form for state in SHOWN_STATES.values()))
 _FAULT: dict[str, Any] = {"number": int, "kind": str, "target": str, "parameters": dict, "begin_ns": int}
 _PROBLEM: dict[str, Any] = {"kind": str, "about": str, "what": str, "remedy": str}
 _SEGMENT: dict[str, Any] = {
