@@ -31,6 +31,8 @@ export const feed_percent = signal(100);
 export const drawing = signal<Drawing | null>(null);
 export const isPlanning = signal(false);
 const refused = signal<DrawingProblems | null>(null);
+/** Text that has the focus: it is written at. */
+export const focused = signal<Which | null>(null);
 /** Texts that the problems are of. */
 const checked = signal<[string, string]>(["", ""]);
 
@@ -83,11 +85,13 @@ function take(answer: unknown, program: string, machine: string): void {
     refused.value = read;
   } else {
     refused.value = null;
+    former.value = new Set(runs.peek().filter(isEnded).map(keyOf));
     drawing.value = read;
   }
 }
 
-/** Take the drawing that the bench has, so that all pages see the same. */
+/** Take the drawing that the bench has, so that all pages see the same; its texts too, unless one of ours has the
+ * focus: what is typed next would land in a text that just came. */
 export async function follow(): Promise<void> {
   const before = [texts.program.peek(), texts.machine.peek()];
   const answer = await link.ask("drawing").catch((error: unknown) => {
@@ -97,25 +101,34 @@ export async function follow(): Promise<void> {
   const read = answer === null ? null : readDrawing(answer);
   if (read === null || "problems" in read || read.text === null) return;
   if (before[0] !== texts.program.peek() || before[1] !== texts.machine.peek()) return; // somebody writes here
-  texts.program.value = read.text;
-  texts.machine.value = read.machineText ?? "";
-  names.program.value = read.file ?? "program";
-  checked.value = [texts.program.peek(), texts.machine.peek()];
+  checked.value = [read.text, read.machineText ?? ""];
+  if (focused.peek() === null) {
+    [texts.program.value, texts.machine.value] = checked.peek();
+    names.program.value = read.file ?? "program";
+  }
   refused.value = null;
+  former.value = new Set();
   drawing.value = read;
 }
 
 // ---- its runs ----
 
+/** Runs that had ended when the drawing was planned here: another drawing's, of the same machine. */
+const former = signal<ReadonlySet<string>>(new Set());
+
+/** Key of a run: names begin anew with each start of the bench. */
+const keyOf = (each: RunProgress) => `${each.run} ${each.started_at_ns}`;
+const isEnded = (each: RunProgress) => each.state !== "running" && each.state !== "queued";
+
 /** The drawing's run: that which moves, else the last one. */
 export const run = computed<RunProgress | null>(() => {
   const machine = drawing.value?.machine;
   if (machine === undefined) return null;
-  const own = runs.value.filter((each) => partOf(each.run, machine) !== null);
-  return own.find((each) => each.state === "running" || each.state === "queued") ?? own[0] ?? null;
+  const own = runs.value.filter((each) => partOf(each.run, machine) !== null && !former.value.has(keyOf(each)));
+  return own.find((each) => !isEnded(each)) ?? own[0] ?? null;
 });
 
-export const isUnderWay = computed(() => run.value?.state === "running" || run.value?.state === "queued");
+export const isUnderWay = computed(() => run.value !== null && !isEnded(run.value));
 export const isPaused = computed(() => isUnderWay.value && run.value?.pace === 0);
 
 export interface Done {

@@ -1,10 +1,10 @@
 /** A program or a machine's document as text, with numbered lines; those with problems are marked. */
 
 import { signal } from "@preact/signals";
-import { useRef } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import type { DocumentProblem } from "../../model/problems";
 import { notifyError } from "../../parts/notices";
-import { names, openFile, problemsOf, setText, texts, type Which } from "./path_state";
+import { focused, names, openFile, problemsOf, setText, texts, type Which } from "./path_state";
 
 /** A text with a longer line, or longer, is not shown: a browser would stand still. */
 const LONGEST_LINE = 20_000;
@@ -56,6 +56,7 @@ export function PathText({ which, title }: { which: Which; title: string }) {
 
 function NumberedText({ which, title, text, problems }: { which: Which; title: string; text: string; problems: DocumentProblem[] }) {
   const numbers = useRef<HTMLDivElement>(null);
+  useEffect(() => () => void (focused.value = null), []);
   const count = countLines(text);
   const first = Math.max(Math.floor(scrolled[which].value / LINE_PX) - 2, 0);
   const shown = Math.min(count - first, 40);
@@ -84,6 +85,8 @@ function NumberedText({ which, title, text, problems }: { which: Which; title: s
         spellcheck={false}
         wrap="off"
         value={text}
+        onFocus={() => (focused.value = which)}
+        onBlur={() => (focused.value = null)}
         onInput={(event) => setText(which, event.currentTarget.value)}
         onScroll={(event) => (scrolled[which].value = event.currentTarget.scrollTop)}
       />
