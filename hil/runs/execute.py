@@ -234,7 +234,10 @@ class Execution:
             yield now_ns + POLL_NS if is_far else min(now_ns + POLL_NS, (end_ns or 0) + late_ns)
 
     def _keep_pace(self, course: PhraseCourse, now_ns: int, has_events: bool) -> None:
-        """Give the axes a change of pace, or more of long paths."""
+        """Give the axes a change of pace, or more of long paths. Raises Ended: it is too late for that."""
+        if late_ns := course.late_ns(now_ns):
+            why = f"this computer was too busy: more of the axes' path was due {late_ns / 1e6:.0f} ms ago"
+            raise Ended("failed", why, self.plan.run.on_fault)
         if not course.is_steady(now_ns):
             return
         changes = course.pace != self._pace and not has_events

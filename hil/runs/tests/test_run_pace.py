@@ -1,5 +1,6 @@
 """Runs that are slowed down and paused: they stay on their paths."""
 
+import re
 from functools import cache
 from itertools import pairwise
 from math import cos, hypot, pi, sin
@@ -190,3 +191,20 @@ def test_on_a_computer_that_is_late_the_axes_do_not_jump(monkeypatch: pytest.Mon
     places = list(zip(*(recording.rows for recording in recordings), strict=True))[1000:]
     speeds = [hypot(b[0][1] - a[0][1], b[1][1] - a[1][1]) / 1e-3 for a, b in pairwise(places)]
     assert max(speeds) < SPEED_DEG_PER_S * 1.2
+
+
+def test_axes_that_came_to_the_end_of_what_they_were_given_are_said_to_be_late() -> None:
+    servo = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    made = Bench({"bench": "runs", "devices": {"m1": servo, "m2": servo}})
+    made.run(4100)
+    for name in AXES:
+        made.axis(name).do("enable")
+    made.run(100)
+    execution, was_busy = made.execute(circle(chords=9000)), False
+    for until_ns in execution.run():
+        made.run_until(max(until_ns, made.now_ns) / 1e6)
+        if execution.progress.gone_ns > 1_500_000_000 and not was_busy:
+            was_busy = True
+            made.run(4000)  # the program that gives the pieces has no CPU for so long
+    assert execution.progress.state == "failed"
+    assert re.fullmatch(r"this computer was too busy: more of .* was due \d+ ms ago", execution.progress.why)
