@@ -146,9 +146,9 @@ class Signs(_HouseContract):
 
     A sign is a paragraph in the docstring of a package, or of a module directly in a root: ``May import:``
     and names of modules, ``the standard library``, ``the pure standard library`` (the modules in ``pure``) or
-    ``any package``. ``Each may import:`` on a root is the sign of each folder in it, which may have a
-    narrower one of its own. ``Tests may import too:`` widens both for the tests behind it; what is not of the
-    project they may import anyway.
+    ``any package``. ``Each may import:`` on a root is the sign of each folder in it that has none of its own.
+    ``Tests may import too:`` widens both for the tests behind it; what is not of the project they may import
+    anyway.
     """
 
     pure: Any = fields.SetField(subfield=fields.StringField())
@@ -200,7 +200,8 @@ class Signs(_HouseContract):
             return
         if imported == doors[0]:
             return  # it has nothing but its sign
-        rules = [(doors[1], signs[doors[0]].get(EACH_MAY))]
+        own = signs.get(doors[1], {})
+        rules = [] if MAY in own else [(doors[1], signs[doors[0]].get(EACH_MAY))]
         rules += [(door, signs[door].get(MAY)) for door in doors if door in signs]
         too: frozenset[str] = frozenset()
         if self.house.is_test(module):

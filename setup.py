@@ -151,8 +151,8 @@ setup(
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(
-            "hil.wire.can._wire_bits",
-            ["hil/wire/can/_wire_bits.pyx"],
+            "bridges.can.frames._wire_bits",
+            ["bridges/can/frames/_wire_bits.pyx"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(
@@ -169,13 +169,13 @@ setup(
             ],
         ),
         Extension(
-            "virtual_ports.can._bit_wire",
+            "bridges.can.bus._bit_wire",
             [
-                "virtual_ports/can/_bit_wire.pyx",
-                *native_sources("virtual_ports/can/native"),
+                "bridges/can/bus/_bit_wire.pyx",
+                *native_sources("bridges/can/bus/native"),
             ],
-            depends=headers("virtual_ports/can/native"),
-            include_dirs=["virtual_ports/can"],
+            depends=headers("bridges/can/bus/native"),
+            include_dirs=["bridges/can/bus"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(

@@ -23,13 +23,13 @@ from typing import Any
 
 from _report import is_quick, report
 
+from bridges.can.bus.can_bus import CanBus
+from bridges.can.bus.can_bus_protocol import CanFilter, NodeState
+from bridges.can.bus.can_faults import CanFaults
+from bridges.can.frames.can_frame import CanFrame
+from bridges.can.frames.slcan import SlcanAdapter, SlcanStatus, encode
 from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
-from hil.wire.can.can_bus_protocol import CanFilter, NodeState
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.slcan import SlcanAdapter, SlcanStatus, encode
-from virtual_ports.can.can_bus import CanBus
-from virtual_ports.can.can_faults import CanFaults
 
 FRAMES = 2_000 if is_quick() else 20_000
 RUNS = 3 if is_quick() else 11

@@ -22,10 +22,11 @@ import can
 from _report import is_quick, report
 from can.interfaces.udp_multicast.utils import pack_message
 
-from bridges.can.bus_channel import BusChannel
-from bridges.can.channel_medium import message_of
-from bridges.can.channel_options import UDP_GROUP, Channel
-from bridges.can.udp_medium import UdpMedium
+from bridges.can.channels.bus_channel import BusChannel
+from bridges.can.channels.channel_medium import message_of
+from bridges.can.channels.channel_options import UDP_GROUP, Channel
+from bridges.can.channels.udp_medium import UdpMedium
+from bridges.can.frames.can_frame import CanFrame
 from hil.compose.build import bench_runtime
 from hil.compose.find import find_catalogue
 from hil.compose.replay import MemoryOptions
@@ -36,7 +37,6 @@ from hil.testing import Bench
 from hil.vocab.address import Address
 from hil.vocab.desk_protocol import LOCAL
 from hil.vocab.time import SimTimeNs
-from hil.wire.can.can_frame import CanFrame
 
 FRAMES = 2_000 if is_quick() else 10_000
 RUNS = 3 if is_quick() else 7

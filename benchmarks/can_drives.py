@@ -26,15 +26,15 @@ from pathlib import Path
 from _processes import Daemon, daemon, precise_cpu_s
 from _report import check_work, is_quick, report
 
+from bridges.can.bus.can_bus_protocol import BusEvent
+from bridges.can.frames.can_frame import CanFrame
+from bridges.can.frames.frame_length import frame_bits
+from bridges.can.frames.slcan import encode
 from hil.net.control_client import ask
 from hil.sim.inputs import Play
 from hil.testing import Bench
 from hil.testing.sdo_client import SdoClient
 from hil.vocab.time import NS_PER_S
-from hil.wire.can.can_bus_protocol import BusEvent
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.frame_length import frame_bits
-from hil.wire.can.slcan import encode
 
 BIT_RATE = 1_000_000
 SCENARIOS = ((4, 1000), (16, 250), (100, 40))

@@ -13,12 +13,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 from _report import is_quick, report
 
-from hil.canopen.application import Access, DataType, Entry, NodeServices, Value
-from hil.canopen.canopen_node import CanOpenNode
-from hil.canopen.communication_entries import Identity, mapping_entries
+from bridges.can.canopen.canopen_codes import NmtState
+from bridges.can.canopen.node.application import Access, DataType, Entry, NodeServices, Value
+from bridges.can.canopen.node.canopen_node import CanOpenNode
+from bridges.can.canopen.node.communication_entries import Identity, mapping_entries
+from bridges.can.frames.can_frame import CanFrame
 from hil.vocab.time import FOREVER
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.canopen.canopen_codes import NmtState
 
 ROUNDS = 2_000 if is_quick() else 20_000
 RUNS = 3 if is_quick() else 11

@@ -2,15 +2,15 @@
 
 from typing import Any
 
-from hil.canopen.application import Value
-from hil.canopen.cia402.motor_axis import MotorLook
-from hil.canopen.cia402.profile_drive import ProfileDrive
+from bridges.can.canopen.canopen_codes import NmtState
+from bridges.can.canopen.cia402.motor_axis import MotorLook
+from bridges.can.canopen.cia402.profile_drive import ProfileDrive
+from bridges.can.canopen.node.application import Value
 from hil.sim.inputs import Do, Follow, Input
 from hil.testing import Bench
 from hil.vocab.axis import How
 from hil.vocab.path import Path
 from hil.vocab.time import NS_PER_MS
-from hil.wire.canopen.canopen_codes import NmtState
 
 MECHADUINO: dict[str, Any] = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}
 COUNT_A = 0.33 / 0.15 / 255
@@ -18,7 +18,7 @@ COUNT_A = 0.33 / 0.15 / 255
 
 
 class TwinMotor:
-    """Axis of a twin of a bench, ``hil.canopen.cia402.motor_axis.MotorAxis``."""
+    """Axis of a twin of a bench, ``bridges.can.canopen.cia402.motor_axis.MotorAxis``."""
 
     verbs = frozenset({"enable", "disable", "stop", "velocity", "torque", "move_abs"})
     follows_paths = True

@@ -1,7 +1,10 @@
-"""Channels of CAN: programs with python-can, in this process, on this computer or in its network, and CAN
-interfaces of Linux are joined to a bench's simulated bus.
+"""CAN: all that this bus alone has, from bits on its wire to drives on it.
 
-``bridge.py`` has the channels, ``channel_options.py`` says how; ``bus_channel.py`` is one, a node of the bus;
-``udp_medium.py`` and ``python_can_medium.py`` are what its programs share. Frames go either way, each with
-its simulated time; errors stay on their side, as with any controller.
+``frames`` are frames, as values, on an adapter's serial line and in files; ``bus`` is a wire with nodes, in
+simulated time; ``canopen`` what CANopen makes of frames, on each side; ``channels`` join programs and CAN
+interfaces outside to a bench's bus, and ``bridge.py`` is the bridge that has these. ``can_drive_address.py``
+reads where a real drive is.
+
+May import: hil.core, hil.drives, hil.firmware, hil.net, hil.vocab, hil.wire, the standard library,
+any package.
 """

@@ -4,12 +4,12 @@ import logging
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
-from bridges.can.channel_options import UDP_GROUP, UDP_PORT, Options
+from bridges.can.channels.channel_options import UDP_GROUP, UDP_PORT, Options
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk
 
 if TYPE_CHECKING:
-    from bridges.can.bus_channel import BusChannel
+    from bridges.can.channels.bus_channel import BusChannel
 
 __all__ = ["Options", "make", "reference"]
 
@@ -26,7 +26,7 @@ class CanBridge:
         self._channels: list[BusChannel] = []
 
     async def open(self) -> None:
-        from bridges.can.bus_channel import BusChannel  # python-can, for who has a channel alone
+        from bridges.can.channels.bus_channel import BusChannel  # python-can, for who has a channel alone
 
         for key, node in self._options.nodes().items():
             options = self._options.channels[key]

@@ -7,4 +7,6 @@
 the pages, ``web_client.py`` is one page's WebSocket: ``web_messages.py`` reads what it asks, ``outbox.py``
 has what waits for it, ``streams.py`` and its neighbours what it watches, ``exports.py`` captures that go out,
 ``web_terminals.py`` its terminals.
+
+May import: bridges.can, hil.net, hil.registers, hil.vocab, hil.wire, the standard library, any package.
 """

@@ -15,7 +15,7 @@ from hil.vocab.verbs import VerbRefused
 from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
 
 if TYPE_CHECKING:
-    from hil.wire.can.can_bus_protocol import BusEvent
+    from bridges.can.bus.can_bus_protocol import BusEvent
 
 KEPT_EVENTS, KEPT_BYTES = 10_000, 2 << 20
 """Maximum of what is kept of a segment for captures: so many events, and bytes of them."""
@@ -244,7 +244,7 @@ class BusFrames(RecordedItems):
     """Frames, errors and nodes' states on a CAN bus."""
 
     def __init__(self, desk: Desk, source: Source, number: int, bus: str, records: Records) -> None:
-        from hil.wire.canopen.canopen_words import CanOpenWords  # few benches have a bus
+        from bridges.can.canopen.words.canopen_words import CanOpenWords  # few benches have a bus
 
         self._words, self._name = CanOpenWords({}, {}), bus
         place = Watched.FRAMES, bus
@@ -272,7 +272,7 @@ class BusFrames(RecordedItems):
 
     @staticmethod
     def _recorded(event: "BusEvent", epoch_ns: int) -> bytes:
-        from hil.wire.can.socketcan import pack_error, pack_frame
+        from bridges.can.frames.socketcan import pack_error, pack_frame
 
         packed = pack_frame(event.frame) if event.frame else pack_error(event.error or event.state)
         return can_record(0, epoch_ns + event.at_ns, packed, event.node)

@@ -4,8 +4,8 @@ Belongs here: what a user types and reads. ``entry.py`` is where the program beg
 commands or says where they are, ``ask.py`` what those share that ask a running bench. A command imports other
 rooms when it runs: each starts quickly. No other room imports this one.
 
-May import: hil.arduino, hil.canopen,
-hil.compose, hil.config, hil.core, hil.daemon, hil.discovery, hil.drives, hil.firmware, hil.gcode,
-hil.host, hil.live, hil.master, hil.net, hil.operations, hil.registers, hil.runs, hil.sim, hil.telemetry,
-hil.testing, hil.toolpath, hil.vocab, hil.wire, the standard library, can, rich, serial, typer.
+May import: bridges.can, hil.arduino, hil.compose, hil.config, hil.core, hil.daemon, hil.discovery,
+hil.drives, hil.firmware, hil.gcode, hil.host, hil.live, hil.master, hil.net, hil.operations, hil.registers,
+hil.runs, hil.sim, hil.telemetry, hil.testing, hil.toolpath, hil.vocab, hil.wire, the standard library, can,
+rich, serial, typer.
 """

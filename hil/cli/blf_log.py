@@ -4,9 +4,9 @@ import io
 from collections.abc import Iterator
 from typing import Any
 
-from hil.wire.can.can_frame import DATA_MAX, CanFrame
-from hil.wire.can.candump_log import LoggedFrame
-from hil.wire.can.socketcan import CanError
+from bridges.can.frames.can_frame import DATA_MAX, CanFrame
+from bridges.can.frames.candump_log import LoggedFrame
+from bridges.can.frames.socketcan import CanError
 from hil.wire.left_out import LeftOut
 from hil.wire.pcapng import CaptureError
 

@@ -217,8 +217,8 @@ def _line_choice(framing: str | None, baud: int | None) -> "LineChoice":
 
 
 def _eds(text: str) -> tuple[int, Any]:
+    from bridges.can.canopen.words.eds_names import EdsError, read_eds
     from hil.host.journal import say
-    from hil.wire.canopen.eds_names import EdsError, read_eds
     from hil.wire.left_out import LeftOut
     from hil.wire.outside_text import text_of
 

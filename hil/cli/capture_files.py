@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
+from bridges.can.frames.candump_log import LoggedFrame, candump_line
+from bridges.can.frames.socketcan import CanError, SocketCanError, error_parts, unpack
 from hil.host.new_file import begin_file
-from hil.wire.can.candump_log import LoggedFrame, candump_line
-from hil.wire.can.socketcan import CanError, SocketCanError, error_parts, unpack
 from hil.wire.left_out import LeftOut
 from hil.wire.pcapng import (
     SECTION_MARK,

@@ -4,12 +4,12 @@ that does not say it."""
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from bridges.can.frames.asc_log import is_asc_header, read_asc
+from bridges.can.frames.candump_log import LoggedFrame, is_candump_line, read_candump, read_candump_lines
 from hil.cli.capture_files import Receive, records_of
 from hil.cli.decoded_item import DecodedItem
 from hil.cli.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.cli.time_order import in_window
-from hil.wire.can.asc_log import is_asc_header, read_asc
-from hil.wire.can.candump_log import LoggedFrame, is_candump_line, read_candump, read_candump_lines
 from hil.wire.left_out import LeftOut
 from hil.wire.outside_text import lines_of, text_of
 from hil.wire.pcap import PCAP_MARKS, read_pcap

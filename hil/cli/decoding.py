@@ -4,6 +4,11 @@ by CANopen, bytes of a terminal by lines."""
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
+from bridges.can.canopen.words.canopen_words import CanOpenWords
+from bridges.can.canopen.words.eds_names import EdsObjects
+from bridges.can.frames.can_frame import CanFrame
+from bridges.can.frames.candump_log import LoggedFrame
+from bridges.can.frames.socketcan import SocketCanError, unpack
 from hil.cli.decoded_item import DecodedItem, DecodedKind
 from hil.cli.terminal_lines import APART_NS, TerminalLines
 from hil.compose.find import find_catalogue
@@ -12,11 +17,6 @@ from hil.vocab.framing import Framing, Item, Party, Splitter
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.bytes_framing import BYTES, shown_bytes
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.candump_log import LoggedFrame
-from hil.wire.can.socketcan import SocketCanError, unpack
-from hil.wire.canopen.canopen_words import CanOpenWords
-from hil.wire.canopen.eds_names import EdsObjects
 from hil.wire.left_out import LeftOut
 from hil.wire.pcapng import EVENT_NAMES, RAW, CaptureError, Interface, Record, RecordKind
 from hil.wire.serial_line import character_ns

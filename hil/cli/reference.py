@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import typer
 
-from hil.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, object_rows
+from bridges.can.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, object_rows
 from hil.cli.commands import HELP, commands
 from hil.cli.decoded_item import KEYS
 from hil.cli.exit_codes import EXIT_CODES

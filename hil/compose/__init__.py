@@ -3,7 +3,7 @@
 Finds profiles, ports and bridges by the name that a configuration gives, and imports them by that name
 alone.
 
-May import: hil.canopen, hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.registers, hil.sim,
+May import: bridges.can, hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.registers, hil.sim,
 hil.vocab, hil.wire, the standard library, pydantic.
 
 Tests may import too: hil.runs, hil.testing.

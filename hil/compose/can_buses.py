@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from functools import partial
 from zlib import crc32
 
-from hil.canopen.cia402.profile_drive import ProfileDrive
-from hil.canopen.communication_entries import Identity
+from bridges.can.canopen.cia402.profile_drive import ProfileDrive
+from bridges.can.canopen.node.communication_entries import Identity
 from hil.compose.find import make_can_bus
 from hil.config import BenchConfig, Catalogue
 from hil.config.can_model import CanConfig, CanNodeConfig, SwitchConfig

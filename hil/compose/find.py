@@ -120,8 +120,8 @@ def make_can_bus(clock: "Clock", name: str, bit_rate: int) -> "BenchBus":
     """Make a CAN bus without nodes, on which things happen at times of ``clock``."""
     from hil.sim.can.bench_bus import BenchBus  # most benches have none
 
-    bus = import_module("virtual_ports.can.can_bus").CanBus(clock, bit_rate)
-    return BenchBus(name, bus, import_module("virtual_ports.can.can_faults").CanFaults(bus))
+    bus = import_module("bridges.can.bus.can_bus").CanBus(clock, bit_rate)
+    return BenchBus(name, bus, import_module("bridges.can.bus.can_faults").CanFaults(bus))
 
 
 def make_segment(clock: "Clock", framing: "Framing", line_format: "LineFormat") -> "Segment":

@@ -27,11 +27,11 @@ from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import ADAPTER, UsbIdentity
 
 if TYPE_CHECKING:
+    from bridges.can.can_drive_address import CanDriveAddress
     from hil.config.can_model import CanConfig
     from hil.config.drive_map_model import MapText
     from hil.config.segment_model import SegmentConfig, WireConfig
     from hil.registers.drive_map import DriveMap
-    from hil.wire.can_drive_address import CanDriveAddress
     from hil.wire.drive_address import DriveAddress
 else:
 
@@ -237,7 +237,7 @@ class DeviceConfig(DefaultsModel):
         """Node on a CAN bus of a real drive; None: it is none."""
         if not self.at:
             return None
-        from hil.wire.can_drive_address import can_drive_address, is_can_address
+        from bridges.can.can_drive_address import can_drive_address, is_can_address
 
         return can_drive_address(self.at) if is_can_address(self.at) else None
 

@@ -12,7 +12,7 @@ from hil.vocab.time import SimTimeNs
 from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
 
 if TYPE_CHECKING:
-    from hil.wire.can.can_bus_protocol import BusEvent
+    from bridges.can.bus.can_bus_protocol import BusEvent
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""
@@ -58,7 +58,7 @@ class Capture:
 
     def carried(self, source: int, event: "BusEvent") -> None:
         """Record what a CAN bus has carried: a frame, an error, or a node's new state; by whom."""
-        from hil.wire.can.socketcan import pack_error, pack_frame  # most benches have no bus
+        from bridges.can.frames.socketcan import pack_error, pack_frame  # most benches have no bus
 
         time_ns = self._epoch_ns + event.at_ns
         if writer := self._writer_now(source, time_ns):
@@ -82,7 +82,7 @@ class Capture:
         """Record of what was lost: of all sources, at the first that has something again."""
         why = f"the reader was too slow: {self._lost} lost"
         if self.sources[source].is_can:
-            from hil.wire.can.socketcan import pack_error
+            from bridges.can.frames.socketcan import pack_error
 
             return can_record(source, time_ns, pack_error("frames lost"), why, self._lost)
         return record(source, time_ns, RecordKind.LOST, comment=why, lost=self._lost)

@@ -121,7 +121,7 @@ def channel_problem(bench: BenchRuntime, bus: str, node: str) -> str | None:
 
 def frames_problem(frames: Sequence[str]) -> str | None:
     """Reason why texts from outside cannot be frames, or None."""
-    from hil.wire.can.can_frame import parse_frame  # most benches have no bus
+    from bridges.can.frames.can_frame import parse_frame  # most benches have no bus
 
     try:
         for frame in frames:

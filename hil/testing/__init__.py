@@ -6,8 +6,9 @@ control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``
 ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
 stable: changes stand in the CHANGELOG.
 
-May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.net, hil.runs,
-hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, can, numpy, pytest, serial.
+May import: bridges.can, hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.net,
+hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, can, numpy, pytest,
+serial.
 
 Tests may import too: device_profiles, hil.live, hil.registers.
 """

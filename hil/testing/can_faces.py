@@ -3,6 +3,11 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.canopen import can_ids
+from bridges.can.canopen.canopen_codes import NmtCommand
+from bridges.can.canopen.cia402_words import CONTROLWORD, STATUSWORD, DriveCommand, DriveState, state_of
+from bridges.can.frames.can_frame import CanFrame
 from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
 from hil.sim.can.bench_bus import BenchBus
@@ -13,11 +18,6 @@ from hil.testing.named_things import NamedThings
 from hil.testing.sdo_client import SdoClient
 from hil.vocab.address import Address
 from hil.vocab.time import NS_PER_MS, SimTimeNs
-from hil.wire.can.can_bus_protocol import NodeState
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.canopen import can_ids
-from hil.wire.canopen.canopen_codes import NmtCommand
-from hil.wire.canopen.cia402_words import CONTROLWORD, STATUSWORD, DriveCommand, DriveState, state_of
 
 if TYPE_CHECKING:
     from hil.sim.can.canopen_card import CanOpenCard
@@ -152,7 +152,7 @@ class CanBusFace:
         nodes = self._runtime.can_nodes.values()
         return {node.name.removesuffix(f".{CANOPEN}"): node for node in nodes if node.of.name == self.name}
 
-    # ---- hil.wire.can.can_bus_protocol.CanListener ----
+    # ---- bridges.can.bus.can_bus_protocol.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         self.heard.append(HeardFrame(end_ns, frame))

@@ -6,12 +6,12 @@ from typing import Protocol
 
 import can
 
+from bridges.can.bus.can_bus_protocol import BusEvent
+from bridges.can.frames.can_frame import CanFrame, check
 from hil.sim.bench import BenchRuntime
 from hil.sim.can.channel_node import ChannelNode
 from hil.sim.inputs import Attach, Detach, Frames
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
-from hil.wire.can.can_bus_protocol import BusEvent
-from hil.wire.can.can_frame import CanFrame, check
 
 
 class Runs(Protocol):

@@ -5,8 +5,8 @@ Source: CiA 301 version 4.2.0, 7.2.4.3.
 
 from collections.abc import Callable
 
-from hil.wire.canopen import sdo_frames
-from hil.wire.canopen.sdo_frames import ABORT_BYTE, EXPEDITED_BYTES, SEGMENT_BYTES, SdoRequest
+from bridges.can.canopen import sdo_frames
+from bridges.can.canopen.sdo_frames import ABORT_BYTE, EXPEDITED_BYTES, SEGMENT_BYTES, SdoRequest
 
 
 class SdoAborted(Exception):

@@ -92,7 +92,7 @@ def record(
 
 
 def can_record(interface: int, at_ns: int, packed: bytes, comment: str = "", lost: int = 0) -> bytes:
-    """Encode a frame of a CAN bus, packed by ``hil.wire.can.socketcan``, or nothing, with a comment.
+    """Encode a frame of a CAN bus, packed by ``bridges.can.frames.socketcan``, or nothing, with a comment.
     ``at_ns``: nanoseconds since 1970. ``lost``: number of records that were lost before it."""
     return _packet(interface, at_ns, packed, comment, lost)
 
@@ -111,7 +111,7 @@ def _packet(
 @dataclass(frozen=True)
 class Record:
     """One event as read back; ``offset`` is where its block begins in the file. Of a CAN bus ``event`` is 0
-    and ``data`` a frame as ``hil.wire.can.socketcan`` packs it."""
+    and ``data`` a frame as ``bridges.can.frames.socketcan`` packs it."""
 
     line: Interface
     at_ns: int

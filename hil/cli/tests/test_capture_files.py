@@ -8,14 +8,14 @@ from pathlib import Path
 import can
 import pytest
 
+from bridges.can.frames.can_frame import CanFrame
+from bridges.can.frames.candump_log import LoggedFrame
+from bridges.can.frames.socketcan import pack_error, pack_frame
 from hil.cli.capture_files import blocks_of, capture_file, records_of
 from hil.cli.capture_input import any_form, of_file
 from hil.cli.decoded_item import DecodedItem, as_lines
 from hil.cli.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.cli.time_order import in_window
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.candump_log import LoggedFrame
-from hil.wire.can.socketcan import pack_error, pack_frame
 from hil.wire.pcapng import (
     CaptureError,
     Interface,

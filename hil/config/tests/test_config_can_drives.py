@@ -2,9 +2,9 @@
 
 import pytest
 
+from bridges.can.can_drive_address import CanDriveAddress, CanPlace
 from hil.compose import find_catalogue
 from hil.config import BenchConfig, ConfigError, diff, parse
-from hil.wire.can_drive_address import CanDriveAddress, CanPlace
 
 CATALOGUE = find_catalogue()
 CAN0, CAN1 = "can+socketcan://can0?node=5", "can+socketcan://can1?node=6"

@@ -168,7 +168,7 @@ def test_the_sources_are_read() -> None:
         ("hil/core/native/law/servo.c", "static void ahead(hil_core *c) { hil_group_advance(c, 0, 0); }"),
         ("hil/core/native/law/stepper.c", "static void *const next = axis_advance;"),
         ("hil/core/native/motion/profile.c", "static int run(motion *m) { return motion_run(m); }"),
-        ("virtual_ports/can/native/can_odd.c", "static void again(can_wire *w) { can_tick(w, 0); }"),
+        ("bridges/can/bus/native/can_odd.c", "static void again(can_wire *w) { can_tick(w, 0); }"),
     ],
 )
 def test_a_planted_circle_is_found(file: str, line: str) -> None:

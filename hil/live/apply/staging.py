@@ -104,7 +104,7 @@ class Stage:
         """Make a real drive; None: the device is another real board."""
         pace = _pace_of(device)
         if node := device.can_address:
-            from hil.drives.canopen.drive_units import GivenUnits  # most benches have no such drive
+            from bridges.can.canopen.master.drive_units import GivenUnits  # most benches have no such drive
             from hil.live.drives.can_control import CanControl
             from hil.live.drives.can_drive import CanDrive, CanSpec
 

@@ -18,9 +18,9 @@ from queue import Empty, SimpleQueue
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any
 
+from bridges.can.can_drive_address import CanPlace
+from bridges.can.frames.can_frame import CanFrame
 from hil.live.drives.asking import PlaceLost
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can_drive_address import CanPlace
 
 if TYPE_CHECKING:
     from can import BusABC, Message

@@ -2,7 +2,9 @@
 
 import asyncio
 
-from hil.drives.canopen.greeting import sync_period_ns
+from bridges.can.canopen.canopen_codes import NmtCommand
+from bridges.can.canopen.cia402_words import HOMING, PROFILE_POSITION
+from bridges.can.canopen.master.greeting import sync_period_ns
 from hil.live.drives.can_drive import CanDrive
 from hil.live.drives.can_line import CanLines
 from hil.live.drives.can_motion import CanMotion
@@ -11,8 +13,6 @@ from hil.live.drives.drive_axis import DriveAxis
 from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.shared_lines import SharedLines
 from hil.vocab.verbs import VerbRefused
-from hil.wire.canopen.canopen_codes import NmtCommand
-from hil.wire.canopen.cia402_words import HOMING, PROFILE_POSITION
 
 STARTS_S = 10.0
 """Time for a drive to start again, and to be greeted."""

@@ -7,21 +7,21 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from hil.drives.canopen.drive_state import EmergencyLog, fault_text, reading_of
-from hil.drives.canopen.drive_units import GivenUnits
-from hil.drives.canopen.greeting import AS_IT_SAYS, DriveKnown, GreetSpec
-from hil.drives.canopen.node_watch import NodeWatch
-from hil.drives.canopen.process_data import SyncBeat, packed_target, values_in
-from hil.drives.canopen.sdo_transfer import SdoTransfer
+from bridges.can.can_drive_address import CanDriveAddress
+from bridges.can.canopen.can_ids import ERROR_CONTROL, RPDO, SDO_REQUEST
+from bridges.can.canopen.master.drive_state import EmergencyLog, fault_text, reading_of
+from bridges.can.canopen.master.drive_units import GivenUnits
+from bridges.can.canopen.master.greeting import AS_IT_SAYS, DriveKnown, GreetSpec
+from bridges.can.canopen.master.node_watch import NodeWatch
+from bridges.can.canopen.master.process_data import SyncBeat, packed_target, values_in
+from bridges.can.canopen.master.sdo_transfer import SdoTransfer
+from bridges.can.frames.can_frame import CanFrame
 from hil.drives.drive_fields import drive_fields
 from hil.drives.drive_verbs import can_verbs
 from hil.live.drives.asking import ASKING, PlaceLost
 from hil.live.drives.can_line import CanLine
 from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
 from hil.live.drives.sdo_dialogue import SdoDialogue
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can_drive_address import CanDriveAddress
-from hil.wire.canopen.can_ids import ERROR_CONTROL, RPDO, SDO_REQUEST
 
 TOLD = ("velocity_rpm", "current_A", "fault_code", "statusword", "mode", "emergencies")
 NOT_WATCHED = "it does not watch its master: it has no 1016h"

@@ -8,14 +8,14 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import Protocol
 
-from hil.drives.canopen.node_watch import HEARTBEAT_NS
+from bridges.can.can_drive_address import CanPlace
+from bridges.can.canopen.can_ids import EMCY, ERROR_CONTROL, SDO_ANSWER, SYNC, TPDO
+from bridges.can.canopen.canopen_codes import NmtState
+from bridges.can.canopen.master.node_watch import HEARTBEAT_NS
+from bridges.can.frames.can_frame import CanFrame
 from hil.drives.drive_link import Waits
 from hil.live.drives.asking import PlaceLost
 from hil.live.drives.can_adapter import Beat, CanAdapter
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can_drive_address import CanPlace
-from hil.wire.canopen.can_ids import EMCY, ERROR_CONTROL, SDO_ANSWER, SYNC, TPDO
-from hil.wire.canopen.canopen_codes import NmtState
 
 _FUNCTION, _NODE = 0x780, 0x7F
 

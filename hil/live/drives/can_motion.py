@@ -4,17 +4,7 @@
 import asyncio
 from contextlib import suppress
 
-from hil.firmware.set_point_paths import at, length_ns, to_rest
-from hil.live.drives.asking import ASKING, Denied, Stale
-from hil.live.drives.can_drive import CanDrive
-from hil.live.drives.can_steps import POLL_S, CanSteps
-from hil.live.drives.drive_motion import DriveMotion
-from hil.live.drives.real_drive import SentSetPoint
-from hil.live.drives.sdo_dialogue import Aborted
-from hil.vocab.axis import How
-from hil.vocab.path import DEG_PER_S, Path
-from hil.vocab.verbs import VerbRefused
-from hil.wire.canopen.cia402_words import (
+from bridges.can.canopen.cia402_words import (
     CHANGE_AT_ONCE,
     CYCLIC_POSITION,
     HOMING,
@@ -29,6 +19,16 @@ from hil.wire.canopen.cia402_words import (
     DriveState,
     state_of,
 )
+from hil.firmware.set_point_paths import at, length_ns, to_rest
+from hil.live.drives.asking import ASKING, Denied, Stale
+from hil.live.drives.can_drive import CanDrive
+from hil.live.drives.can_steps import POLL_S, CanSteps
+from hil.live.drives.drive_motion import DriveMotion
+from hil.live.drives.real_drive import SentSetPoint
+from hil.live.drives.sdo_dialogue import Aborted
+from hil.vocab.axis import How
+from hil.vocab.path import DEG_PER_S, Path
+from hil.vocab.verbs import VerbRefused
 
 HOMING_POLL_S, SHOWS_S = 0.05, 0.2
 HOMING_DONE = HOMING_ATTAINED | TARGET_REACHED

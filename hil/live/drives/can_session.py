@@ -5,10 +5,10 @@ import logging
 from contextlib import suppress
 from dataclasses import replace
 
-from hil.drives.canopen.drive_units import UnitsUnknown
-from hil.drives.canopen.greeting import DriveKnown, Nmt, Pause, Step, Unfit, greet
-from hil.drives.canopen.node_watch import HEARTBEAT_NS
-from hil.drives.canopen.sdo_transfer import SdoTransfer
+from bridges.can.canopen.master.drive_units import UnitsUnknown
+from bridges.can.canopen.master.greeting import DriveKnown, Nmt, Pause, Step, Unfit, greet
+from bridges.can.canopen.master.node_watch import HEARTBEAT_NS
+from bridges.can.canopen.master.sdo_transfer import SdoTransfer
 from hil.live.drives.asking import ASKING, NoAnswer
 from hil.live.drives.can_drive import CanDrive
 from hil.live.drives.sdo_dialogue import Aborted

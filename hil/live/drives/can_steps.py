@@ -3,9 +3,7 @@
 import asyncio
 from collections.abc import Callable
 
-from hil.live.drives.asking import Denied, Stale
-from hil.live.drives.can_drive import CanDrive
-from hil.wire.canopen.cia402_words import (
+from bridges.can.canopen.cia402_words import (
     CHANGE_AT_ONCE,
     CONTROLWORD,
     HALT,
@@ -20,6 +18,8 @@ from hil.wire.canopen.cia402_words import (
     state_of,
     towards_enabled,
 )
+from hil.live.drives.asking import Denied, Stale
+from hil.live.drives.can_drive import CanDrive
 
 STANDS_S = 20.0
 """Time for a drive to come to a stand."""

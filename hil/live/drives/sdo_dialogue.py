@@ -4,10 +4,10 @@ import asyncio
 from collections.abc import Callable
 from contextlib import suppress
 
-from hil.drives.canopen.sdo_transfer import SdoTransfer, TransferAborted, TransferGarbled
+from bridges.can.canopen.abort_codes import AbortCode
+from bridges.can.canopen.master.sdo_transfer import SdoTransfer, TransferAborted, TransferGarbled
 from hil.drives.drive_link import DriveLink
 from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost, Stale
-from hil.wire.canopen.abort_codes import AbortCode
 
 TRIES = 2
 """Number of times that a transfer is begun, if it is not answered."""

@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
+from bridges.can.frames.socketcan import CanError, unpack
 from hil.live.captures import BACKLOG_BYTES, Capture
 from hil.live.clock import WallClock
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
-from hil.wire.can.socketcan import CanError, unpack
 from hil.wire.pcapng import Interface, RecordKind, read
 
 

@@ -4,5 +4,6 @@
 the node of a channel, ``canopen_card.py`` the interface card of an axis.
 What clients send is an input; a node is an input of nothing.
 
-May import: hil.canopen, hil.core, hil.sim, hil.vocab, hil.wire, the pure standard library.
+May import: bridges.can.bus, bridges.can.canopen, bridges.can.frames, hil.core, hil.sim, hil.vocab, hil.wire,
+the pure standard library.
 """

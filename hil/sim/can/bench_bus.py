@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from hil.wire.can.can_bus_protocol import CanBus, CanFaults
+from bridges.can.bus.can_bus_protocol import CanBus, CanFaults
 
 
 class BenchBus(NamedTuple):

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 
+from bridges.can.bus.can_bus_protocol import CanBus, MailboxesFull, NodeState
+from bridges.can.frames.can_frame import CanFrame
+from bridges.can.frames.slcan import LINE_MAX, SlcanAdapter, SlcanStatus
 from hil.sim.inputs import Bytes, Input, Play
 from hil.vocab.time import FOREVER, NS_PER_MS, Clock, SimTimeNs
-from hil.wire.can.can_bus_protocol import CanBus, MailboxesFull, NodeState
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.slcan import LINE_MAX, SlcanAdapter, SlcanStatus
 
 QUEUE_FRAMES = 64
 """Frames of the client that may wait. Decision: the queue of a larger adapter."""
@@ -108,7 +108,7 @@ class CanTap:
         for listener in self.listeners:
             listener()
 
-    # ---- hil.wire.can.slcan.SlcanChannel ----
+    # ---- bridges.can.frames.slcan.SlcanChannel ----
 
     def open(self, bit_rate: int, *, is_listening: bool) -> bool:
         """Go on the bus. With another rate than the bus has it destroys frames, as a real one does."""
@@ -156,7 +156,7 @@ class CanTap:
         }
         return SlcanStatus(sum(flag for flag, is_set in flags.items() if is_set))
 
-    # ---- hil.wire.can.can_bus_protocol.CanListener ----
+    # ---- bridges.can.bus.can_bus_protocol.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         self._say(end_ns, self._adapter.received(frame, end_ns))

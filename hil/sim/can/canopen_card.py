@@ -5,17 +5,17 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from hil.canopen.application import Application, NodeServices
-from hil.canopen.canopen_node import CanOpenNode
-from hil.canopen.communication_entries import Identity
-from hil.canopen.eds import eds_text
+from bridges.can.bus.can_bus_protocol import CanFilter, MailboxesFull, NodeState
+from bridges.can.canopen.node.application import Application, NodeServices
+from bridges.can.canopen.node.canopen_node import CanOpenNode
+from bridges.can.canopen.node.communication_entries import Identity
+from bridges.can.canopen.node.eds import eds_text
+from bridges.can.frames.can_frame import STANDARD_ID_MAX, CanFrame
+from bridges.can.frames.slcan import encode
 from hil.sim.can.bench_bus import BenchBus
 from hil.sim.device import Device
 from hil.sim.raised_at import place_of
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
-from hil.wire.can.can_bus_protocol import CanFilter, MailboxesFull, NodeState
-from hil.wire.can.can_frame import STANDARD_ID_MAX, CanFrame
-from hil.wire.can.slcan import encode
 
 MAILBOXES = 256
 """Frames that may wait: a block of SDO has 127, and what is more urgent goes before."""
@@ -102,7 +102,7 @@ class CanOpenCard:
         self._bus.switch_on(self.name)
         self._do(self.node.power_up, now_ns)
 
-    # ---- hil.wire.can.can_bus_protocol.CanListener ----
+    # ---- bridges.can.bus.can_bus_protocol.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         if self._has_raised:

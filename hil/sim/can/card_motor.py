@@ -5,7 +5,7 @@ from math import copysign, inf, isfinite
 from struct import unpack_from
 from typing import NamedTuple
 
-from hil.canopen.cia402.motor_axis import MotorLook
+from bridges.can.canopen.cia402.motor_axis import MotorLook
 from hil.core import CoreAxis
 from hil.core.fields import INDEX
 from hil.sim.can.drive_switches import Switch
@@ -38,8 +38,8 @@ class Rating(NamedTuple):
 
 
 class CardMotor:
-    """Axis ``part`` of a device, ``hil.canopen.cia402.motor_axis.MotorAxis``. ``carry_out`` lets an input
-    take effect now, and raises VerbRefused. ``switches``: by name."""
+    """Axis ``part`` of a device, a ``MotorAxis`` of ``bridges.can.canopen.cia402``. ``carry_out`` lets an
+    input take effect now, and raises VerbRefused. ``switches``: by name."""
 
     # A drive is looked at and follows a path at each SYNC: both take the shortest way.
 

@@ -3,10 +3,10 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 
+from bridges.can.bus.can_bus_protocol import CanBus, NodeState
+from bridges.can.frames.can_frame import CanFrame, parse_frame
 from hil.sim.inputs import Attach, Detach, Frames, Input
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.wire.can.can_bus_protocol import CanBus, NodeState
-from hil.wire.can.can_frame import CanFrame, parse_frame
 
 MOST_WAITING = 1024
 """Frames that may wait. Linux gives an interface ten (its ``txqueuelen``), and lets senders wait; those of a
@@ -92,7 +92,7 @@ class ChannelNode:
             self._is_sending = True
             self._bus.send(self.name, self._queue[0])
 
-    # ---- hil.wire.can.can_bus_protocol.CanListener ----
+    # ---- bridges.can.bus.can_bus_protocol.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         """Do nothing: its filters let nothing in."""

@@ -4,12 +4,12 @@ import math
 import struct
 from itertools import pairwise
 
+from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.frames.can_frame import CanFrame
 from hil.sim.inputs import Follow
 from hil.testing.can_faces import CanBusFace, DriveFace
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
-from hil.wire.can.can_bus_protocol import NodeState
-from hil.wire.can.can_frame import CanFrame
 
 DRIVES, CYCLES = 4, 500
 NEAR_DEG = 1e-9

@@ -5,11 +5,11 @@ import random
 import pytest
 from can_bench import TAP, config
 
+from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.frames.can_frame import CanFrame
+from bridges.can.frames.frame_length import frame_bits
 from hil.sim.can.can_tap import CLOSED_ROOM, LINE_MAX, STUCK_NS
 from hil.testing import Bench
-from hil.wire.can.can_bus_protocol import NodeState
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.frame_length import frame_bits
 
 BIT_NS = 2000
 FRAMES = (b"t", b"T", b"r", b"R")

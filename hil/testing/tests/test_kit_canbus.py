@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 from can_bench import TAP, config
 
+from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.frames.can_frame import CanFrame
+from bridges.can.frames.frame_length import frame_bits
 from hil.compose.replay import replay
 from hil.sim.bench import VIRTUAL
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.faults import FaultRefused
-from hil.wire.can.can_bus_protocol import NodeState
-from hil.wire.can.can_frame import CanFrame
-from hil.wire.can.frame_length import frame_bits
 
 NODE = "m1.canopen"
 

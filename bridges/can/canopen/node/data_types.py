@@ -1,0 +1,83 @@
+"""Values of entries as bytes, little-endian.
+
+Source: CiA 301 version 4.2.0, 7.1.
+"""
+
+import struct
+from struct import Struct
+
+from bridges.can.canopen.abort_codes import AbortCode
+from bridges.can.canopen.node.application import DataType, Entry, SdoAbort, Value
+
+STRUCTS = {
+    DataType.BOOLEAN: Struct("<B"),
+    DataType.INTEGER8: Struct("<b"),
+    DataType.INTEGER16: Struct("<h"),
+    DataType.INTEGER32: Struct("<i"),
+    DataType.INTEGER64: Struct("<q"),
+    DataType.UNSIGNED8: Struct("<B"),
+    DataType.UNSIGNED16: Struct("<H"),
+    DataType.UNSIGNED32: Struct("<I"),
+    DataType.UNSIGNED64: Struct("<Q"),
+    DataType.REAL32: Struct("<f"),
+    DataType.REAL64: Struct("<d"),
+}
+"""Layouts of the types that have a fixed length; the others are bytes as they come."""
+LONGEST = 65536
+"""Bytes of a value without a limit of its own. Decision: as much as a device would set aside."""
+
+
+def size_of(data_type: DataType) -> int:
+    """Number of bytes of a type; 0 if its values differ in length."""
+    layout = STRUCTS.get(data_type)
+    return layout.size if layout else 0
+
+
+def longest(entry: Entry) -> int:
+    """Highest number of bytes that an entry takes."""
+    return size_of(entry.data_type) or int(LONGEST if entry.high is None else entry.high)
+
+
+def pack(data_type: DataType, value: Value) -> bytes:
+    """Encode a value. Raises ValueError: it is none of this type."""
+    layout = STRUCTS.get(data_type)
+    if layout is None:
+        if isinstance(value, bytes):
+            return value
+    elif not isinstance(value, bytes):
+        try:
+            return layout.pack(value)
+        except (struct.error, OverflowError):
+            pass
+    raise ValueError(f"{value!r} is no {data_type.name}")
+
+
+def unpack(data_type: DataType, data: bytes) -> Value:
+    """Decode a value of the right length."""
+    layout = STRUCTS.get(data_type)
+    if layout is None:
+        return data
+    value: int | float = layout.unpack(data)[0]
+    return value
+
+
+def check_length(entry: Entry, length: int) -> None:
+    """Check the number of bytes that are to be written. Raises SdoAbort."""
+    if length > longest(entry):
+        raise SdoAbort(AbortCode.TOO_LONG)
+    if length < size_of(entry.data_type):
+        raise SdoAbort(AbortCode.TOO_SHORT)
+
+
+def check_limits(entry: Entry, value: Value) -> None:
+    """Check a value that is to be written. Raises SdoAbort."""
+    if isinstance(value, bytes):
+        return
+    if entry.data_type is DataType.BOOLEAN and value > 1:
+        raise SdoAbort(AbortCode.TOO_HIGH)
+    if entry.high is not None and value > entry.high:
+        raise SdoAbort(AbortCode.TOO_HIGH)
+    if entry.low is not None and value < entry.low:
+        raise SdoAbort(AbortCode.TOO_LOW)
+    if value != value:  # not a number
+        raise SdoAbort(AbortCode.VALUE)

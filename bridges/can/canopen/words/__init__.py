@@ -1,0 +1,12 @@
+"""CANopen in words: what each frame on the wire says, for people.
+
+``canopen_words.py`` says frames, ``sdo_words.py`` those of a dialogue, ``pdo_words.py`` values of process
+data once their mapping is known; ``object_words.py`` has names and types of objects, of which
+``eds_names.py`` reads more. Nothing here is a node, or decides what one answers: a frame that is wrong is
+said as well as it can be.
+
+Sources: CiA 301 (application layer), CiA 305 (LSS), CiA 402 (drives).
+
+May import: bridges.can.canopen, bridges.can.frames, hil.vocab, hil.wire.left_out, hil.wire.outside_text,
+the pure standard library.
+"""
