@@ -171,7 +171,7 @@ class PhraseCourse:
         given = self._given_ns
         return given is not None and now_ns >= given - AHEAD_NS and self.is_steady(now_ns)
 
-    def late_ns(self, now_ns: int) -> int:
+    def behind_ns(self, now_ns: int) -> int:
         """Time since the end of what the axes were given of a long path; 0: they are not there yet."""
         return max(now_ns - self._given_ns, 0) if self._given_ns is not None else 0
 

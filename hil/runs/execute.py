@@ -213,6 +213,11 @@ class Execution:
         progress = self.progress
         while True:
             now_ns = self._bench.now_ns
+            if behind_ns := course.behind_ns(now_ns):  # the axes would seem to be stopped by somebody
+                why = (
+                    f"this computer was too busy: more of the axes' path was due {behind_ns / 1e6:.0f} ms ago"
+                )
+                raise Ended("failed", why, self.plan.run.on_fault)
             at_ns, end_ns = course.plan_ns(now_ns), course.end_ns()
             begun = bisect_right(phrase.marks, at_ns, key=lambda mark: mark[0])
             if begun and now_ns >= course.start_ns:
@@ -234,10 +239,7 @@ class Execution:
             yield now_ns + POLL_NS if is_far else min(now_ns + POLL_NS, (end_ns or 0) + late_ns)
 
     def _keep_pace(self, course: PhraseCourse, now_ns: int, has_events: bool) -> None:
-        """Give the axes a change of pace, or more of long paths. Raises Ended: it is too late for that."""
-        if late_ns := course.late_ns(now_ns):
-            why = f"this computer was too busy: more of the axes' path was due {late_ns / 1e6:.0f} ms ago"
-            raise Ended("failed", why, self.plan.run.on_fault)
+        """Give the axes a change of pace, or more of long paths."""
         if not course.is_steady(now_ns):
             return
         changes = course.pace != self._pace and not has_events
