@@ -5,15 +5,17 @@ from contextlib import contextmanager, suppress
 
 from bridges.can.canopen.cia402.cyclic_modes import CyclicMode
 from bridges.can.canopen.cia402.drive_context import DriveContext
-from bridges.can.canopen.cia402.drive_states import LEADS_TO, TRANSITIONS, UNDER_POWER
 from bridges.can.canopen.cia402.drive_watch import DriveWatch
 from bridges.can.canopen.cia402.error_codes import TOLD_BY_NODE, DriveError, register_bits
 from bridges.can.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode
 from bridges.can.canopen.cia402_words import (
     FOLLOWING_ERROR,
+    LEADS_TO,
     LIMIT_ACTIVE,
     REMOTE,
     TARGET_REACHED,
+    TRANSITIONS,
+    UNDER_POWER,
     VOLTAGE_ENABLED,
     DriveCommand,
     DriveState,

@@ -11,9 +11,8 @@ from math import inf
 from typing import Any
 
 from bridges.can.canopen.cia402.motor_axis import NEGATIVE, POSITIVE, MotorAxis, MotorLook
-from bridges.can.canopen.cia402.movers import Mover, PathMover, RampMover
+from bridges.can.canopen.cia402.movers import MotionRules, Mover, PathMover, RampMover
 from bridges.can.canopen.cia402.objects import LIMITED_JERK
-from bridges.can.canopen.cia402.set_point_ramps import MotionRules
 from bridges.can.canopen.node.application import Entry, NodeServices
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_MS, NS_PER_S

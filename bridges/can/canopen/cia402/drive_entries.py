@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from bridges.can.canopen.can_ids import RPDO, TPDO
-from bridges.can.canopen.cia402.homing_methods import methods_of
+from bridges.can.canopen.cia402.homing import methods_of
 from bridges.can.canopen.cia402.motor_axis import MotorAxis
 from bridges.can.canopen.cia402.objects import (
     CONST,

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from bridges.can.canopen.cia402.error_codes import ABOUT
-from bridges.can.canopen.cia402.homing_methods import METHODS, HomingMethod
+from bridges.can.canopen.cia402.homing import METHODS, HomingMethod
 from bridges.can.canopen.cia402.objects import MODES, NAMES, PATHS, ROWS, TORQUE
 from bridges.can.canopen.node.application import Access, Entry
 

@@ -10,16 +10,21 @@ from bridges.can.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVeloci
 from bridges.can.canopen.cia402.drive_automaton import AutomatonClock, DriveAutomaton
 from bridges.can.canopen.cia402.drive_context import FACTORS, DriveContext, to_int32
 from bridges.can.canopen.cia402.drive_entries import entries_of, modes_of, names_of
-from bridges.can.canopen.cia402.drive_states import UNDER_POWER
 from bridges.can.canopen.cia402.error_codes import LOST, DriveError
-from bridges.can.canopen.cia402.homing import Homing
-from bridges.can.canopen.cia402.homing_methods import methods_of
+from bridges.can.canopen.cia402.homing import Homing, methods_of
 from bridges.can.canopen.cia402.motor_axis import HOME, NEGATIVE, POSITIVE, MotorAxis
 from bridges.can.canopen.cia402.operating_mode import OperatingMode
 from bridges.can.canopen.cia402.profile_position import ProfilePosition
 from bridges.can.canopen.cia402.profile_torque import ProfileTorque
 from bridges.can.canopen.cia402.profile_velocity import ProfileVelocity
-from bridges.can.canopen.cia402_words import CONTROLWORD, ERROR_CODE, MODE, MODE_DISPLAY, STATUSWORD
+from bridges.can.canopen.cia402_words import (
+    CONTROLWORD,
+    ERROR_CODE,
+    MODE,
+    MODE_DISPLAY,
+    STATUSWORD,
+    UNDER_POWER,
+)
 from bridges.can.canopen.node.application import Access, Entry, NodeServices, SdoAbort, Value
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from bridges.can.canopen.cia402.drive_context import DriveContext
+from bridges.can.canopen.cia402.movers import MotionRules
 from bridges.can.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode, TimeWindow
-from bridges.can.canopen.cia402.set_point_ramps import MotionRules
 from bridges.can.canopen.cia402_words import (
     CHANGE_AT_ONCE,
     CHANGE_ON_SET_POINT,

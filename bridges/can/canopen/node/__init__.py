@@ -4,7 +4,7 @@
 object dictionary, and what the profile is told. Behind the node, ``network_management.py`` has its states
 and joins its services, each in a file of its name; ``object_dictionary.py`` has the values,
 ``communication_entries.py`` the objects that every node has, ``parameter_store.py`` what is kept without
-power. ``cob_ids.py`` says which frames clients may choose.
+power.
 
 Pure: frames and times come in as arguments, frames go out by a call. The node knows no axis.
 

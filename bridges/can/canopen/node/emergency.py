@@ -11,7 +11,7 @@ from struct import Struct
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.can_ids import INVALID
 from bridges.can.canopen.node.application import SdoAbort, Value
-from bridges.can.canopen.node.cob_ids import check_cob_id
+from bridges.can.canopen.node.data_types import check_cob_id
 from bridges.can.canopen.node.object_dictionary import ObjectDictionary
 from bridges.can.canopen.node.timers import Timers
 

@@ -10,9 +10,8 @@ from struct import Struct
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.can_ids import ID_MASK, INVALID
 from bridges.can.canopen.node.application import Access, DataType, Entry, SdoAbort, Value
-from bridges.can.canopen.node.cob_ids import check_cob_id
 from bridges.can.canopen.node.communication_entries import MAPPED, mapping_value
-from bridges.can.canopen.node.data_types import STRUCTS, size_of
+from bridges.can.canopen.node.data_types import STRUCTS, check_cob_id, size_of
 from bridges.can.canopen.node.object_dictionary import ObjectDictionary, SettingsOwner
 from bridges.can.frames.can_frame import DATA_MAX
 from hil.vocab.time import NS_PER_MS

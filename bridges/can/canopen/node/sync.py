@@ -8,7 +8,7 @@ from collections.abc import Callable
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.can_ids import ID_MASK
 from bridges.can.canopen.node.application import SdoAbort, Value
-from bridges.can.canopen.node.cob_ids import check_id
+from bridges.can.canopen.node.data_types import check_id
 from bridges.can.canopen.node.emergency import Emergencies, ErrorCode
 from bridges.can.canopen.node.object_dictionary import ObjectDictionary, SettingsOwner
 from bridges.can.canopen.node.timers import Timers

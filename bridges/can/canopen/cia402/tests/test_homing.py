@@ -3,7 +3,7 @@
 import pytest
 from drive_rig import STEPPER, DriveRig, SimpleAxis, Switch
 
-from bridges.can.canopen.cia402.homing_methods import METHODS
+from bridges.can.canopen.cia402.homing import METHODS
 from bridges.can.canopen.node.application import SdoAbort
 from hil.vocab.path import PathPiece
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from bridges.can.canopen.cia402.set_point_ramps import (
+from bridges.can.canopen.cia402.movers import (
     ENDLESS_NS,
     MotionRules,
     SetPointNow,
