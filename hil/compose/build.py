@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from hil.compose.find import make_segment
 from hil.compose.framings import framing_of
 from hil.config import BenchConfig, Catalogue, DeviceConfig
-from hil.config.segment_model import USUAL_BAUD
+from hil.config.port_model import USUAL_BAUD
 from hil.config.station_names import station_uart
 from hil.core import Core
 from hil.firmware.idle import Idle

@@ -10,6 +10,9 @@ from hil.vocab.address import NAME_PATTERN
 SERIAL = "serial"
 """Kind of port at which hil itself uses a real adapter."""
 
+USUAL_BAUD = 38400
+"""Speed of a segment without stations, if nobody says another."""
+
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 

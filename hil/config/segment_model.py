@@ -7,12 +7,9 @@ from pydantic import BeforeValidator, Field
 
 from hil.config.explain import StrictModel
 from hil.config.modbus_model import ModbusConfig
-from hil.config.port_model import SERIAL, Name, PortConfig
+from hil.config.port_model import SERIAL, USUAL_BAUD, Name, PortConfig
 from hil.vocab.address import Address, address_of, owner_of, pin_of
 from hil.vocab.line_format import EIGHT_N_1, EVEN
-
-USUAL_BAUD = 38400
-"""Speed of a segment without stations, if nobody says another."""
 
 
 def _format(value: Any) -> Any:

@@ -4,8 +4,7 @@ from collections.abc import Mapping
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.model import BenchConfig
-from hil.config.port_model import SERIAL
-from hil.config.segment_model import USUAL_BAUD
+from hil.config.port_model import SERIAL, USUAL_BAUD
 from hil.config.station_names import station_uart
 from hil.vocab.address import Address
 

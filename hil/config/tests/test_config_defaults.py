@@ -11,8 +11,8 @@ from hil.compose.find import find_catalogue
 from hil.config import parse
 from hil.config.can_model import SwitchConfig
 from hil.config.drive_map_model import PlaceText
+from hil.config.port_model import USUAL_BAUD
 from hil.config.schema import schema
-from hil.config.segment_model import USUAL_BAUD
 from hil.runs.run_document import RunDocument
 from hil.toolpath.machine import MachineText
 
