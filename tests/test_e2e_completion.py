@@ -13,7 +13,8 @@ import pytest
 from e2e_support import HIL, TERMINAL, Place, config, until
 
 from hil.cli.cli import app
-from hil.cli.commands import TAKES, commands
+from hil.cli.command_table import VALUES
+from hil.cli.commands import commands
 from hil.cli.completion_names import KINDS
 
 SAC = {"profile": "sac", "flash": {}, "network": {"kind": "pty"}}
@@ -181,5 +182,5 @@ def test_an_unknown_shell_is_refused(place: Place) -> None:
 
 def test_each_kind_of_name_is_used_and_known() -> None:
     taken = {each.takes for command in commands(app).all() for each in (*command.arguments, *command.options)}
-    assert taken == set(TAKES.values())
+    assert taken == {each.takes for each in VALUES.values()}
     assert taken - {"", "file", "folder"} == set(KINDS)

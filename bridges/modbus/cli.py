@@ -16,7 +16,7 @@ app = typer.Typer(
 )
 
 
-@app.callback()
+@app.callback(rich_help_panel="Wire")
 def _commands() -> None:
     pass
 

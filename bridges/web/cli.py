@@ -12,7 +12,7 @@ app = typer.Typer(
 )
 
 
-@app.callback()
+@app.callback(rich_help_panel="Service")
 def _commands() -> None:
     pass
 

@@ -13,7 +13,7 @@ app = typer.Typer(
 )
 
 
-@app.callback()
+@app.callback(rich_help_panel="Service")
 def _commands() -> None:
     pass
 
@@ -82,7 +82,12 @@ def keys(
     folder: Annotated[Path, typer.Argument(help="A new or empty folder.", metavar="DIR", show_default=False)],
     bench: Annotated[
         list[str],
-        typer.Option("--bench", help="A bench's name; with --router again for more.", metavar="NAME"),
+        typer.Option(
+            "--bench",
+            help="A bench's name; with --router again for more.",
+            metavar="NAME",
+            autocompletion=lambda: [],
+        ),
     ],
     user: Annotated[
         list[str],
@@ -106,7 +111,14 @@ def keys(
         int, typer.Option("--days", min=1, max=3650, help="How long certificates are valid.")
     ] = 365,
     port: Annotated[
-        int, typer.Option("--port", min=1, max=65535, help="Where the daemon or the router listens.")
+        int,
+        typer.Option(
+            "--port",
+            min=1,
+            max=65535,
+            help="Where the daemon or the router listens.",
+            autocompletion=lambda: [],
+        ),
     ] = 7447,
 ) -> None:
     """Make certificates, passwords and configurations for a bench in a network.

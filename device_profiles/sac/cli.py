@@ -48,7 +48,10 @@ def oneshot(
         Path, typer.Argument(help="A file of one-shot commands.", metavar="FILE", show_default=False)
     ],
     number: Annotated[
-        int, typer.Argument(help="Which of its lines, from 1.", metavar="N", show_default=False)
+        int,
+        typer.Argument(
+            help="Which of its lines, from 1.", metavar="N", show_default=False, autocompletion=lambda: []
+        ),
     ],
 ) -> Task:
     """Send one command of a one-shot file.

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -82,38 +82,47 @@ def benches_meant(bench: str | None, here: "Found") -> list["Here"]:
     return meant
 
 
-def bench_meant(bench: str | None, runtime_dir: Path | None) -> "Here":
-    """Find the bench that is meant, or say what is wrong and end the command."""
-    import os
+class BenchOptions(NamedTuple):
+    """Options that say which bench is meant. Where something is wrong with it, the command ends and says
+    what."""
 
-    from hil.cli.hints import ask_with
+    bench: Bench = None
+    runtime_dir: RuntimeDir = None
 
-    here = found(runtime_dir)
-    meant = benches_meant(bench, here)
-    if len(meant) == 1:
-        ask_with(here.options(meant[0].folder, runtime_dir, os.environ))
-        return meant[0]
-    lines = [f"  --bench {here.called(each)}: {each.line()}" for each in meant]
-    names = ", ".join(each.name for each in meant)
-    raise fail("\n".join([f"hil: several benches are running ({names}): choose one with --bench", *lines]), 2)
+    def meant(self) -> "Here":
+        """Find the bench."""
+        import os
+
+        from hil.cli.hints import ask_with
+
+        here = found(self.runtime_dir)
+        meant = benches_meant(self.bench, here)
+        if len(meant) == 1:
+            ask_with(here.options(meant[0].folder, self.runtime_dir, os.environ))
+            return meant[0]
+        lines = [f"  --bench {here.called(each)}: {each.line()}" for each in meant]
+        names = ", ".join(each.name for each in meant)
+        why = f"hil: several benches are running ({names}): choose one with --bench"
+        raise fail("\n".join([why, *lines]), 2)
+
+    def port_of(self, address: str) -> str:
+        """Port's address as the bench said it, if it may have such a port."""
+        from hil.host.trust import refuse_address
+
+        if why := refuse_address(address, self.meant().owner):
+            raise fail(f"hil: {address!r}, which the bench gave as a port's address: {why}")
+        return address
+
+    def ask(self, verb: str, **arguments: Any) -> Any:
+        """Send one request."""
+        from hil.cli.exit_codes import exit_of
+        from hil.net.control_client import ControlError, ask
+
+        path = self.meant().socket
+        try:
+            return ask(path, verb, **arguments)
+        except ControlError as error:
+            raise fail(f"hil: {error}", exit_of(error)) from None
 
 
-def port_of(address: str, bench: str | None, runtime_dir: Path | None) -> str:
-    """Port's address as the bench that is meant said it; ends the command if the bench has no such port."""
-    from hil.host.trust import refuse_address
-
-    if why := refuse_address(address, bench_meant(bench, runtime_dir).owner):
-        raise fail(f"hil: {address!r}, which the bench gave as a port's address: {why}")
-    return address
-
-
-def ask_bench(bench: str | None, runtime_dir: Path | None, verb: str, **arguments: Any) -> Any:
-    """Send one request to a bench, or say what is wrong and end the command."""
-    from hil.cli.exit_codes import exit_of
-    from hil.net.control_client import ControlError, ask
-
-    path = bench_meant(bench, runtime_dir).socket
-    try:
-        return ask(path, verb, **arguments)
-    except ControlError as error:
-        raise fail(f"hil: {error}", exit_of(error)) from None
+ANY_BENCH = BenchOptions()

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.shown_numbers import shown_number
 from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant
@@ -30,8 +30,7 @@ def axis(
     wait: Annotated[
         bool, typer.Option("--wait", help="Wait until the motion that it begins has ended.")
     ] = False,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Carry out a verb of a device, or list its verbs.
 
@@ -39,7 +38,7 @@ def axis(
 
     Example: hil axis m1 move-abs 90 --wait
     """
-    table = {row["verb"]: row for row in ask_bench(bench, runtime_dir, "verbs", device=device)}
+    table = {row["verb"]: row for row in bench.ask("verbs", device=device)}
     if verb is None:
         return CommandAnswer(list(table.values()), "\n".join(_listed(table)))
     name = verb.replace("-", "_")
@@ -47,12 +46,10 @@ def axis(
         known = [each.replace("_", "-") for each in table]
         raise fail(f"hil: {device} has no {verb!r}; {meant(verb, known)}", 2)
     given = _given(list(table[name]["parameters"]), table[name]["texts"], values or [])
-    answer = ask_bench(
-        bench, runtime_dir, "do", timeout_s=TIMEOUT_S, device=device, name=name, parameters=given
-    )
+    answer = bench.ask("do", timeout_s=TIMEOUT_S, device=device, name=name, parameters=given)
     if wait:
         begun = {name: answer[name] for name in _OF_MOTION if name in answer}
-        ended = ask_bench(bench, runtime_dir, "wait", timeout_s=MOTION_S, device=device, **begun)
+        ended = bench.ask("wait", timeout_s=MOTION_S, device=device, **begun)
         answer |= {"done": not ended["interrupted"], **ended}
     lines = [
         f"{key}: {shown_number(value)}" if isinstance(value, float) else f"{key}: {value}"

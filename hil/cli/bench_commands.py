@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, benches_meant, fail, found
+from hil.cli.ask import ANY_BENCH, Bench, BenchOptions, RuntimeDir, benches_meant, fail, found
 from hil.cli.serve_command import StateDir
 from hil.cli.told import AsJson, CommandAnswer, tell_findings
 
@@ -76,8 +76,7 @@ def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], progr
 
 def status(
     watch: Annotated[bool, typer.Option("--watch", "-w", help="Redraw twice a second until Ctrl-C.")] = False,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
     as_json: AsJson = False,
 ) -> None:
     """Show the state of a bench: time, clients, lost bytes.
@@ -97,10 +96,10 @@ def status(
     from hil.cli.views import long_lines, status_view
 
     def answers() -> Iterator[dict[str, Any]]:
-        yield ask_bench(bench, runtime_dir, "status")
+        yield bench.ask("status")
         while watch and not signals.came:
             time.sleep(0.5)
-            yield ask_bench(bench, runtime_dir, "status")
+            yield bench.ask("status")
 
     def shown(answer: dict[str, Any]) -> RenderableType:
         return status_view(all_pasteable(answer))
@@ -116,7 +115,7 @@ def status(
             for view in views:
                 live.update(view)
         if not signals.came:
-            ask_bench(bench, runtime_dir, "status")  # why it has ended, on the screen that stays
+            bench.ask("status")  # why it has ended, on the screen that stays
 
 
 def replay(

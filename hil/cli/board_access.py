@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail, port_of
+from hil.cli.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.axis_command import number_or_text
 from hil.cli.shown_numbers import fixed, shown_number
 from hil.cli.told import CommandAnswer
@@ -16,7 +16,7 @@ SHARED = "socket://", "rfc2217://"
 """Beginnings of addresses of ports that give each client all that the device says."""
 
 
-def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> None:
+def monitor(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> None:
     """Talk to a device in this terminal; Ctrl-] ends.
 
     Example: hil monitor m1
@@ -25,7 +25,7 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     from hil.cli.monitor import monitor as run
     from hil.net.port_client import PortUnreachable
 
-    rows = {row["device"]: row for row in ask_bench(bench, runtime_dir, "list")["devices"]}
+    rows = {row["device"]: row for row in bench.ask("list")["devices"]}
     rows |= {name: port for row in list(rows.values()) for name, port in row["ports"].items()}
     if device not in rows:
         raise fail(f"hil: no device {device!r}; {meant(device, list(rows))}", 2)
@@ -35,7 +35,7 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
     if is_held(rows[device].get("kind", rows[device].get("port"))):
         address = rows[device]["address"]
         raise fail(f"hil: {device} is at the other end of {address}: hil itself has this end open")
-    address = port_of(rows[device]["address"], bench, runtime_dir)
+    address = bench.port_of(rows[device]["address"])
     keys = first_keys(rows[device].get("greeting", ""))
     hints = [f"{device} does not repeat what it said at power-up: {keys} to see it answer."] if keys else []
     if rows[device]["clients"] and not address.startswith(SHARED):
@@ -47,12 +47,12 @@ def monitor(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = N
         raise fail(f"hil: {error}") from None
 
 
-def reset(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
+def reset(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """Switch a device off and on; its flash stays.
 
     Example: hil reset m1
     """
-    return CommandAnswer(ask_bench(bench, runtime_dir, "reset", device=device), f"{device}: off and on again")
+    return CommandAnswer(bench.ask("reset", device=device), f"{device}: off and on again")
 
 
 def pin(
@@ -61,14 +61,13 @@ def pin(
         str, typer.Argument(help="As in D2 of a Mechaduino, sync of a SAC; a wrong one lists them.")
     ],
     level: Annotated[str, typer.Argument(help="0 or 1.")],
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Drive an input pin of a device.
 
     Example: hil pin m1 D2 0
     """
-    answer = ask_bench(bench, runtime_dir, "pin", device=device, pin=name, level=number_or_text(level))
+    answer = bench.ask("pin", device=device, pin=name, level=number_or_text(level))
     return CommandAnswer(answer, f"{device}: {name} is {level}")
 
 
@@ -76,29 +75,28 @@ def set_field(
     device: DeviceName,
     field: Annotated[str, typer.Argument(help="As load_torque_Nm, diaagc or pKp; a wrong one lists them.")],
     value: Annotated[float, typer.Argument(help="The value, in the unit that the name ends in.")],
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Set the load on a shaft, an encoder register or a gain.
 
     Example: hil set m1 load_torque_Nm 0.05
     """
-    answer = ask_bench(bench, runtime_dir, "set", device=device, field=field, value=value)
+    answer = bench.ask("set", device=device, field=field, value=value)
     return CommandAnswer(answer, f"{device}: {field} is {shown_number(value)}")
 
 
-def state(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
+def state(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """Show all fields of an axis, with their units.
 
     Example: hil state m1
     """
     from hil.cli.views import field_lines
 
-    fields = ask_bench(bench, runtime_dir, "state", device=device)
+    fields = bench.ask("state", device=device)
     return CommandAnswer(fields, "\n".join(field_lines(fields)))
 
 
-def zero(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
+def zero(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """Let the angle that hil shows of a shaft be 0 where it is now.
 
     It is the zero of position_deg, as of a dial at the shaft. Nothing turns. The board knows nothing of it: a
@@ -107,7 +105,7 @@ def zero(device: DeviceName, bench: Bench = None, runtime_dir: RuntimeDir = None
 
     Example: hil zero m1
     """
-    answer = ask_bench(bench, runtime_dir, "zero", device=device)
+    answer = bench.ask("zero", device=device)
     said = f"{device}: the shaft's angle is 0 now; it was {fixed(answer['was_deg'], 2)} deg"
     if (board_deg := answer["board_deg"]) is not None:
         said += (

@@ -13,13 +13,14 @@ from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail, port_of
+from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.command_classes import Below, OneCommand
 from hil.cli.interrupts import noted
+from hil.cli.told import telling
 from hil.host.new_file import write_file
 from hil.vocab.dialogue import (
     BoardRefusal,
@@ -49,7 +50,15 @@ OnBaud = Annotated[
 BRIDGES = "bridges"
 GONE = "it was disconnected"
 """Text in place of pyserial's longer sentence."""
-_TARGET = {"device": OnDevice, "port": OnPort, "baud": OnBaud, "bench": Bench, "runtime_dir": RuntimeDir}
+
+
+class BoardOptions(NamedTuple):
+    """Options that say which board is meant."""
+
+    device: OnDevice = None
+    port: OnPort = None
+    baud: OnBaud = None
+    bench: BenchOptions = ANY_BENCH
 
 
 @cache
@@ -103,44 +112,30 @@ def _broken(profile: str, error: Exception) -> Callable[[], None]:
 def _command(profile: str, function: Callable[..., Task], usual_baud: int) -> Callable[..., None]:
     """Add the options that say which board to a function."""
 
-    def run(**arguments: Any) -> None:
-        target = {name: arguments.pop(name) for name in _TARGET}
+    def run(which: BoardOptions, **arguments: Any) -> None:
         try:
-            _carry_out(function(**arguments), profile, usual_baud, **target)
+            _carry_out(function(**arguments), profile, usual_baud, which)
         except Refusal as error:
             raise fail(str(error), 1 if isinstance(error, BoardRefusal) else 2) from None
         except DialogueError as error:
             raise fail(f"hil: {error}") from None
 
-    own = list(inspect.signature(function).parameters.values())
-    options = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
-        for name, annotation in _TARGET.items()
-    ]
+    own = inspect.signature(function).parameters.values()
+    which = inspect.Parameter("which", inspect.Parameter.KEYWORD_ONLY, annotation=BoardOptions)
     keyword_only = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in own]
-    run.__signature__ = inspect.Signature([*keyword_only, *options])  # type: ignore[attr-defined]
-    run.__annotations__ = {each.name: each.annotation for each in (*own, *options)}
+    run.__signature__ = inspect.Signature([*keyword_only, which])  # type: ignore[attr-defined]
     run.__name__, run.__doc__ = function.__name__, function.__doc__
-    return run
+    told: Callable[..., None] = telling(run)
+    return told
 
 
-def _carry_out(
-    task: Task,
-    profile: str,
-    usual_baud: int,
-    *,
-    device: str | None,
-    port: str | None,
-    baud: int | None,
-    bench: str | None,
-    runtime_dir: Path | None,
-) -> None:
-    speed = 1.0
+def _carry_out(task: Task, profile: str, usual_baud: int, which: BoardOptions) -> None:
+    port, speed = which.port, 1.0
     if port is None:
-        port, speed = _twin(profile, device, bench, runtime_dir)
-    elif device is not None:
+        port, speed = _twin(profile, which.device, which.bench)
+    elif which.device is not None:
         raise Refusal("choose --device or --port, not both")
-    with SerialTalk(port, baud or usual_baud, speed) as talk:
+    with SerialTalk(port, which.baud or usual_baud, speed) as talk:
         try:
             result = talk.run(task.dialogue)
             if task.file and task.content:
@@ -159,8 +154,8 @@ def _write(file: Path, data: bytes) -> None:
         raise Refusal(f"{file}: {error.strerror}") from None
 
 
-def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path | None) -> tuple[str, float]:
-    status = ask_bench(bench, runtime_dir, "status")
+def _twin(profile: str, device: str | None, bench: BenchOptions) -> tuple[str, float]:
+    status = bench.ask("status")
     rows = {row["device"]: row for row in status["devices"] if row["profile"] == profile}
     if device is None and len(rows) != 1:
         which = f"choose one of {', '.join(rows)} with --device" if rows else f"there is no {profile}"
@@ -177,7 +172,7 @@ def _twin(profile: str, device: str | None, bench: str | None, runtime_dir: Path
         raise BoardRefusal(
             f"another program has {row['address']} open, and would get some of the answers; close it"
         )
-    return port_of(row["address"], bench, runtime_dir), float(status["speed"])
+    return bench.port_of(row["address"]), float(status["speed"])
 
 
 class Interrupted(Exception):

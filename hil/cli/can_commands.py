@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench
+from hil.cli.ask import ANY_BENCH, BenchOptions
 from hil.cli.command_classes import Below
 from hil.cli.told import CommandAnswer
 
@@ -19,12 +19,11 @@ def _commands() -> None:
 @can_app.command()
 def eds(
     device: Annotated[str, typer.Argument(help="An axis with a node on a CAN bus.", show_default=False)],
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Print the electronic data sheet (EDS) of an axis's CANopen node, for the tools of masters.
 
     Example: hil can eds m1
     """
-    answer = ask_bench(bench, runtime_dir, "eds", device=device)
+    answer = bench.ask("eds", device=device)
     return CommandAnswer(answer, answer["text"].rstrip("\n"))

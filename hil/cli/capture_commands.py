@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, bench_meant, fail
+from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.told import AsJson, CommandAnswer
 
 if TYPE_CHECKING:
@@ -47,8 +47,7 @@ def capture(
     ] = None,
     files: Annotated[int, typer.Option("--files", help="How many files to keep with --rotate.", min=1)] = 10,
     as_json: AsJson = False,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> None:
     """Show what passes on segments, CAN buses and at ports, or write it to a file, until Ctrl-C.
 
@@ -84,19 +83,17 @@ def capture(
         target = FileTarget(write, round((rotate_mb or 0) * 1e6), files)
     else:
         target = LinesTarget(as_json=as_json)
-    _capture(sources, target, count, bench, runtime_dir)
+    _capture(sources, target, count, bench)
 
 
-def _capture(
-    sources: list[str], target: Any, count: int | None, bench: str | None, runtime_dir: Path | None
-) -> None:
+def _capture(sources: list[str], target: Any, count: int | None, bench: BenchOptions) -> None:
     from hil.cli.capture_run import capture_run
     from hil.cli.exit_codes import exit_of
     from hil.cli.time_order import WINDOW_NS
     from hil.net.control_client import ControlError, ask, begin
     from hil.wire.pcapng import CaptureError
 
-    socket = bench_meant(bench, runtime_dir).socket
+    socket = bench.meant().socket
     try:
         is_waiting = count is not None or target.is_live
         speed = max(_SLOWEST, ask(socket, "status")["speed"])
@@ -263,8 +260,7 @@ def play(
         str | None,
         typer.Option("--source", help="Which of its interfaces. [default: the only one]"),
     ] = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Send what a capture has, at its own times, on a segment.
 
@@ -282,6 +278,6 @@ def play(
         raise fail(f"hil: {file}: {error}", 2) from None
     if told := left_out.told():
         say(f"hil: {file}: {told}", sys.stderr)
-    answer = ask_bench(bench, runtime_dir, "play", tap=tap, bursts=rows)
+    answer = bench.ask("play", tap=tap, bursts=rows)
     text = f"{len(rows)} bursts begin now, and take {rows[-1][0] / 1e9:.3f} s"
     return CommandAnswer({**answer, "bursts": len(rows), "takes_s": rows[-1][0] / 1e9}, text)

@@ -6,7 +6,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from hil.cli.placeholders import usage_word, with_placeholders
+from hil.cli.command_table import VALUES
 from hil.cli.plain_values import with_plain_values
 from hil.vocab.near_words import did_you_mean, nearest_or_begun
 
@@ -135,3 +135,25 @@ def _names(command: Any) -> set[str]:
 def summary(command: Any) -> str:
     """First paragraph of a command's help."""
     return " ".join((command.help or "").partition("\n\n")[0].split())
+
+
+def placeholder(name: str) -> str:
+    """Placeholder for the value of an option or an argument, by the parameter's name."""
+    row = VALUES.get(name)
+    return row.placeholder if row and row.placeholder else name.upper().replace("_", "-")
+
+
+def usage_word(argument: Any) -> str:
+    """Argument as a usage line has it: DEVICE, [VERB], [VALUE...]."""
+    word = (argument.metavar or placeholder(argument.name)).removesuffix("...")
+    word += "..." * (argument.nargs == -1)
+    return word if argument.required else f"[{word}]"
+
+
+def with_placeholders(parameters: list[Any]) -> list[Any]:
+    """Let options show placeholders of this style in help texts."""
+    for parameter in parameters:
+        is_option = parameter.param_type_name == "option"
+        if is_option and not parameter.is_flag and parameter.metavar is None:
+            parameter.metavar = placeholder(parameter.name)
+    return parameters

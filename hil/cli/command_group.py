@@ -11,8 +11,8 @@ from typer.core import TyperGroup
 from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.command_classes import OneCommand, Quick, summary
-from hil.cli.command_table import BOARD, COMMANDS, NOT_RUNNING, OF_BRIDGES, PANELS, CommandRow
-from hil.cli.hints import begin
+from hil.cli.command_table import BOARD, COMMANDS, PANELS, CommandRow
+from hil.cli.hints import asks_a_bench, begin
 from hil.cli.told import AsJson, telling
 
 _HELP = {"help_option_names": ["--help", "-h"]}
@@ -38,15 +38,18 @@ class AllCommands(Quick, TyperGroup):
         commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
         width = max(map(len, commands))
         for panel in PANELS:
-            names = [name for name in commands if not commands[name].hidden and panel_of(name) == panel]
+            names = [name for name, of in commands.items() if not of.hidden and panel_of(name) == panel]
             with formatter.section(panel):
                 formatter.write_dl([(name.ljust(width), summary(commands[name])) for name in names])
 
 
 def panel_of(name: str) -> str:
-    """Group of a command in `hil --help`."""
-    row = COMMANDS.get(name)
-    return row.panel if row else OF_BRIDGES.get(name, BOARD)
+    """Group of a command in `hil --help`. A bridge says its own; others are boards'."""
+    if row := COMMANDS.get(name):
+        return row.panel
+    from hil.cli.board_commands import others
+
+    return others()[name].rich_help_panel or BOARD
 
 
 @cache
@@ -56,6 +59,8 @@ def _made(row: CommandRow) -> Any:
     if isinstance(found, typer.Typer):
         for info in found.registered_commands:
             info.cls, info.callback = OneCommand, telling(info.callback)
+        if found.registered_callback and found.registered_callback.callback:
+            found.registered_callback.callback = telling(found.registered_callback.callback)
         made: Any = typer.main.get_group(found)
         made.name = row.name
     else:
@@ -91,15 +96,14 @@ def _options(
     bench = os.environ.get("HIL_BENCH")
     if bench and (name := context.invoked_subcommand):
         command: Any = context.command
-        context.default_map = {name: _defaults(command.get_command(context, name), name, {"bench": bench})}
+        context.default_map = {name: _defaults(command.get_command(context, name), {"bench": bench})}
 
 
-def _defaults(command: Any, path: str, given: dict[str, str]) -> dict[str, Any]:
+def _defaults(command: Any, given: dict[str, str]) -> dict[str, Any]:
     """Defaults of a command's options from the environment, and of those below it."""
     below = getattr(command, "commands", {})
-    if path in NOT_RUNNING:
-        return {}
-    return {**given, **{name: _defaults(each, f"{path} {name}", given) for name, each in below.items()}}
+    own = given if below or asks_a_bench(command) else {}
+    return {**own, **{name: _defaults(each, given) for name, each in below.items()}}
 
 
 def command_line() -> typer.Typer:

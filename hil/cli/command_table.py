@@ -62,7 +62,62 @@ _ROWS = (
     CommandRow("arduino-monitor", SERVICE, "arduino_commands:monitor", is_hidden=True),
 )
 COMMANDS = {row.name: row for row in _ROWS}
-NOT_RUNNING = {"zenoh keys"}
-"""Commands whose --bench is not a running one."""
-OF_BRIDGES = {"modbus": WIRE, "web": SERVICE, "zenoh": SERVICE}
-"""Groups of the commands of bridges; those of boards are below ``BOARD``."""
+
+
+class ValueRow(NamedTuple):
+    """Value of a parameter. ``takes``: a file, a folder, or one of ``completion_names.KINDS``; empty: it has
+    no names that could be listed. ``placeholder``: its name in help texts; empty: the parameter's."""
+
+    takes: str
+    placeholder: str = ""
+
+
+FILE, FOLDER = "file", "folder"
+VALUES = {
+    "runtime_dir": ValueRow(FOLDER, "FOLDER"),
+    "state_dir": ValueRow(FOLDER, "FOLDER"),
+    "sketchbook": ValueRow(FOLDER, "FOLDER"),
+    "folders": ValueRow(FOLDER, "FOLDER"),
+    "diff": ValueRow(FILE, "OLD"),
+    "interval_ms": ValueRow("", "MS"),
+    "rate_Hz": ValueRow("", "HZ"),
+    "rotate_mb": ValueRow("", "MB"),
+    "output": ValueRow(FILE, "FILE"),
+    "write": ValueRow(FILE, "FILE"),
+    "log": ValueRow(FILE, "FILE"),
+    "port_group": ValueRow("", "GROUP"),
+    "eds": ValueRow("", "NODE=FILE"),
+    "files": ValueRow("", "COUNT"),
+    "devices": ValueRow("", "COUNT"),
+    "tap": ValueRow("taps", "BUS.TAP"),
+    "sources": ValueRow("lines", "SOURCE"),
+    "values": ValueRow("verb-values", "VALUE"),
+    "parameters": ValueRow("fault-values", "NAME=VALUE"),
+    "config": ValueRow(FILE, "FILE"),
+    "host": ValueRow("", "HOST"),
+    "file": ValueRow(FILE),
+    "folder": ValueRow(FOLDER),
+    "bench": ValueRow("benches"),
+    "device": ValueRow("axes"),
+    "reset device": ValueRow("devices"),
+    "fault": ValueRow("faults"),
+    "number": ValueRow("fault-numbers"),
+    "target": ValueRow("targets"),
+    "verb": ValueRow("verbs"),
+    "monitor device": ValueRow("ports"),
+    "mother send line": ValueRow("taps"),
+    "mother text line": ValueRow("taps"),
+    "mother queue line": ValueRow("taps"),
+    "mother release lines": ValueRow("taps"),
+    "mother stop lines": ValueRow("taps"),
+    "mother scan lines": ValueRow("taps"),
+    "mother nodes lines": ValueRow("taps"),
+    "mother watch lines": ValueRow("taps"),
+    "port": ValueRow(FILE),
+    "program": ValueRow(FILE),
+    "mother gcode machine": ValueRow(FILE),
+    "shell": ValueRow("shells"),
+    "topic": ValueRow("pages"),
+}
+"""Values by the parameter's name, or by the command's and its. A parameter with a completion of its own has
+no names here."""

@@ -7,47 +7,8 @@ from typing import Any
 
 import typer
 
-from hil.cli.placeholders import placeholder
-
-FILE, FOLDER = "file", "folder"
-TAKES = {
-    "config": FILE,
-    "diff": FILE,
-    "file": FILE,
-    "log": FILE,
-    "output": FILE,
-    "write": FILE,
-    "folder": FOLDER,
-    "folders": FOLDER,
-    "runtime_dir": FOLDER,
-    "sketchbook": FOLDER,
-    "state_dir": FOLDER,
-    "bench": "benches",
-    "device": "axes",
-    "reset device": "devices",
-    "fault": "faults",
-    "number": "fault-numbers",
-    "parameters": "fault-values",
-    "sources": "lines",
-    "tap": "taps",
-    "target": "targets",
-    "values": "verb-values",
-    "verb": "verbs",
-    "monitor device": "ports",
-    **dict.fromkeys(("mother send line", "mother text line", "mother queue line"), "taps"),
-    **dict.fromkeys(("mother release lines", "mother stop lines", "mother scan lines"), "taps"),
-    **dict.fromkeys(("mother nodes lines", "mother watch lines"), "taps"),
-    "port": FILE,
-    "program": FILE,
-    "zenoh keys bench": "",
-    "zenoh keys port": "",
-    "mother gcode machine": FILE,
-    "sac oneshot number": "",
-    "shell": "shells",
-    "topic": "pages",
-}
-"""Kinds of parameters' values, by the parameter's name, or by the command's and its: a file, a folder, or one
-of ``completion_names.KINDS``. All others have no names that could be listed."""
+from hil.cli.command_classes import placeholder
+from hil.cli.command_table import VALUES, ValueRow
 
 
 @dataclass(frozen=True)
@@ -63,7 +24,7 @@ class CliParameter:
     default: str
     """Default as it is typed; empty: none, or one that ``about`` tells."""
     takes: str
-    """Kind of value, one of ``TAKES``, or empty."""
+    """Kind of value, one of ``ValueRow.takes``."""
     placeholder: str = ""
     """Name of the value in help texts."""
 
@@ -124,7 +85,7 @@ def _parameter(given: Any, path: tuple[str, ...]) -> CliParameter:
     is_option = given.param_type_name == "option"
     takes_value = not (is_option and given.is_flag)
     shown = takes_value and given.show_default and given.default not in (None, ())
-    takes = TAKES.get(" ".join((*path, given.name)), TAKES.get(given.name, ""))
+    row = VALUES.get(" ".join((*path, given.name))) or VALUES.get(given.name, ValueRow(""))
     return CliParameter(
         given.name,
         tuple(given.opts) if is_option else (),
@@ -133,6 +94,6 @@ def _parameter(given: Any, path: tuple[str, ...]) -> CliParameter:
         bool(given.required),
         given.nargs == -1 or given.multiple,
         str(given.default) if shown else "",
-        takes if takes_value else "",
+        row.takes if takes_value and not given._custom_shell_complete else "",
         (given.metavar or placeholder(given.name)).removesuffix("..."),
     )

@@ -4,7 +4,8 @@ Commands and options stand in the script, so that they cost nothing; names of wh
 ``hil _names`` (``completion_names.py``) when the key is pressed.
 """
 
-from hil.cli.commands import FILE, FOLDER, CliCommand, CliParameter
+from hil.cli.command_table import FILE, FOLDER
+from hil.cli.commands import CliCommand, CliParameter
 
 BASH = r"""
 _hil_offer() {

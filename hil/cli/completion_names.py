@@ -148,7 +148,7 @@ KINDS: dict[str, Callable[[TypedLine], Names]] = {
     "shells": _shells,
     "pages": _pages,
 }
-"""Kinds of names, as in ``commands.TAKES``."""
+"""Kinds of names, as in ``command_table.VALUES``."""
 
 
 def print_names(arguments: list[str]) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, DeviceName, RuntimeDir, ask_bench, fail
+from hil.cli.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.hints import pasteable
 from hil.cli.interrupts import noted
 from hil.cli.problem_lines import has_colours
@@ -57,8 +57,7 @@ def plot(
     seconds: Annotated[float, typer.Option("--seconds", help="Simulated time to draw.", min=0.001)] = 2.0,
     interval_ms: Interval = 1.0,
     output: Output = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Record an axis from now on, and draw it.
 
@@ -70,10 +69,10 @@ def plot(
 
     _check_output(output)
     wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
-    with _watching(bench, runtime_dir, device, wanted, interval_ms) as (names, more):
+    with _watching(bench, device, wanted, interval_ms) as (names, more):
         recording = _recorded(names)
         if {"r", "e"} & {*names}:
-            recording.units = units_in(ask_bench(bench, runtime_dir, "state", device=device))
+            recording.units = units_in(bench.ask("state", device=device))
         say(f"{device}: recording {', '.join(names)} for {seconds:g} s; Ctrl-C ends it", sys.stderr)
         try:
             for rows in more:
@@ -97,8 +96,7 @@ def step(
     ] = 0.5,
     interval_ms: Interval = _STEP_INTERVAL_MS,
     output: Output = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Move a Mechaduino by a step, draw the response, and print overshoot and settling time.
 
@@ -111,12 +109,12 @@ def step(
 
     _check_output(output)
     names = ("r", "yw", "u", "loop_on", "mode")
-    if not {*names} <= ask_bench(bench, runtime_dir, "state", device=device).keys():
+    if not {*names} <= bench.ask("state", device=device).keys():
         raise fail(
             f"hil: {device} has no set-point that could step: `hil step` is for boards with a servo loop, as"
             f" a Mechaduino; `hil axis {device}` lists what else turns it"
         )
-    verbs = {row["verb"] for row in ask_bench(bench, runtime_dir, "verbs", device=device)}
+    verbs = {row["verb"] for row in bench.ask("verbs", device=device)}
     if "type" not in verbs:
         raise fail(
             f"hil: {device} has no terminal, at which `hil step` types the set-point, as at a Mechaduino's;"
@@ -125,15 +123,15 @@ def step(
     recording = _recorded(names)
 
     def send(text: str) -> int:
-        answer = ask_bench(bench, runtime_dir, "send", device=device, data=text.encode().hex())
+        answer = bench.ask("send", device=device, data=text.encode().hex())
         return int(answer["effective_at_ns"])
 
-    with _watching(bench, runtime_dir, device, names, interval_ms) as (_, more):
+    with _watching(bench, device, names, interval_ms) as (_, more):
         sent_ns = send("xy")
         on = _until(more, recording, lambda row: row[0] > sent_ns and row[4:] == (1, ord("x")), device)
         if "move_rel" in verbs:  # a move by nothing: what keeps the board from moving is its own refusal
             still = {"device": device, "name": "move_rel", "parameters": {"angle_deg": 0.0}}
-            ask_bench(bench, runtime_dir, "do", **still)
+            bench.ask("do", **still)
         still_ns = recording.rows[on][0] + _SETTLE_NS
         start = recording.rows[_until(more, recording, lambda row: row[0] >= still_ns, device)][1]
         sent_ns = send(f"r{start + degrees:.2f}\n")
@@ -180,8 +178,7 @@ def drive(
         bool, typer.Option("--plot", help="Wait for its end and draw the following error.")
     ] = False,
     output: Output = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Play a pulse train on the step/dir inputs of a board, at exact simulated times.
 
@@ -195,14 +192,14 @@ def drive(
     train = _train(file, steps, rate_Hz, acceleration)
     rows = [(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train]
     draws = draw or output is not None
-    has_loop = not draws or "e" in ask_bench(bench, runtime_dir, "state", device=device)
+    has_loop = not draws or "e" in bench.ask("state", device=device)
     recording = _recorded(_LOOP if has_loop else _LAG)
-    watching = _watching(bench, runtime_dir, device, recording.signals, 1.0)
+    watching = _watching(bench, device, recording.signals, 1.0)
     answer: dict[str, Any] = {}
     try:
         with watching if draws else nullcontext() as watched:
             with noted() as interrupts:  # the bench may have the train before its answer is here
-                answer = ask_bench(bench, runtime_dir, "drive", device=device, train=rows)
+                answer = bench.ask("drive", device=device, train=rows)
             length = _length(answer, train)
             if watched is not None:
                 say(f"{length}; waiting for its end", sys.stderr)
@@ -252,19 +249,17 @@ def _recorded(signals: tuple[str, ...]) -> Any:
 
 @contextmanager
 def _watching(
-    bench: str | None, runtime_dir: Path | None, device: str, signals: tuple[str, ...], interval_ms: float
+    bench: BenchOptions, device: str, signals: tuple[str, ...], interval_ms: float
 ) -> Iterator[tuple[tuple[str, ...], Iterator[list[tuple[float, ...]]]]]:
     """Watch signals: their names, and pieces of samples forever; the watch ends with the block."""
     import time
 
-    opened = ask_bench(
-        bench, runtime_dir, "watch", device=device, signals=signals, interval_ns=round(interval_ms * 1e6)
-    )
+    opened = bench.ask("watch", device=device, signals=signals, interval_ns=round(interval_ms * 1e6))
 
     def pieces() -> Iterator[list[tuple[float, ...]]]:
         told = 0
         while True:
-            answer = ask_bench(bench, runtime_dir, "samples", watch=opened["watch"])
+            answer = bench.ask("samples", watch=opened["watch"])
             if answer["lost"] > told:
                 typer.echo(
                     f"{answer['lost'] - told} samples were lost: the machine or this command is too slow",
@@ -280,7 +275,7 @@ def _watching(
     try:
         yield tuple(opened["signals"]), pieces()
     finally:
-        ask_bench(bench, runtime_dir, "unwatch", watch=opened["watch"])
+        bench.ask("unwatch", watch=opened["watch"])
 
 
 def _until(

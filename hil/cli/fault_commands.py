@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.axis_command import number_or_text
 from hil.cli.command_classes import Below
 from hil.cli.told import CommandAnswer
@@ -46,8 +46,7 @@ def inject(
     fault: Annotated[str, typer.Argument(help="Its kind; `hil fault kinds` lists them.")],
     target: Annotated[str, typer.Argument(help="The place of the fault, as in s2.")],
     parameters: Annotated[list[str] | None, typer.Argument(help="As in rate=0.01 towards=board.")] = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Inject a fault. It lasts until it is cleared.
 
@@ -58,7 +57,7 @@ def inject(
         if name in given:
             raise fail(f"hil: {name} is given twice", 2)
         given[name] = value
-    answer = ask_bench(bench, runtime_dir, "inject", fault=fault, target=target, parameters=given)
+    answer = bench.ask("inject", fault=fault, target=target, parameters=given)
     return CommandAnswer(answer, f"fault {answer['number']}")
 
 
@@ -75,29 +74,28 @@ def clear(
         int | None,
         typer.Argument(help="A number of `hil fault list`; left out: all faults.", show_default=False),
     ] = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Clear a fault, or all.
 
     Example: hil fault clear 1
     """
-    active = ask_bench(bench, runtime_dir, "faults")
+    active = bench.ask("faults")
     numbers = [number] if number is not None else [row["number"] for row in active]
     for each in numbers:
-        ask_bench(bench, runtime_dir, "clear", number=each)
+        bench.ask("clear", number=each)
     return CommandAnswer({"cleared": numbers}, "\n".join(f"fault {each} cleared" for each in numbers) or NONE)
 
 
 @fault_app.command("list")
-def list_faults(bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
+def list_faults(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """List the faults that are active.
 
     A fault without for_s lasts until it is cleared.
 
     Example: hil fault list
     """
-    rows = ask_bench(bench, runtime_dir, "faults")
+    rows = bench.ask("faults")
     lines = []
     for row in rows:
         said = [str(row["number"]), row["kind"], row["target"], *_parameters_said(row["parameters"])]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hil.cli.ask import ask_bench, fail
+from hil.cli.ask import fail
 from hil.cli.exit_codes import Exit
 from hil.cli.gcode_files import PlannedFile
 from hil.cli.interrupts import noted
@@ -87,7 +87,7 @@ class LineProgram:
             return
         axis, _, pin = text.pin.rpartition(".")
         level = 1 - text.level if state == "off" else text.level
-        ask_bench(self._options.bench, self._options.runtime_dir, "pin", device=axis, pin=pin, level=level)
+        self._options.bench.ask("pin", device=axis, pin=pin, level=level)
 
     def _signals(self, signals: list[int]) -> None:
         if signals:

@@ -4,7 +4,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hil.cli.ask import ask_bench, bench_meant, fail
+from hil.cli.ask import BenchOptions, fail
 from hil.cli.exit_codes import Exit, exit_of
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ def check_plot(plot: Path | None, machine: "Machine") -> None:
 class FollowedAxes:
     """Samples of a machine's axes, taken in a thread between ``begin`` and ``end``."""
 
-    def __init__(self, machine: "Machine", bench: str | None, runtime_dir: Path | None) -> None:
-        self._machine, self._socket = machine, bench_meant(bench, runtime_dir).socket
+    def __init__(self, machine: "Machine", bench: BenchOptions) -> None:
+        self._machine, self._socket = machine, bench.meant().socket
         self._watches: list[int] = []
         self._shifts_deg: list[float] = []
         self._rows: list[list[list[float]]] = [[] for _ in machine.axes]
@@ -106,14 +106,14 @@ class FollowedAxes:
         ]
 
 
-def begin_of(machine: "Machine", bench: str | None, runtime_dir: Path | None) -> "Point":
+def begin_of(machine: "Machine", bench: BenchOptions) -> "Point":
     """Find where a machine stands, by the zeros of its axes' boards."""
     from hil.gcode.canonical import Point
     from hil.toolpath.board_angle import zero_shift_deg
 
     places = {}
     for axis in machine.axes:
-        state = ask_bench(bench, runtime_dir, "state", device=axis.bench_axis)
+        state = bench.ask("state", device=axis.bench_axis)
         at_deg = state["position_deg"] + zero_shift_deg(state)
         places[axis.letter] = (at_deg - axis.zero_deg) / axis.motor_deg_per_unit
     return Point(**places)

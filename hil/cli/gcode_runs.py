@@ -2,12 +2,11 @@
 
 import asyncio
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hil.cli.ask import ask_bench, fail
+from hil.cli.ask import BenchOptions, fail
 from hil.cli.exit_codes import Exit
 from hil.cli.gcode_line import keys
 from hil.cli.interrupts import noted
@@ -27,15 +26,15 @@ KEYS = "p pauses and resumes, s stops, S stops at once, + and - change the pace"
 class RunsProgram:
     """Program on its way through the runs of a bench: what keys and signals do to it."""
 
-    def __init__(self, bench: str | None, runtime_dir: Path | None, *, is_quiet: bool) -> None:
-        self._where = bench, runtime_dir
+    def __init__(self, bench: BenchOptions, *, is_quiet: bool) -> None:
+        self._bench = bench
         self._is_quiet = is_quiet
         self._pace, self._is_paused = 1.0, False
         self.was_ended = False
         """True if a key or a signal has ended it."""
 
     def ask(self, verb: str, **given: Any) -> Any:
-        return ask_bench(*self._where, verb, **given)
+        return self._bench.ask(verb, **given)
 
     async def carry_out(self, parts: list[dict[str, Any]]) -> list[dict[str, Any]]:
         """Carry parts out one after the other; answers the reports of their runs."""
@@ -62,7 +61,7 @@ class RunsProgram:
                 for key in pressed():
                     self._key(name, key)
                 await asyncio.sleep(POLL_S)
-                progress = run_named(*self._where, name)
+                progress = run_named(self._bench, name)
         return dict(progress)
 
     async def _go_on(self, part: dict[str, Any], signals: list[int], pressed: Any) -> bool:

@@ -5,8 +5,6 @@ import re
 import shlex
 from typing import Any
 
-from hil.cli.command_table import NOT_RUNNING
-
 _HINT = re.compile(r"`hil ([a-z][^`]*)`")
 _words: list[str] = []
 _root: list[Any] = []
@@ -28,7 +26,7 @@ def pasteable(text: str, words: list[str] | None = None) -> str:
     options = shlex.join(_words if words is None else words)
     if not options:
         return text
-    return _HINT.sub(lambda hint: f"`hil {options} {hint[1]}`" if _asks_a_bench(hint[1]) else hint[0], text)
+    return _HINT.sub(lambda hint: f"`hil {options} {hint[1]}`" if _may_ask(hint[1]) else hint[0], text)
 
 
 def all_pasteable(answer: Any, words: list[str] | None = None) -> Any:
@@ -42,12 +40,17 @@ def all_pasteable(answer: Any, words: list[str] | None = None) -> Any:
     return answer
 
 
-def _asks_a_bench(line: str) -> bool:
+def _may_ask(line: str) -> bool:
     if not _root:
         return False
-    command, path = _root[0], list[str]()
+    command = _root[0]
     for word in line.split():
         if not (below := hasattr(command, "commands") and command.get_command(None, word)):
             break
-        command, path = below, [*path, word]
-    return " ".join(path) not in NOT_RUNNING and "bench" in {each.name for each in command.params}
+        command = below
+    return asks_a_bench(command)
+
+
+def asks_a_bench(command: Any) -> bool:
+    """True if a command's --bench is one that runs: it does not complete the name in a way of its own."""
+    return any(each.name == "bench" and not each._custom_shell_complete for each in command.params)

@@ -4,19 +4,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.command_classes import Below
 from hil.cli.exit_codes import Exit
 from hil.cli.mother_gcode import gcode
 from hil.cli.mother_lines import (
-    Baud,
-    HasEcho,
-    Latency,
+    ANY_LINE,
     LineOptions,
     Lines,
     NodeNames,
     OneLine,
-    ProfileName,
     addresses,
     exit_of_rows,
     line_of,
@@ -54,12 +50,7 @@ def send(
     keep_going: Annotated[
         bool, typer.Option("--keep-going", help="Go on with a node that has not done a command.")
     ] = False,
-    baud: Baud = None,
-    latency_ms: Latency = None,
-    profile: ProfileName = None,
-    echo: HasEcho = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    options: LineOptions = ANY_LINE,
 ) -> CommandAnswer:
     """Send commands to nodes, and say what became of each.
 
@@ -69,7 +60,7 @@ def send(
 
     Example: hil mother send bus0.master 85 v150 m300
     """
-    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo))
+    place = place_of(line, options)
     units = addresses(node, place.nodes)
 
     async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
@@ -97,18 +88,13 @@ def text(
     words: Annotated[
         list[str], typer.Argument(help="What is shown there.", metavar="WORD...", show_default=False)
     ],
-    baud: Baud = None,
-    latency_ms: Latency = None,
-    profile: ProfileName = None,
-    echo: HasEcho = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    options: LineOptions = ANY_LINE,
 ) -> CommandAnswer:
     """Show words at the terminals of nodes.
 
     Example: hil mother text bus0.master 85 good morning
     """
-    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo))
+    place = place_of(line, options)
     units = addresses(node, place.nodes)
 
     async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
@@ -124,18 +110,12 @@ def text(
 @mother_app.command()
 def release(
     lines: Lines,
-    baud: Baud = None,
-    latency_ms: Latency = None,
-    profile: ProfileName = None,
-    echo: HasEcho = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    options: LineOptions = ANY_LINE,
 ) -> CommandAnswer:
     """Let all motions begin that wait for the sync: one packet to all. Nobody answers that.
 
     Example: hil mother release bus0.master
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
 
     async def work(masters: "Sequence[LiveMaster]") -> list[dict[str, Any]]:
@@ -154,12 +134,7 @@ def stop(
     node: Annotated[
         str, typer.Option("--nodes", metavar="NODE", help="Nodes that are told one by one, too, and answer.")
     ] = "",
-    baud: Baud = None,
-    latency_ms: Latency = None,
-    profile: ProfileName = None,
-    echo: HasEcho = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    options: LineOptions = ANY_LINE,
 ) -> CommandAnswer:
     """Stop all motion on lines: by a packet to all, which nobody answers, then node by node if you name them.
 
@@ -168,7 +143,6 @@ def stop(
 
     Example: hil mother stop bus0.master --nodes 85
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
     units = [addresses(node, place.nodes) if node else [] for place in places]
 
@@ -192,12 +166,7 @@ def scan(
     tries: Annotated[
         int, typer.Option("--tries", help="How often a silent address is asked.", min=1, max=9)
     ] = 1,
-    baud: Baud = None,
-    latency_ms: Latency = None,
-    profile: ProfileName = None,
-    echo: HasEcho = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    options: LineOptions = ANY_LINE,
 ) -> CommandAnswer:
     """Find the nodes of lines: ask each address for something that changes nothing.
 
@@ -206,7 +175,6 @@ def scan(
 
     Example: hil mother scan bus0.master --addresses 80-90
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
     wanted = [None if asked == "all" else addresses(asked, place.nodes) for place in places]
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, fail
+from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.exit_codes import Exit
 from hil.cli.mother_lines import LineOptions
 from hil.cli.told import CommandAnswer, wants_json
@@ -72,8 +72,7 @@ def gcode(
             show_default=False,
         ),
     ] = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Carry out a program over the line of a machine's SACs, or by runs of a bench.
 
@@ -104,7 +103,7 @@ def gcode(
                 "hil: runs begin where the axes stand, with all lines: leave out --at and --block-delete",
                 Exit.MISTAKE,
             )
-        return _by_runs(file, machine, made, feed, plot, bench, runtime_dir)
+        return _by_runs(file, machine, made, feed, plot, bench)
     check_plot(plot, made)
     planned = planned_file(file, machine, at, override=feed / 100, is_block_delete=block_delete)
     if not wants_json() and (remarks := remarks_of(planned)):
@@ -120,12 +119,12 @@ def gcode(
 
     begin = position_of(at, planned.machine)
     pulses = {axis.letter: axis.pulses_at(begin[axis.index]) for axis in planned.machine.axes}
-    followed = FollowedAxes(planned.machine, bench, runtime_dir) if plot else None
+    followed = FollowedAxes(planned.machine, bench) if plot else None
     if followed:
         followed.begin()
     of_line = planned.machine.text
     baud = of_line.baud if "baud" in of_line.model_fields_set else None  # else that of the tap
-    end, code = carried_out(planned, LineOptions(baud, PATIENT_MS, None, bench, runtime_dir), pulses)
+    end, code = carried_out(planned, LineOptions(baud, PATIENT_MS, bench=bench), pulses)
     text = end_text(str(file), end)
     if plot and followed:
         end["plot"] = plotted(plot, planned, begin, followed.end())
@@ -139,8 +138,7 @@ def _by_runs(
     machine: "Machine",
     feed: float,
     plot: Path | None,
-    bench: str | None,
-    runtime_dir: Path | None,
+    bench: BenchOptions,
 ) -> CommandAnswer:
     """Carry a program out by runs of a bench, which plans it from where its axes stand."""
     from hil.cli.gcode_files import figures_of, figures_text, planned_at, remarks_of
@@ -152,17 +150,17 @@ def _by_runs(
     if not machine.has_bench_axes:
         what = f"the machine {machine.name} has no axis: for each axis"
         raise fail(f"hil: {what}, which runs need", Exit.MISTAKE)
-    begin = begin_of(machine, bench, runtime_dir)
+    begin = begin_of(machine, bench)
     planned = planned_at(file, machine, begin, override=feed / 100)
     if not wants_json() and (remarks := remarks_of(planned)):
         tell_problems("\n".join(remarks))
     figures = figures_of(file, planned)
     if not wants_json():
         typer.echo(figures_text(figures, machine), err=True)
-    followed = FollowedAxes(machine, bench, runtime_dir) if plot else None
+    followed = FollowedAxes(machine, bench) if plot else None
     if followed:
         followed.begin()
-    program = RunsProgram(bench, runtime_dir, is_quiet=wants_json())
+    program = RunsProgram(bench, is_quiet=wants_json())
     texts = file.read_bytes().decode("utf-8", "replace"), machine_file.read_text("utf-8-sig")
     end, code = carried_by_runs(planned, texts, (str(file), str(machine_file)), feed, program)
     answer: dict[str, Any] = figures | {"runs": end["runs"]}

@@ -3,12 +3,11 @@
 import re
 from collections.abc import Callable, Coroutine, Iterable, Sequence
 from contextlib import AsyncExitStack
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from hil.cli.ask import bench_meant, fail
+from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.exit_codes import Exit
 
 if TYPE_CHECKING:
@@ -66,12 +65,14 @@ _PART = re.compile(r"([0-9]{1,3})(?:-([0-9]{1,3}))?")
 class LineOptions(NamedTuple):
     """Options that say how a line is reached."""
 
-    baud: int | None
-    latency_ms: float | None
-    profile: str | None
-    bench: str | None
-    runtime_dir: Path | None
-    echo: bool | None = None
+    baud: Baud = None
+    latency_ms: Latency = None
+    profile: ProfileName = None
+    echo: HasEcho = None
+    bench: BenchOptions = ANY_BENCH
+
+
+ANY_LINE = LineOptions()
 
 
 def place_of(line: str, options: LineOptions) -> "LinePlace":
@@ -84,7 +85,7 @@ def place_of(line: str, options: LineOptions) -> "LinePlace":
     try:
         if is_address(line):
             return find_line(line, baud=options.baud, latency_ns=latency_ns, **of_nodes)
-        here = bench_meant(options.bench, options.runtime_dir)
+        here = options.bench.meant()
         return tap_place(here, line, baud=options.baud, latency_ns=latency_ns, **of_nodes)
     except LineUnreachable as error:
         raise fail(f"hil: {error}", Exit.MISTAKE if error.is_mistake else Exit.FAILED) from None

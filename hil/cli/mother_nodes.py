@@ -8,16 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.echo_words import echo_words
 from hil.cli.exit_codes import Exit
 from hil.cli.mother_lines import (
-    Baud,
-    HasEcho,
-    Latency,
+    ANY_LINE,
     LineOptions,
     Lines,
-    ProfileName,
     addresses,
     on_lines,
     place_of,
@@ -42,12 +38,7 @@ def nodes(
     lines: Lines,
     asked: Annotated[str, typer.Option("--addresses", metavar="NODE", help="Which, as in 4-35.")] = "all",
     live: Annotated[bool, typer.Option("--live", help="Ask them again each second, until Ctrl-C.")] = False,
-    baud: Baud = None,
-    latency_ms: Latency = None,
-    profile: ProfileName = None,
-    echo: HasEcho = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    options: LineOptions = ANY_LINE,
 ) -> CommandAnswer:
     """Show a table of the nodes of lines: when each was seen, its round trip, what was lost.
 
@@ -55,7 +46,6 @@ def nodes(
 
     Example: hil mother nodes bus0.master --addresses 80-90
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
     wanted = [None if asked == "all" else addresses(asked, place.nodes) for place in places]
 
@@ -152,19 +142,13 @@ def watch(
         int | None, typer.Option("--count", "-c", help="End after so many lines.", min=1)
     ] = None,
     as_json: AsJson = False,
-    baud: Baud = None,
-    latency_ms: Latency = None,
-    profile: ProfileName = None,
-    echo: HasEcho = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    options: LineOptions = ANY_LINE,
 ) -> None:
     """Print what nodes say by themselves, as it comes, until Ctrl-C: texts, and with soft_ops begin and end
     of each command. Sends nothing.
 
     Example: hil mother watch bus0.master -c 1
     """
-    options = LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo)
     places = [place_of(line, options) for line in lines]
 
     import asyncio

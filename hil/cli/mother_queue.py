@@ -6,16 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, bench_meant, fail, port_of
+from hil.cli.ask import BenchOptions, fail
 from hil.cli.exit_codes import Exit
 from hil.cli.mother_lines import (
-    Baud,
-    HasEcho,
-    Latency,
+    ANY_LINE,
     LineOptions,
     NodeNames,
     OneLine,
-    ProfileName,
     addresses,
     exit_of_rows,
     line_of,
@@ -45,12 +42,7 @@ def queue(
         bool,
         typer.Option("--read-back/--no-read-back", help="Compare with what terminals of the bench list."),
     ] = True,
-    baud: Baud = None,
-    latency_ms: Latency = None,
-    profile: ProfileName = None,
-    echo: HasEcho = None,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    options: LineOptions = ANY_LINE,
 ) -> CommandAnswer:
     """Write a queue's file into nodes, all at once, and read it back.
 
@@ -61,7 +53,7 @@ def queue(
     """
     from hil.vocab.dialogue import Refusal
 
-    place = place_of(line, LineOptions(baud, latency_ms, profile, bench, runtime_dir, echo))
+    place = place_of(line, options)
     units = [each for each in addresses(node, place.nodes) if each != place.nodes.to_all]
     if not units:
         raise fail("hil: name the nodes: who is told with all others does not answer", Exit.MISTAKE)
@@ -79,7 +71,7 @@ def queue(
         return [row_of(line, each) for each in sent]
 
     rows = on_lines([place], 3, work)
-    back = _read_back(place, units, upload, bench, runtime_dir) if read_back else {}
+    back = _read_back(place, units, upload, options.bench) if read_back else {}
     return _told(line, units, rows, back)
 
 
@@ -129,8 +121,7 @@ def _read_back(
     place: "LinePlace",
     units: Sequence[int],
     upload: "NodeUpload",
-    bench: str | None,
-    runtime_dir: Path | None,
+    bench: BenchOptions,
 ) -> dict[int, Sequence[str]]:
     """Differences by node, of nodes whose terminal the bench has, and nobody else has open."""
     from hil.cli.board_commands import SerialTalk
@@ -140,7 +131,7 @@ def _read_back(
 
     if is_address(place.name):
         return {}
-    here = bench_meant(bench, runtime_dir)
+    here = bench.meant()
     try:
         listed, segments = ask(here.socket, "list"), ask(here.socket, "segments")
     except ControlError as error:
@@ -157,7 +148,7 @@ def _read_back(
             if not address.startswith("socket://") and not _is_free(here.socket, row["device"]):
                 typer.echo(f"hil: {row['device']}: not read back: another program has it open", err=True)
                 continue  # it would get some of the answers
-            with SerialTalk(port_of(address, bench, runtime_dir), place.baud, place.speed) as talk:
+            with SerialTalk(bench.port_of(address), place.baud, place.speed) as talk:
                 unit = talk.run(place.nodes.address_at_terminal())
                 if unit in units:
                     found[unit] = talk.run(upload.differences())

@@ -5,14 +5,13 @@ from typing import Annotated
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 
 RELOAD_S = 60.0
 
 
 def reload(
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
     as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
 ) -> None:
     """Apply the changed configuration to a running bench.
@@ -22,7 +21,7 @@ def reload(
 
     Example: hil reload
     """
-    done = ask_bench(bench, runtime_dir, "reload", timeout_s=RELOAD_S)
+    done = bench.ask("reload", timeout_s=RELOAD_S)
     if "problems" in done:
         raise fail(done["problems"], 2)
     if as_json:

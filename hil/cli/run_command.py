@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench, fail
+from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.exit_codes import Exit
 from hil.cli.interrupts import noted
 from hil.cli.run_reports import EXIT_OF, clock_words, is_under_way, run_report, shown
@@ -33,8 +33,7 @@ def run(
     ] = "",
     detach: Annotated[bool, typer.Option("--detach", help="Do not wait for its end.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> None:
     """Carry out a multi-axis run.
 
@@ -56,12 +55,12 @@ def run(
         raise fail(f"hil: {file}: {len(text)} characters; a run has at most {DOCUMENT_BYTES}", Exit.MISTAKE)
     request = {"text": text, "file": str(file), "check": check, "name": name, "fresh": not name}
     if check:
-        answer = _submitted(bench, runtime_dir, request)
+        answer = _submitted(bench, request)
         typer.echo(f"{file}: run {answer['run']}, {counted(answer['steps'], 'step')}, no problems")
         return
     interrupted = False
     with noted() as interrupts:  # from here on: the bench may have the run before its answer is here
-        progress = _submitted(bench, runtime_dir, request)
+        progress = _submitted(bench, request)
         name = progress["run"]
         if progress["submissions"] > 1:
             is_old = "is under way already" if is_under_way(progress) else "was carried out before"
@@ -72,19 +71,19 @@ def run(
                 if interrupts:
                     interrupts.clear()
                     interrupted = True
-                    ask_bench(bench, runtime_dir, "cancel_run", name=name, how="grace")
+                    bench.ask("cancel_run", name=name, how="grace")
                 else:
                     time.sleep(POLL_S)
-                progress = run_named(bench, runtime_dir, name)
+                progress = run_named(bench, name)
     typer.echo(json.dumps(progress) if as_json else run_report(progress))
     code = EXIT_OF.get(progress["state"], Exit.DONE)
     if code:
         raise typer.Exit(Exit.INTERRUPTED if interrupted and code == Exit.RUN_CANCELLED else code)
 
 
-def _submitted(bench: str | None, runtime_dir: Path | None, request: dict[str, Any]) -> dict[str, Any]:
+def _submitted(bench: BenchOptions, request: dict[str, Any]) -> dict[str, Any]:
     """Submit a run; its problems end the command."""
-    answer: dict[str, Any] = ask_bench(bench, runtime_dir, "run", timeout_s=SUBMIT_S, **request)
+    answer: dict[str, Any] = bench.ask("run", timeout_s=SUBMIT_S, **request)
     if "problems" in answer:
         raise fail(answer["problems"], Exit.MISTAKE)
     if not request["check"] and "state" not in answer:
@@ -92,9 +91,9 @@ def _submitted(bench: str | None, runtime_dir: Path | None, request: dict[str, A
     return answer
 
 
-def run_named(bench: str | None, runtime_dir: Path | None, name: str) -> dict[str, Any]:
+def run_named(bench: BenchOptions, name: str) -> dict[str, Any]:
     """Progress of one run."""
-    rows: list[dict[str, Any]] = ask_bench(bench, runtime_dir, "runs", name=name)
+    rows: list[dict[str, Any]] = bench.ask("runs", name=name)
     if not rows:
         raise fail(f"hil: the bench knows no run {name!r} any more")
     return rows[0]
@@ -102,14 +101,13 @@ def run_named(bench: str | None, runtime_dir: Path | None, name: str) -> dict[st
 
 def benches(
     as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> None:
     """List the benches that are joined to this one, and the offsets of their clocks.
 
     Example: hil benches
     """
-    rows = ask_bench(bench, runtime_dir, "benches")
+    rows = bench.ask("benches")
     if as_json:
         typer.echo(json.dumps(rows))
         return

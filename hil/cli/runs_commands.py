@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.cli.ask import Bench, RuntimeDir, ask_bench
+from hil.cli.ask import ANY_BENCH, BenchOptions
 from hil.cli.command_classes import USAGE_ERROR, Below
 from hil.cli.run_command import run_named
 from hil.cli.run_reports import is_under_way, run_line, run_report
@@ -35,12 +35,10 @@ RunName = Annotated[str, typer.Argument(help="The run's name, as `hil run` print
 
 
 @runs_app.callback()
-def runs(
-    context: typer.Context, as_json: AsJson = False, bench: Bench = None, runtime_dir: RuntimeDir = None
-) -> None:
+def runs(context: typer.Context, as_json: AsJson = False, bench: BenchOptions = ANY_BENCH) -> None:
     if context.invoked_subcommand is not None:
         return
-    rows = ask_bench(bench, runtime_dir, "runs", name="")
+    rows = bench.ask("runs", name="")
     if as_json:
         typer.echo(json.dumps(rows))
         return
@@ -51,12 +49,12 @@ def runs(
 
 
 @runs_app.command()
-def show(name: RunName, bench: Bench = None, runtime_dir: RuntimeDir = None) -> CommandAnswer:
+def show(name: RunName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """Show a run: its state, its axes, their following errors.
 
     Example: hil runs show square
     """
-    progress = run_named(bench, runtime_dir, name)
+    progress = run_named(bench, name)
     return CommandAnswer(progress, run_report(progress))
 
 
@@ -66,8 +64,7 @@ def cancel(
     at_once: Annotated[
         bool, typer.Option("--at-once", help="Stop its axes immediately, not on their ramps.")
     ] = False,
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Cancel a run: a waiting run never begins; the axes of a moving run stop.
 
@@ -76,7 +73,7 @@ def cancel(
     Example: hil runs cancel square --at-once
     """
     how = "prejudice" if at_once else "grace"
-    progress = ask_bench(bench, runtime_dir, "cancel_run", name=name, how=how)
+    progress = bench.ask("cancel_run", name=name, how=how)
     stops = f"{name}: its axes stop; `hil runs show {name}` says where"
     return CommandAnswer(progress, stops if is_under_way(progress) else run_line(progress))
 
@@ -92,8 +89,7 @@ def pace(
             show_default=False,
         ),
     ],
-    bench: Bench = None,
-    runtime_dir: RuntimeDir = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Slow a run down along its paths, pause it, let it go on.
 
@@ -102,5 +98,5 @@ def pace(
 
     Example: hil runs pace square 0.5
     """
-    progress = ask_bench(bench, runtime_dir, "pace_run", name=name, pace=share)
+    progress = bench.ask("pace_run", name=name, pace=share)
     return CommandAnswer(progress, run_line(progress))

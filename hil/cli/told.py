@@ -38,14 +38,17 @@ class CommandAnswer:
 
 
 def telling(command: Any) -> Any:
-    """Wrap a command that answers a ``CommandAnswer``, which is printed: it has --json. Others stay."""
+    """Wrap a command so that typer knows its options: a parameter that is a group of options, a named tuple,
+    is those. One that answers a ``CommandAnswer`` has --json, and the answer is printed."""
     signature = inspect.signature(command)
-    if signature.return_annotation is not CommandAnswer:
-        return command
+    parameters, tells = list(signature.parameters.values()), signature.return_annotation is CommandAnswer
 
     @functools.wraps(command)
-    def tell(*, as_json: bool = False, **given: Any) -> None:
-        told = command(**given)
+    def tell(**given: Any) -> None:
+        as_json = tells and given.pop("as_json")
+        told = command(**{each.name: _gathered(each, given) for each in parameters})
+        if not tells:
+            return
         if as_json:
             typer.echo(json.dumps(told.answer))
         elif told.text:
@@ -53,13 +56,39 @@ def telling(command: Any) -> Any:
         if told.exit_code:
             raise typer.Exit(told.exit_code)
 
-    kept = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in signature.parameters.values()]
-    option = inspect.Parameter("as_json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=AsJson)
-    place = next((i for i, each in enumerate(kept) if each.name == "bench"), len(kept))
-    ordered = [*kept[:place], option, *kept[place:]]
-    tell.__signature__ = inspect.Signature(ordered)  # type: ignore[attr-defined]
-    tell.__annotations__ = {each.name: each.annotation for each in ordered}
+    options = [option for each in parameters for option in _options(each)]
+    if tells:
+        place = next((i for i, each in enumerate(options) if each.name == "bench"), len(options))
+        options.insert(place, _option("as_json", AsJson, False))
+    tell.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    tell.__annotations__ = {each.name: each.annotation for each in options}
     return tell
+
+
+def _is_group(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, tuple)
+
+
+def _option(name: str, kind: Any, default: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+
+
+def _options(parameter: inspect.Parameter) -> list[inspect.Parameter]:
+    """Options of a parameter: itself, or those of its group."""
+    if not _is_group(kind := parameter.annotation):
+        return [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
+    return [option for each in _fields(kind) for option in _options(each)]
+
+
+def _fields(group: Any) -> list[inspect.Parameter]:
+    return [_option(name, group.__annotations__[name], group._field_defaults[name]) for name in group._fields]
+
+
+def _gathered(parameter: inspect.Parameter, given: dict[str, Any]) -> Any:
+    """Value of a parameter: what was given, or its group of that."""
+    if not _is_group(kind := parameter.annotation):
+        return given[parameter.name]
+    return kind(*(_gathered(each, given) for each in _fields(kind)))
 
 
 def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:

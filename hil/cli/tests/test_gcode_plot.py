@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from hil.cli import gcode_plot
+from hil.cli.ask import ANY_BENCH, BenchOptions
 from hil.cli.gcode_plot import FollowedAxes, begin_of
 from hil.toolpath.machine import parse_machine
 
@@ -48,13 +48,10 @@ def test_a_zero_of_the_shafts_is_none_of_the_path(
     """`hil zero` moves positions of shafts; set-points stay where the boards have them."""
     bench = TwoAxes(zeroed_deg)
     monkeypatch.setattr("hil.net.control_client.ask", bench.ask)
-    monkeypatch.setattr(gcode_plot, "bench_meant", lambda *_: SimpleNamespace(socket=tmp_path))
-    monkeypatch.setattr(
-        gcode_plot, "ask_bench", lambda _bench, _folder, verb, **given: bench.ask(tmp_path, verb, **given)
-    )
+    monkeypatch.setattr(BenchOptions, "meant", lambda _: SimpleNamespace(socket=tmp_path))
     machine = parse_machine(MACHINE, "plotter.yaml")
-    begin = begin_of(machine, None, None)
+    begin = begin_of(machine, ANY_BENCH)
     assert (begin.x, begin.y) == (2.0, -2.0)
-    followed = FollowedAxes(machine, None, None)
+    followed = FollowedAxes(machine, ANY_BENCH)
     followed.begin()
     assert [pytest.approx(place) for place in followed.end()] == [(2.0, -2.0), (2.5, -2.5), (3.0, -3.0)]

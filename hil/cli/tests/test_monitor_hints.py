@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from hil.cli import board_access, monitor
+from hil.cli import monitor
+from hil.cli.ask import BenchOptions
 from hil.cli.cli import app
 
 
@@ -30,8 +31,8 @@ def test_two_clients_of_a_terminal_share_its_bytes(
     def ask(*_: Any) -> Any:
         return {"devices": [row]}
 
-    monkeypatch.setattr(board_access, "ask_bench", ask)
-    monkeypatch.setattr(board_access, "port_of", lambda address, *_: address)
+    monkeypatch.setattr(BenchOptions, "ask", ask)
+    monkeypatch.setattr(BenchOptions, "port_of", lambda _, address: address)
     monkeypatch.setattr(monitor, "monitor", run)
     assert CliRunner().invoke(app, ["monitor", "m1"]).exit_code == 0
     assert any("Another program has this port open" in hint for hint in told) is shares

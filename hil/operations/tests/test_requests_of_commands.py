@@ -13,7 +13,7 @@ from hil.client.verbs import AxisVerbs
 from hil.compose.find import find_boards
 from hil.operations.table import OPERATIONS
 
-ASKING = ("ask_bench", "ask", "begin")
+ASKING = ("ask", "begin")
 OWN = {"timeout_s"}
 TABLES = [board.table for board in find_boards().values()]
 METHODS = [
