@@ -10,6 +10,7 @@ from hil.core import CoreAxis
 from hil.core.axis_kind import ANGLE
 from hil.core.fields import packed
 from hil.live.configured import Configured
+from hil.live.motion_wait import motion_ended
 from hil.live.off_loop import off_loop
 from hil.live.places import Places
 from hil.live.runs.real_axes import RealAxes
@@ -208,20 +209,19 @@ class BoardOperations:
             return await self._drives.wait(asked.target, effective_at_ns, at_most_s)
         sim, speed, device = self._sim, self._configured.config.speed, self._twin(asked.target)
         motion = BegunMotion(effective_at_ns, ends_after_ns, set_point)
-        last_ns, end_ns = effective_at_ns + at_most_s * 1e9, effective_at_ns + (ends_after_ns or 0)
-        pause_s = BEGINS_NS / 1e9 / speed
-        await asyncio.sleep(pause_s)  # what a main program does begins with its next step
-        while sim.devices.get(device.name) is device and self._is_under_way(asked, device, motion):
-            if sim.now_ns >= last_ns:
-                raise VerbRefused("not_now", f"it has not ended after {at_most_s:g} s; ask for its state")
-            await asyncio.sleep(max(min(pause_s, (end_ns - sim.now_ns) / 1e9 / speed), pause_s / 10))
-        if sim.devices.get(device.name) is not device:
-            return {"interrupted": True}  # a reload has taken it away
-        return {"interrupted": motion.was_cut_short(device, self._axes[asked.target].state())}
+        end_ns, interval_s = effective_at_ns + (ends_after_ns or 0), BEGINS_NS / 1e9 / speed
 
-    def _is_under_way(self, asked: Asked, device: Device, motion: BegunMotion) -> bool:
-        state = self._axes[asked.target].state()
-        return motion.is_under_way(device, self._axis(asked), state, self._sim.now_ns)
+        def was_cut_short() -> bool | None:
+            if sim.devices.get(device.name) is not device:
+                return True  # a reload has taken it away
+            state = self._axes[asked.target].state()
+            return motion.was_cut_short(device, self._axis(asked), state, sim.now_ns)
+
+        def pause_s() -> float:
+            return max(min(interval_s, (end_ns - sim.now_ns) / 1e9 / speed), interval_s / 10)
+
+        await asyncio.sleep(interval_s)  # what a main program does begins with its next step
+        return await motion_ended(was_cut_short, lambda: sim.now_ns, effective_at_ns, at_most_s, pause_s)
 
     def _twin(self, address: str) -> Device:
         if (device := self._sim.devices.get(owner_of(address))) is None:

@@ -1,12 +1,12 @@
 """Operations on one real drive, in the words of those on a twin."""
 
-import asyncio
 from collections.abc import Coroutine, Mapping
 from typing import Any
 
 from hil.drives.drive_fields import packed
 from hil.live.drives.drive_axes import Drives
 from hil.live.drives.drive_control import DriveControl
+from hil.live.motion_wait import motion_ended
 from hil.sim.bench import BenchRuntime
 from hil.vocab.desk_protocol import AxisLook, Done
 from hil.vocab.verbs import VerbRefused
@@ -68,12 +68,14 @@ class DriveOperations:
         """Wait until the motion that a verb began has ended; answers whether something else ended it."""
         axis = self._control(name).axis
         session = axis.drive.link.session
-        last_ns = effective_at_ns + at_most_s * 1e9
-        while axis.motion.is_under_way and axis.drive.is_in(session):
-            if self._sim.now_ns >= last_ns:
-                raise VerbRefused("not_now", f"it has not ended after {at_most_s:g} s; ask for its state")
-            await asyncio.sleep(_POLL_S)
-        return {"interrupted": axis.failure is not None or not axis.drive.is_in(session)}
+
+        def was_cut_short() -> bool | None:
+            is_in = axis.drive.is_in(session)
+            return None if axis.motion.is_under_way and is_in else axis.failure is not None or not is_in
+
+        return await motion_ended(
+            was_cut_short, lambda: self._sim.now_ns, effective_at_ns, at_most_s, lambda: _POLL_S
+        )
 
     def refuse(self, name: str) -> VerbRefused:
         """Refusal of what no real drive has."""

@@ -1,4 +1,4 @@
-"""Ends of motions that verbs began: whether one goes on, and whether something else ended it."""
+"""Ends of motions that verbs began: each goes on, came to its end, or was ended by something else."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -19,24 +19,23 @@ class BegunMotion(NamedTuple):
     ends_after_ns: float | None = None
     set_point: float | None = None
 
-    def is_under_way(self, device: Device, axis: CoreAxis, state: AxisState, now_ns: int) -> bool:
-        """True while it goes on, as the axis's state tells. A path ends at the time that its verb told; the
-        board's own ramps end when they do."""
-        if device.failed:
-            return False
-        follows = device.follows_paths and axis.kind.follows_paths
-        may_be = not follows or now_ns < self.effective_at_ns + (self.ends_after_ns or 0) + BEGINS_NS
-        return device.is_busy or (may_be and state.is_under_way)
-
-    def was_cut_short(self, device: Device, state: AxisState) -> bool:
-        """True if something else has ended it."""
+    def was_cut_short(self, device: Device, axis: CoreAxis, state: AxisState, now_ns: int) -> bool | None:
+        """True if something else has ended it; None while it goes on, as the axis's state tells."""
         if device.failed:
             return True
+        if now_ns < self.effective_at_ns + BEGINS_NS or self._is_under_way(device, axis, state, now_ns):
+            return None
         # What follows paths may be given set-points that it does not stand at; a stepper goes to each.
         if self.set_point is None or (self.ends_after_ns is None and device.follows_paths):
             return False
         stands_at = state.commanded_deg
         return stands_at is not None and abs(stands_at - self.set_point) > abs(self.set_point) * 1e-6 + 1e-4
+
+    def _is_under_way(self, device: Device, axis: CoreAxis, state: AxisState, now_ns: int) -> bool:
+        """A path ends at the time that its verb told; the board's own ramps end when they do."""
+        follows = device.follows_paths and axis.kind.follows_paths
+        may_be = not follows or now_ns < self.effective_at_ns + (self.ends_after_ns or 0) + BEGINS_NS
+        return device.is_busy or (may_be and state.is_under_way)
 
 
 def begun_motion(effective_at_ns: int, answer: Mapping[str, Any]) -> BegunMotion:

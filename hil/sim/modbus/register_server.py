@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from hil.core import CoreAxis
 from hil.registers.control_word import Wanted
 from hil.registers.exception_codes import code_and_reason
-from hil.registers.register_unit import Halves, VerbStage
+from hil.registers.halves import Halves
+from hil.registers.register_unit import VerbStage
 from hil.registers.registers_protocol import Registers
 from hil.registers.unit_transaction import at_once, unit_transaction
 from hil.sim.axis_look import axis_look

@@ -50,11 +50,9 @@ class VerbEnds:
             return
         state = self._axis.kind.motion(self._axis.snapshot())
         for number, (wanted, motion) in list(self._awaited.items()):
-            if now_ns < motion.effective_at_ns + BEGINS_NS and not self._device.failed:
-                continue
-            if not motion.is_under_way(self._device, self._axis, state, now_ns):
+            is_short = motion.was_cut_short(self._device, self._axis, state, now_ns)
+            if is_short is not None:
                 del self._awaited[number]
-                is_short = motion.was_cut_short(self._device, state)
                 self._note(wanted, VerbStage.REFUSED if is_short else VerbStage.DONE)
 
     def _look_later(self) -> None:
