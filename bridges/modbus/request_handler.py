@@ -13,7 +13,7 @@ from bridges.modbus.motion_ends import MotionEnds
 from hil.net.limits import Limit
 from hil.registers.control_word import Wanted
 from hil.registers.exception_codes import code_and_reason
-from hil.registers.register_unit import Halves
+from hil.registers.halves import Halves
 from hil.registers.unit_transaction import LOOK, Transaction, at_once, unit_transaction
 from hil.vocab.desk_protocol import AxisLook, Desk, Source
 from hil.vocab.verbs import VerbRefused

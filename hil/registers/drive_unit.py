@@ -11,7 +11,8 @@ from math import hypot, isfinite
 from hil.registers.control_word import Wanted
 from hil.registers.drive_cells import DriveCells, MapEntry
 from hil.registers.drive_map import DriveMap, Place
-from hil.registers.register_unit import Halves, VerbStage
+from hil.registers.halves import Halves, WrittenWords
+from hil.registers.register_unit import VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
 from hil.vocab.packed_fields import value_at
 from hil.wire.modbus.pdu import Code, Refused, Span, Table, Write
@@ -60,10 +61,10 @@ class DriveUnit:
         self.check(Span(write.table, write.address, len(write.values)))
         given: dict[str, float] = {}
         fields: dict[str, float] = {}
-        parts: dict[int, int] = {}
-        done: list[int] = []
         cleared: dict[str, float] = {}
-        for entry, words in self._entries(write):
+        words = dict(enumerate(write.values, write.address))
+        written = WrittenWords(words, halves)
+        for entry in self._entries(write.table, words):
             place = entry.place
             if place.is_bit:
                 given[entry.name] = words[place.address] >> (place.bit or 0) & 1
@@ -71,19 +72,14 @@ class DriveUnit:
                     cleared[entry.name] = 0
                 continue
             addresses = range(place.address, place.address + place.width)
-            known = {**halves, **words}
-            if not all(address in known for address in addresses):
-                parts |= {address: words[address] for address in addresses if address in words}
+            if (own := written.whole(addresses)) is None:
                 continue
-            value = place.value(tuple(known[each] for each in addresses), is_low_first=self._is_low_first)
+            value = place.value(own, is_low_first=self._is_low_first)
             if not isfinite(value):
                 raise Refused(Code.ILLEGAL_DATA_VALUE, f"{entry.name}: {value} is no number that can be used")
             (fields if entry.is_parameter else given)[entry.name] = value
-            done += addresses
         # From here on nothing is refused: what was written is taken.
-        for address in done:
-            halves.pop(address, None)
-        halves.update(parts)
+        written.keep()
         name = "set_point" if SET_POINT in given else "write"
         wanted = [Wanted("do", {"name": name, "parameters": given})] if given else []
         wanted += [Wanted("do", {"name": "write", "parameters": cleared})] if cleared else []
@@ -92,14 +88,13 @@ class DriveUnit:
     def note(self, wanted: Wanted, stage: VerbStage) -> None:
         """Note nothing: the drive's own bits tell how it does."""
 
-    def _entries(self, write: Write) -> list[tuple[MapEntry, dict[int, int]]]:
-        """Entries that a write has a part of, each once, with all that is written. Raises Refused: one of
-        them is only told, or a bit means nothing."""
-        words = dict(enumerate(write.values, write.address))
-        found: dict[str, tuple[MapEntry, dict[int, int]]] = {}
+    def _entries(self, table: Table, words: Mapping[int, int]) -> list[MapEntry]:
+        """Entries that a write has a part of, each once. Raises Refused: one of them is only told, or a bit
+        means nothing."""
+        found: dict[str, MapEntry] = {}
         for address, word in words.items():
-            entries = self.map.at[write.table, address]
-            where = f"{write.table.value.removesuffix('s')} {address}"
+            entries = self.map.at[table, address]
+            where = f"{table.value.removesuffix('s')} {address}"
             if not any(entry.is_taken for entry in entries):
                 raise Refused(Code.ILLEGAL_DATA_ADDRESS, f"{where}, {entries[0].name}, can only be read")
             known = sum(1 << (entry.place.bit or 0) for entry in entries if entry.place.is_bit)
@@ -108,7 +103,7 @@ class DriveUnit:
                 raise Refused(Code.ILLEGAL_DATA_VALUE, f"{where}: bit {bit} means nothing")
             for entry in entries:
                 if entry.is_taken:
-                    found[entry.name] = entry, words
+                    found[entry.name] = entry
         return list(found.values())
 
     def _elements(

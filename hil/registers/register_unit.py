@@ -1,20 +1,18 @@
 """A unit of Modbus: the registers of one device with their state. It answers values, and what a write asks
 of the device; the owner of the device carries that out and tells the unit the result."""
 
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum, auto
 
 from hil.registers import layout
 from hil.registers.axis_registers import AxisRegisters
 from hil.registers.cells import Cell, ordered, value_of
 from hil.registers.control_word import ControlWord, Wanted
+from hil.registers.halves import Halves, WrittenWords
 from hil.registers.register_map import RegisterMap
 from hil.registers.verb_parameters import VerbParameters, argument_address
 from hil.vocab.desk_protocol import AxisLook
 from hil.wire.modbus.pdu import Code, Refused, Span, Table, Write
-
-Halves = MutableMapping[int, int]
-"""Holding registers that a client has written of values whose other registers it has not, by address."""
 
 
 class VerbStage(Enum):
@@ -159,21 +157,20 @@ class RegisterUnit:
         command = words.pop(layout.COMMAND_AT, None)
         if any(address < layout.FIELDS_AT for address in words) or command:
             words = self._as_parameters(words, command or 0)
-        whole, parts = self._complete(words, halves)
+        written = WrittenWords(words, halves)
+        whole = self._complete(words, written)
         for cell, value in whole:
             if cell.address >= layout.PARAMETERS_AT:
                 self._parameters.check(cell, value)
         # From here on nothing is refused: what was written is taken.
         self._control.word = self._control.word if control is None else control
         self._command = self._command if command is None else command
+        written.keep()
         for cell, value in whole:
-            for address in range(cell.address, cell.address + cell.width):
-                halves.pop(address, None)
             if cell.address >= layout.PARAMETERS_AT:
                 self._parameters.put(cell.address, value)
             else:
                 wanted.append(Wanted("set", {"field": cell.name, "value": value}))
-        halves.update(parts)
         return [*wanted, self._started(command - 1)] if command else wanted
 
     def _as_parameters(self, words: Mapping[int, int], command: int) -> dict[int, int]:
@@ -191,23 +188,17 @@ class RegisterUnit:
             for address, word in words.items()
         }
 
-    def _complete(
-        self, words: Mapping[int, int], halves: Mapping[int, int]
-    ) -> tuple[list[tuple[Cell, float]], dict[int, int]]:
-        """Sort what was written: values that are complete with what was there before, and registers of those
-        that are not."""
-        known = {**halves, **words}
-        whole: list[tuple[Cell, float]] = []
-        parts: dict[int, int] = {}
+    def _complete(self, words: Mapping[int, int], written: WrittenWords) -> list[tuple[Cell, float]]:
+        """Values that are complete with what was there before."""
         cells = {(cell := self.map.cell(Table.HOLDING_REGISTERS, a)).address: cell for a in sorted(words)}
-        for cell in cells.values():
-            addresses = range(cell.address, cell.address + cell.width)
-            if all(address in known for address in addresses):
-                own = ordered(tuple(known[address] for address in addresses), self._is_low_first)
-                whole.append((cell, value_of(cell.type, own)))
-            else:
-                parts |= {address: words[address] for address in addresses if address in words}
-        return whole, parts
+        whole = [
+            (cell, written.whole(range(cell.address, cell.address + cell.width))) for cell in cells.values()
+        ]
+        return [
+            (cell, value_of(cell.type, ordered(own, self._is_low_first)))
+            for cell, own in whole
+            if own is not None
+        ]
 
     def _started(self, number: int) -> Wanted:
         given = {"name": self.map.verbs[number].name, "parameters": self._parameters.given(number)}

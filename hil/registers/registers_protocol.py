@@ -5,7 +5,8 @@ from typing import Protocol
 
 from hil.registers.cells import Cell
 from hil.registers.control_word import Wanted
-from hil.registers.register_unit import Halves, VerbStage
+from hil.registers.halves import Halves
+from hil.registers.register_unit import VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
 from hil.wire.modbus.pdu import Span, Write
 

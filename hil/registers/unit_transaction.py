@@ -11,7 +11,8 @@ from enum import Enum
 from typing import Final, Literal, TypeAlias
 
 from hil.registers.control_word import Wanted
-from hil.registers.register_unit import Halves, VerbStage
+from hil.registers.halves import Halves
+from hil.registers.register_unit import VerbStage
 from hil.registers.registers_protocol import Registers
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.verbs import VerbRefused
