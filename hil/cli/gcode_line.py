@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 POLL_S = 0.05
 """Time between two looks at keys, signals and the progress."""
 FEED_STEP, FEED_LEAST, FEED_MOST = 0.1, 0.1, 2.0
-KEYS = "p pauses and resumes, s stops, S stops at once, + and - change the feed"
+KEYS = "p pauses and resumes, s stops, S stops at once, + and - change the {}"
 
 
 class LineProgram:
@@ -253,7 +253,7 @@ def _bar(total_s: float) -> Iterator[list[tuple[str, float, str]]]:
 
     def go_on() -> None:
         with Progress(*columns, console=ShownConsole(stderr=True), transient=True, auto_refresh=False) as bar:
-            bar.console.print(KEYS, style="dim")
+            bar.console.print(KEYS.format("feed"), style="dim")
             task = bar.add_task("", total=total_s, feed="")
             while not is_over.wait(POLL_S):
                 for what, done_s, feed in latest[-1:]:

@@ -8,7 +8,7 @@ import typer
 
 from hil.cli.ask import BenchOptions, fail
 from hil.cli.exit_codes import Exit
-from hil.cli.gcode_line import keys
+from hil.cli.gcode_line import KEYS, keys
 from hil.cli.interrupts import noted
 from hil.cli.run_command import run_named
 from hil.cli.run_reports import EXIT_OF, is_under_way, run_report, shown
@@ -20,7 +20,6 @@ POLL_S = 0.1
 PLAN_S = 120.0
 """Maximum wait for the bench's plan of a program."""
 PACE_STEP, LEAST_PACE = 0.1, 0.1
-KEYS = "p pauses and resumes, s stops, S stops at once, + and - change the pace"
 
 
 class RunsProgram:
@@ -117,7 +116,7 @@ def carried_by_runs(
     if drawing["problems"]:
         raise fail("\n".join(drawing["problems"]), Exit.MISTAKE)
     if sys.stderr.isatty():
-        typer.echo(KEYS, err=True)
+        typer.echo(KEYS.format("pace"), err=True)
     reports = asyncio.run(program.carry_out(drawing["runs"]))
     last = reports[-1] if reports else None
     code = EXIT_OF.get(last["state"], Exit.DONE) if last else Exit.DONE

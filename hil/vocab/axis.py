@@ -19,6 +19,10 @@ How = Literal["grace", "prejudice"]
 CONTROL_MODES = {"position": "x", "velocity": "v", "torque": "t", "hybrid": "h"}
 """Modes of a servo's control law, each with the letter that its field `mode` has."""
 
+TURNS_RPM = 5.0
+"""Speed below which a shaft stands whose drive or set-point does not say it: above the noise of a measured
+speed."""
+
 NOT_JOINED = "a real board's path stays as it is once it was given"
 
 Sample = tuple[float, ...]

@@ -11,14 +11,12 @@ from bridges.can.canopen.master.node_watch import HEARTBEAT_NS
 from bridges.can.canopen.master.sdo_transfer import SdoTransfer
 from hil.live.drives.asking import ASKING, NoAnswer
 from hil.live.drives.can_drive import CanDrive
+from hil.live.drives.real_drive import FOUND_S, OLD_NS
 from hil.live.drives.sdo_dialogue import Aborted
 
-_FOUND_S = 0.5
 _LOOK_S = 0.02
 FIRST_STATE_S = 1.0
 """Time for the first process data to come after the drive was started."""
-OLD_NS = 500_000_000
-"""Age of the process data, beside the time for an answer, at which the drive is lost."""
 
 log = logging.getLogger("hil")
 
@@ -35,7 +33,7 @@ class CanSession:
         while True:
             if self._is_away:
                 with suppress(TimeoutError):
-                    async with asyncio.timeout(_FOUND_S):
+                    async with asyncio.timeout(FOUND_S):
                         await drive.found.wait()
                 continue
             drive.booted.clear()

@@ -13,19 +13,15 @@ from hil.drives.arrival import ARRIVED_DEG
 from hil.drives.poll_plan import Reading
 from hil.live.drives.asking import ASKING
 from hil.live.drives.drive_motion import DriveMotion
-from hil.live.drives.real_drive import RealDrive
+from hil.live.drives.real_drive import OLD_NS, RealDrive
 from hil.runs import bounds_of
-from hil.vocab.axis import NOT_JOINED, AxisNow, AxisState, How, Sample
+from hil.vocab.axis import NOT_JOINED, TURNS_RPM, AxisNow, AxisState, How, Sample
 from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import VerbRefused
 
 LEAD_NS = 250_000_000
 """Time to prepare a drive before a phrase: three writes, also on a serial line with others."""
-OLD_NS = 500_000_000
-"""Age of a state, beside the time for an answer, at which a run does not go on with it."""
-TURNS_RPM = 5.0
-"""Speed below which a shaft whose drive does not say whether it moves stands."""
 
 log = logging.getLogger("hil")
 

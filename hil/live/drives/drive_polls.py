@@ -10,6 +10,7 @@ from hil.drives.drive_link import LOST_AFTER
 from hil.drives.poll_plan import GAP_REGISTERS, Reading, Words
 from hil.live.drives.asking import ASKING, IN_TURN, Garbled
 from hil.live.drives.modbus_client import Excepted, ModbusClient
+from hil.live.drives.real_drive import FOUND_S
 from hil.live.drives.register_drive import RegisterDrive
 from hil.wire.modbus.pdu import Span, Table
 
@@ -20,7 +21,6 @@ _NO_SUCH_REGISTERS = (1, 2, 3)
 _WAYS = ((GAP_REGISTERS, True), (0, True), (GAP_REGISTERS, False), (0, False))
 """Ways to read a drive, tried in order: the most registers in a gap, and whether what is written to it can be
 read."""
-_FOUND_S = 0.5
 
 log = logging.getLogger("hil")
 
@@ -67,7 +67,7 @@ class DrivePolls:
         """Wait for its place, and read its state; the first time all that has to be known of it."""
         if self._link.state == "away":
             with suppress(TimeoutError):
-                async with asyncio.timeout(_FOUND_S):
+                async with asyncio.timeout(FOUND_S):
                     await self._drive.found.wait()
             return
         if not self._link.is_there:

@@ -18,7 +18,7 @@ from hil.net.transports import abort
 from hil.vocab.ports import EchoStats, Sole
 from hil.wire.drive_address import RtuPlace, TcpPlace
 from hil.wire.echo import Echo
-from hil.wire.modbus.pdu import Span, Table
+from hil.wire.modbus.pdu import Span, Table, exception_words
 from hil.wire.sole_senders import sole_of_frame
 
 if TYPE_CHECKING:
@@ -32,20 +32,6 @@ _FUNCTIONS = {
 }
 _BITS = (Table.COILS, Table.DISCRETE_INPUTS)
 _NEVER = 1 << 30
-EXCEPTIONS = {
-    1: "illegal function",
-    2: "illegal data address",
-    3: "illegal data value",
-    4: "device failure",
-    5: "acknowledge: it takes its time",
-    6: "device busy",
-    8: "memory parity error",
-    10: "gateway path unavailable",
-    11: "gateway target does not answer",
-}
-"""Words of exception codes. Modbus Application Protocol V1.1b3, 7."""
-
-
 ILLEGAL_FUNCTION = 1
 
 
@@ -53,7 +39,7 @@ class Excepted(Denied):
     """Exception that a drive answered with; ``code`` is the protocol's."""
 
     def __init__(self, code: int, asked: str) -> None:
-        words = EXCEPTIONS.get(code, "unknown")
+        words = exception_words(code).removeprefix("server ")
         super().__init__(f"it answered {asked} with exception {code:02} ({words})")
         self.code = code
 

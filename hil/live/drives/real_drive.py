@@ -13,6 +13,12 @@ from hil.vocab.desk_protocol import AxisField
 from hil.vocab.ports import EchoStats
 from hil.vocab.verbs import Verb
 
+OLD_NS = 500_000_000
+"""Age of a state, beside the time for an answer, at which no run goes on with it, and a drive on CAN
+is lost."""
+FOUND_S = 0.5
+"""Interval of looks for a drive whose place is not there."""
+
 log = logging.getLogger("hil")
 
 

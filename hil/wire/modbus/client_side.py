@@ -18,6 +18,7 @@ from hil.wire.modbus.pdu import (
     Table,
     Write,
     answer,
+    exception_words,
     pack_bits,
     pack_registers,
     parse,
@@ -123,8 +124,7 @@ def parse_answer(request: Request, pdu: bytes) -> Answer:
     if len(pdu) == 2 and pdu[0] == request.function | 0x80:
         if pdu[1] not in _CODES:
             raise AnswerError(f"exception {pdu[1]}, which is unknown")
-        code = Code(pdu[1])
-        raise Refused(code, f"function {request.function}: {code.name.replace('_', ' ').lower()}")
+        raise Refused(Code(pdu[1]), f"function {request.function}: {exception_words(pdu[1])}")
     if not pdu or pdu[0] != request.function:
         raise AnswerError(f"no answer of function {request.function}: {pdu.hex(' ')}")
     if request.read is not None:

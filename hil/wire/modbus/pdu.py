@@ -68,6 +68,11 @@ class Code(IntEnum):
     GATEWAY_TARGET_FAILED = 11
 
 
+def exception_words(code: int) -> str:
+    """Name of an exception code, in words."""
+    return Code(code).name.lower().replace("_", " ") if code in frozenset(Code) else "unknown"
+
+
 class Refused(Exception):
     """Exception answer to a request: ``code`` is sent, ``str(error)`` says why in words."""
 

@@ -2,7 +2,7 @@
 
 from hil.wire.modbus.client_side import AnswerError, parse_answer
 from hil.wire.modbus.identification import IdentificationPiece
-from hil.wire.modbus.pdu import Code, Function, Refused, Request, Span, parse
+from hil.wire.modbus.pdu import Function, Refused, Request, Span, exception_words, parse
 from hil.wire.modbus_rtu.frame import TO_ALL
 
 _EXCEPTION = 0x80
@@ -90,5 +90,4 @@ def _exception(pdu: bytes) -> str:
     if len(pdu) < 2:
         raise AnswerError("an exception without its code")
     code = pdu[1]
-    name = Code(code).name.lower().replace("_", " ") if code in frozenset(Code) else "unknown"
-    return f"exception {code:02} ({name})"
+    return f"exception {code:02} ({exception_words(code)})"

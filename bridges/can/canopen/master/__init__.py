@@ -8,5 +8,6 @@ answers and its frames mean.
 Sources: CiA 301 V4.2.0, CANopen application layer and communication profile; CiA 402-2 V3.0 and V4.0, drives
 and motion control, operation modes and application data.
 
-May import: bridges.can.canopen, bridges.can.frames, hil.drives, hil.wire, the pure standard library.
+May import: bridges.can.canopen, bridges.can.frames, hil.drives, hil.vocab, hil.wire,
+the pure standard library.
 """

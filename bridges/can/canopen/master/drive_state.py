@@ -7,9 +7,7 @@ from bridges.can.canopen.canopen_codes import emergency_words
 from bridges.can.canopen.cia402_words import PROFILE_POSITION, TARGET_REACHED, DriveState, has_fault, state_of
 from bridges.can.canopen.master.drive_units import DriveUnits
 from hil.drives.poll_plan import Reading
-
-TURNS_RPM = 5.0
-"""Speed below which a shaft stands: encoders tremble."""
+from hil.vocab.axis import TURNS_RPM
 
 
 def reading_of(raw: Mapping[str, int], units: DriveUnits, at_ns: int) -> Reading:

@@ -5,15 +5,13 @@ from hil.core.abi import Kind, Law, ServoInput
 from hil.core.axis_kind import ANGLE, AROUND, LOAD, MOTOR, AxisKind, Settable, numbers
 from hil.core.core_axis import CoreAxis
 from hil.core.fields import INDEX, Snapshot, fields_of
-from hil.vocab.axis import AxisState
+from hil.vocab.axis import TURNS_RPM, AxisState
 from hil.vocab.faults import SERVO, SHAFT
 
 FULL_SCALE_V = 0.33
 """Full scale of the current command, at the driver's sense resistor: 3.3 V / 10."""
 ANGLES = (ord("x"), ord("h"))
 """Modes whose set-point is an angle."""
-TURNS_RPM = 5.0
-"""Speed below which a shaft whose set-point is no angle stands: above the noise of a measured speed."""
 _REGISTER = Settable(0.0, float(0x7FFF), is_around=True)
 _LOOP_ON, _FOLLOWING, _MODE, _R, _YW, _VELOCITY = (
     INDEX[name] for name in ("loop_on", "following", "mode", "r", "yw", "velocity_rpm")
