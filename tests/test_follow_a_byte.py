@@ -21,9 +21,13 @@ from hil.config import parse
 from hil.daemon import Daemon, Serving
 from hil.testing import Bench
 from hil.vocab.desk_protocol import LOCAL
+from hil.vocab.problem import ConfigError
 
 ROOT = Path(__file__).parent.parent
-PAGES = ("follow-a-byte", "follow-a-packet", "follow-a-command", "follow-a-reload")
+PAGES = (
+    "follow-a-byte",
+    *sorted(path.stem for path in (ROOT / "docs").glob("follow-a-*.md") if path.stem != "follow-a-byte"),
+)
 MOST_LINES = 75
 """Maximum length of a sister page: it is one page."""
 
@@ -158,12 +162,42 @@ def reloaded() -> list[Name]:
     return calls
 
 
+def pulled() -> list[Name]:
+    """A load at the shaft of a Mechaduino."""
+    calls: list[Name] = []
+    with Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}}) as bench:
+        bench.run(ms=100)
+        with called(calls):
+            bench.fault("shaft_load", "m1", torque_Nm=0.02)
+            bench.run(ms=1)
+        assert bench.axis("m1").snapshot().load_torque_Nm == 0.02
+    return calls
+
+
+def checked() -> list[Name]:
+    """A configuration in which a load has an inertia, and one in which it cannot be that."""
+    calls: list[Name] = []
+    catalogue = find_catalogue()
+
+    def text(inertia_kg_m2: float) -> str:
+        axis = {"inertia_kg_m2": inertia_kg_m2}
+        return json.dumps({"bench": "t", "devices": {"m1": {"profile": "mechaduino", "axis": axis}}})
+
+    with called(calls):
+        parse(text(2.0e-5), "t.yaml", catalogue)
+    with pytest.raises(ConfigError, match="inertia_kg_m2"):
+        parse(text(1.0e300), "t.yaml", catalogue)
+    return calls
+
+
 TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-byte", "### 2. The firmware wakes"): typed_p,
     ("follow-a-packet", "## From one board to the other"): typed_for_another,
     ("follow-a-command", "## In simulated time"): asked_to_move,
     ("follow-a-reload", "## Steps that can fail"): reloaded,
     ("follow-a-reload", "## In one step"): reloaded,
+    ("follow-a-fault", "## In simulated time"): pulled,
+    ("follow-a-key", "## The checks"): checked,
 }
 """Sections whose Python functions are called in the order in which they are named, by what calls them."""
 REAL_TIME = ("hil/live/", "hil/sim/input_log.py", "virtual_ports/pty/")
