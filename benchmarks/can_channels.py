@@ -67,7 +67,7 @@ class BusDesk:
         return done
 
     def watch(self, source: Any, what: Any, target: str, call: Callable[..., Any]) -> Any:
-        watchers = self.sim.buses[target].bus.watchers
+        watchers = self.sim.wires[target].watchers
         watchers.append(call)
         return _Watch(lambda: watchers.remove(call))
 
@@ -143,7 +143,7 @@ async def _udp_in() -> float:
     """Core time for a frame from the group to the bus; the packets are there when it begins."""
     desk: Any = BusDesk()
     heard = []
-    desk.sim.buses["can0"].bus.watchers.append(lambda event: heard.append(event) if event.frame else None)
+    desk.sim.wires["can0"].watchers.append(lambda event: heard.append(event) if event.frame else None)
     channel = BusChannel(desk, Address("can0", "udp"), _udp())
     await channel.open()
     sender = UdpMedium(UDP_GROUP, PORT, is_open=False)

@@ -32,7 +32,9 @@ LOOKS = st.lists(st.integers(0, 60_000), max_size=40)
 def look(bench: Bench) -> None:
     """Look at a bench as the daemon does, while the group is 2 ms behind the wall's time."""
     runtime = bench._runtime
-    ahead = SimpleNamespace(now_ns=bench.now_ns + 2_000_000, segments=runtime.segments, nodes=runtime.nodes)
+    ahead = SimpleNamespace(
+        now_ns=bench.now_ns + 2_000_000, segments=runtime.segments, cards_on=runtime.cards_on
+    )
     sim: Any = ahead
     listed_segments(sim, Places())
     scrape: Any = SimpleNamespace(of=SimpleNamespace(sim=sim))

@@ -71,8 +71,8 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
     for name, tap in serving.live.places.taps.items():
         place = f"the other end of {tap.port.address}" if is_held(kinds[name]) else tap.port.address
         lines.append(f"\n{name}: tap at {place}, {tap.end.tap.speed}")
-    for name, bus in serving.live.sim.buses.items():
-        cards = [card for card in serving.live.sim.can_nodes.values() if card.of is bus]
+    for name, bus in serving.live.sim.wires_of("can").items():
+        cards = list(serving.live.sim.cards_on(bus).values())
         nodes = ", ".join(f"{card.name} is node {card.node_id}" for card in cards[:MOST_NODES])
         more = f" and {len(cards) - MOST_NODES} more" if len(cards) > MOST_NODES else ""
         lines.append(f"\n{name}: CAN bus, {bus.bus.bit_rate} bit/s" + (f"; {nodes}{more}" if cards else ""))

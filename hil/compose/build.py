@@ -182,7 +182,7 @@ def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalo
     framings = (bench.devices[device].framing for device, _ in stations)
     framing = framing_of(config, framings, catalogue)
     segment = make_segment(group, framing, FORMATS[config.format])
-    bench.roster.add_segment(name, segment, group)
+    bench.roster.add_wire(name, segment, group)
     bauds = [config.baud] if config.baud else []
     for device, part in stations:
         uarts = bench.devices[device].uarts
@@ -197,5 +197,6 @@ def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalo
     for tap_name, tap in config.taps.items():
         label = str(Address(name, tap_name))
         made = Tap(label, segment, group, baud, only_listens=tap.listen, is_real=tap.real)
+        segment.join(label, made)
         bench.roster.add_tap(made, group)
         segment.set_echo(label, tap.hears_itself)

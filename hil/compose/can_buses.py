@@ -39,11 +39,11 @@ def _add_bus(
     members = of.members()
     group = bench.roster.group_of(members[0]) if members else bench.open_group()
     bus = make_can_bus(group, name, of.bit_rate)
-    bench.roster.add_bus(bus, group)
+    bench.roster.add_wire(name, bus, group)
     for axis, node in of.nodes.items():
         _add_node(bench, axis, node, bus, group, _rating(config, catalogue, axis))
     for tap in of.taps:
-        bench.roster.add_can_tap(CanTap(str(Address(name, tap)), bus.bus, group), group)
+        bench.roster.add_tap(CanTap(str(Address(name, tap)), bus.bus, group), group)
 
 
 def _add_node(
@@ -62,7 +62,7 @@ def _add_node(
         identity=Identity(VENDOR_ID, product, REVISION, serial, f"simulated {device.profile}"),
         section=f"{CANOPEN}.{short}" if short else CANOPEN,
     )
-    bench.add_can_node(CanOpenCard(node_name(label, CANOPEN), bus, device, group, spec))
+    bench.add_card(CanOpenCard(node_name(label, CANOPEN), bus, device, group, spec))
 
 
 def _rating(config: BenchConfig, catalogue: Catalogue, axis: str) -> Rating:

@@ -35,8 +35,7 @@ def add_nodes(
         card = _card_axis(bench, bench.devices[owner], part, catalogue, is_low_first=is_low_first)
         name = node_name(card.device.axes.label(owner, part))
         response_ns = round(config.response_ms * NS_PER_MS)
-        node = ModbusNode(name, unit, card, segment, group, baud=baud, response_ns=response_ns)
-        bench.add_node(node)
+        bench.add_card(ModbusNode(name, unit, card, segment, group, baud=baud, response_ns=response_ns))
 
 
 def _card_axis(

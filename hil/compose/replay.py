@@ -147,9 +147,7 @@ def replay_log(read: InputLog) -> Replayed:
     for device in runtime.devices.values():
         for port, uart in device.uarts.items():
             uart.listeners.append(partial(heard, device, port))
-    for name, node in runtime.nodes.items():
-        node.listeners.append(partial(heard, node.device, address_of(name).part))
-    for name, card in runtime.can_nodes.items():
+    for name, card in runtime.cards.items():
         card.listeners.append(partial(heard, card.device, address_of(name).part))
     for index, logged in enumerate(read.inputs):
         if problem := _problem(runtime, logged):

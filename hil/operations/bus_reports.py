@@ -13,13 +13,13 @@ def listed_buses(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
     """List each bus with its taps, nodes, drives and counters. ``nodes``: all controllers on the bus, those
     of taps too; ``drives``: what the CANopen nodes are."""
     now_ns, rows = sim.now_ns, []
-    for name, bus in sim.buses.items():
+    for name, bus in sim.wires_of("can").items():
         own = {label: tap for label, tap in places.taps.items() if owner_of(label) == name}
         taps = [
             {"tap": label, "address": tap.port.address, "clients": tap.port.stats().clients}
             for label, tap in own.items()
         ]
-        drives = {label: card.counters() for label, card in sim.can_nodes.items() if card.of is bus}
+        drives = {label: card.counters() for label, card in sim.cards_on(bus).items()}
         notes = []
         for label, tap in own.items():
             notes += [tap.failure] if tap.failure else []
@@ -31,12 +31,18 @@ def listed_buses(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
 def data_sheet(sim: BenchRuntime, axis: str) -> dict[str, str]:
     """Answer the EDS of an axis's node. Raises VerbRefused: it has none."""
     name = node_name(axis, CANOPEN)
-    if name not in sim.can_nodes:
-        known = ", ".join(sim.can_nodes) or "none"
+    cards = _cards(sim)
+    if name not in cards:
+        known = ", ".join(cards) or "none"
         raise VerbRefused("no_place", f"{axis} has no CANopen node; there are {known}")
-    return {"node": name, "text": sim.can_nodes[name].eds()}
+    return {"node": name, "text": cards[name].eds()}
 
 
 def listed_nodes(sim: BenchRuntime) -> list[dict[str, Any]]:
     """List the CANopen nodes with their buses."""
-    return [{"node": name, "id": card.node_id, "bus": card.of.name} for name, card in sim.can_nodes.items()]
+    cards = _cards(sim).items()
+    return [{"node": name, "id": card.node_id, "bus": card.wire.name} for name, card in cards]
+
+
+def _cards(sim: BenchRuntime) -> dict[str, Any]:
+    return {name: card for bus in sim.wires_of("can").values() for name, card in sim.cards_on(bus).items()}

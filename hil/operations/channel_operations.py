@@ -1,17 +1,15 @@
 """Operations on channels of CAN buses: nodes without devices, from which programs outside send."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
-from hil.sim.input_check import channel_problem, frames_problem
+from hil.sim.channels import ClientChannel
+from hil.sim.input_check import channel_problem
 from hil.sim.inputs import Attach, Detach, Frames
 from hil.vocab.address import Address
 from hil.vocab.desk_protocol import Done
 from hil.vocab.verbs import VerbRefused
-
-if TYPE_CHECKING:
-    from hil.sim.can.channel_node import ChannelNode
 
 
 class ChannelOperations:
@@ -35,18 +33,16 @@ class ChannelOperations:
     def transmit(self, asked: Asked, frames: list[str]) -> Done:
         """Send frames from a channel's node; answers how many were refused, and how many it takes now."""
         node = self._node(asked.target)
-        if problem := frames_problem(frames):
+        if problem := node.frames_problem(frames):
             raise VerbRefused("bad_parameter", problem)
         before = node.refused
         at_ns = self._sim.give(node, Frames(tuple(frames)))
         answer: dict[str, Any] = {"refused": node.refused - before, "free": node.free}
         return Done(at_ns, answer)
 
-    def _node(self, target: str) -> "ChannelNode":
-        from hil.sim.can.channel_node import ChannelNode  # most benches have none
-
+    def _node(self, target: str) -> ClientChannel:
         node = self._sim.taps.get(target)
-        if not isinstance(node, ChannelNode):
-            known = ", ".join(name for name, tap in self._sim.taps.items() if isinstance(tap, ChannelNode))
+        if not isinstance(node, ClientChannel):
+            known = ", ".join(name for name, tap in self._sim.taps.items() if isinstance(tap, ClientChannel))
             raise VerbRefused("no_place", f"there is no channel {target!r}; there are {known or 'none'}")
         return node

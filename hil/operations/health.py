@@ -162,7 +162,7 @@ class Health:
             )
 
     def _of_taps(self) -> Iterator[HealthProblem]:
-        for bus in self.sim.buses:
+        for bus in self.sim.wires_of("can"):
             for name, tap in self.sim.taps.items():
                 for note in tap.notes.values() if owner_of(name) == bus else ():
                     yield HealthProblem("bus", name, note, "open it with the bit rate of the bus")

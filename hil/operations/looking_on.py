@@ -40,7 +40,7 @@ class LookingOn:
 
     def buses(self) -> Sequence[str]:
         """Names of the CAN buses."""
-        return list(self._sim.buses)
+        return list(self._sim.wires_of("can"))
 
     def open(
         self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction
@@ -52,10 +52,8 @@ class LookingOn:
                     return DriveSamples(control, float(interval_ns), call)
                 case Watched.SAMPLES:
                     return Samples(self._watches.sampler, target, interval_ns, call)
-                case Watched.PACKETS:
-                    return _Calls(_listening(self._sim.segments[target].watchers, call))
-                case Watched.FRAMES:
-                    return _Calls(_listening(self._sim.buses[target].bus.watchers, call))
+                case Watched.PACKETS | Watched.FRAMES:
+                    return _Calls(_listening(self._sim.wires[target].watchers, call))
                 case Watched.BYTES:
                     return _Calls(_listening(self._places[target].listeners, call))
                 case Watched.RUNS:
@@ -101,9 +99,8 @@ class LookingOn:
 
     def capture(self, asked: Asked, ports: list[str]) -> tuple[Capture, Callable[[], None]]:
         """Make a capture, which waits for a writer, and a function that ends it."""
-        segments = self._sim.segments
         for name in ports:
-            known = (segments, self._sim.buses, self._places, self._sim.nodes)
+            known = (self._sim.wires, self._places, self._cards())
             if not any(name in each for each in known):
                 raise self._no_place(name)
         capture = Capture([self._interface(name) for name in ports], self._clock)
@@ -117,10 +114,10 @@ class LookingOn:
 
     def _interface(self, name: str) -> Interface:
         """Line of a place: a segment's, a CAN bus, or the one that a node is on."""
-        if bus := self._sim.buses.get(name):
+        if bus := self._sim.wires_of("can").get(name):
             return Interface(name, baud=bus.bus.bit_rate, is_can=True)
-        node, tap = self._sim.nodes.get(name), self._sim.taps.get(name)
-        line = node.segment if node else self._sim.segments.get(name)
+        card, tap = self._cards().get(name), self._sim.taps.get(name)
+        line = card.wire if card else self._sim.segments.get(name)
         if isinstance(tap, Tap):
             line = tap.segment
         if line:
@@ -138,17 +135,19 @@ class LookingOn:
 
     def _captured(self, capture: Capture, index: int, name: str) -> Callable[[], None]:
         """Let a capture record what passes at a place; answers a function that ends it."""
-        if name in self._sim.segments:
-            return _listening(self._sim.segments[name].watchers, partial(capture.heard, index))
-        if bus := self._sim.buses.get(name):
-            return _listening(bus.bus.watchers, partial(capture.carried, index))
-        if node := self._sim.nodes.get(name):
-            return _listening(node.watchers, partial(capture.passed_at, index))
+        if wire := self._sim.wires.get(name):
+            call = capture.heard if name in self._sim.segments else capture.carried
+            return _listening(wire.watchers, partial(call, index))
+        if card := self._cards().get(name):
+            return _listening(card.watchers, partial(capture.passed_at, index))
         return _listening(self._places[name].listeners, partial(capture.passed, index))
 
+    def _cards(self) -> dict[str, Any]:
+        """Cards at which what passes can be seen apart from their wire."""
+        return {name: card for name, card in self._sim.cards.items() if hasattr(card, "watchers")}
+
     def _no_place(self, name: str) -> VerbRefused:
-        lines = [*self._sim.segments, *self._sim.buses]
-        known = [*lines, *self._sim.nodes, *self._places]
+        known = [*self._sim.wires, *self._cards(), *self._places]
         if (device := self._sim.devices.get(name)) and not device.uarts:
             there = ", ".join(known) or "none"
             return VerbRefused("no_place", f"{name} has no serial port; ports and segments are {there}")

@@ -114,19 +114,23 @@ def _segment_errors(s: Scrape) -> Values:
             yield (name, kind), count
 
 
+def _buses(s: Scrape) -> dict[str, Any]:
+    return s.of.sim.wires_of("can")
+
+
 def _of_buses(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
-    return lambda s: (((name,), read(bus.counters(s.of.sim.now_ns))) for name, bus in s.of.sim.buses.items())
+    return lambda s: (((name,), read(bus.counters(s.of.sim.now_ns))) for name, bus in _buses(s).items())
 
 
 def _bus_errors(s: Scrape) -> Values:
-    for name, bus in s.of.sim.buses.items():
+    for name, bus in _buses(s).items():
         for kind, count in bus.counters(s.of.sim.now_ns)["errors"].items():
             yield (name, kind), count
 
 
 def _of_can_nodes(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
     def values(s: Scrape) -> Values:
-        for bus in s.of.sim.buses.values():
+        for bus in _buses(s).values():
             for name, node in bus.counters(s.of.sim.now_ns)["nodes"].items():
                 yield (name,), read(node)
 

@@ -270,7 +270,7 @@ def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
         for tap in own.values():
             notes += [tap.failure] if tap.failure else []
             notes += tap.end.tap.notes.values()
-        nodes = {each.name: each.counters() for each in sim.nodes.values() if each.segment is segment}
+        nodes = {each: card.counters() for each, card in sim.cards_on(segment).items()}
         row = {"segment": name, "taps": taps, "nodes": nodes, "notes": notes}
         row["framing"] = segment.framing.name
         rows.append(row | segment.counters(now_ns))

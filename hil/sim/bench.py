@@ -8,9 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 from hil.core import Core, Snapshot
+from hil.sim.card import Card
 from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device, Home
 from hil.sim.faults.in_force import Faults
@@ -28,11 +29,7 @@ from hil.vocab.faults import Fault
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Effect, VerbRefused
-
-if TYPE_CHECKING:
-    from hil.sim.can.bench_bus import BenchBus
-    from hil.sim.can.canopen_card import CanOpenCard
-    from hil.sim.modbus.modbus_node import ModbusNode
+from hil.vocab.wire import Wire
 
 
 class Store(Protocol):
@@ -106,7 +103,7 @@ class LaterVerbs:
 
 class BenchRuntime:
     """Devices of a bench, by name. In virtual time the caller says how far (``advance``); in real time the
-    core's thread drives the groups (``drive``). ``segments`` are read-only views.
+    core's thread drives the groups (``drive``).
 
     Long because it is the face of simulated time: all inputs and all looks come in here, one short method
     each.
@@ -122,10 +119,8 @@ class BenchRuntime:
         self.roster = Roster()
         self.devices: Mapping[str, Device] = self.roster.devices
         self.taps: Mapping[str, ClientTap] = self.roster.taps
-        self.nodes: Mapping[str, ModbusNode] = self.roster.nodes
-        self.segments: Mapping[str, SegmentView] = self.roster.segments
-        self.buses: Mapping[str, BenchBus] = self.roster.buses
-        self.can_nodes: Mapping[str, CanOpenCard] = self.roster.can_nodes
+        self.cards: Mapping[str, Card] = self.roster.cards
+        self.wires: Mapping[str, Wire] = self.roster.wires
         self.faults = Faults(self.roster)
         self._groups: dict[int, Group] = {}
         self.drive = RealTimeDrive(core, self._groups, around.turn_over, around.turn)
@@ -141,6 +136,19 @@ class BenchRuntime:
         return self.drive.now_ns if self.drive.is_on else self._now_ns
 
     # ---- what it consists of ----
+
+    def wires_of(self, kind: str) -> dict[str, Any]:
+        """Wires of a bus, by the key of a configuration under which they stand."""
+        return {name: wire for name, wire in self.wires.items() if wire.kind == kind}
+
+    @property
+    def segments(self) -> Mapping[str, SegmentView]:
+        """RS485 segments, as read-only views."""
+        return self.wires_of("segments")
+
+    def cards_on(self, wire: object) -> dict[str, Any]:
+        """Cards on a wire, by name."""
+        return {name: card for name, card in self.cards.items() if card.wire is wire}
 
     def open_group(self) -> Group:
         """Open a group without devices, at the present."""
@@ -169,17 +177,11 @@ class BenchRuntime:
         group.add(device)
         self.roster.add_device(device, group)
 
-    def add_node(self, node: "ModbusNode") -> None:
-        """Add a Modbus node, a station of a segment in its device's group."""
-        self.roster.add_node(node)
+    def add_card(self, card: Card) -> None:
+        """Add the card of an axis, which is on a wire in its device's group."""
+        self.roster.add_card(card)
         if self.log:
-            node.listeners.append(partial(self.log.sent, node.device, address_of(node.name).part))
-
-    def add_can_node(self, node: "CanOpenCard") -> None:
-        """Add the CANopen node of an axis, which is on a bus in its device's group."""
-        self.roster.add_can_node(node)
-        if self.log:
-            node.listeners.append(partial(self.log.sent, node.device, address_of(node.name).part))
+            card.listeners.append(partial(self.log.sent, card.device, address_of(card.name).part))
 
     def set_going(self, device: Device) -> None:
         """Start a device that was added to a bench that runs: its firmware starts at the present, and in real

@@ -5,7 +5,6 @@ be. What hil makes itself has to be such that a replay takes it.
 """
 
 import re
-from collections.abc import Sequence
 from dataclasses import astuple
 from math import isfinite
 
@@ -14,12 +13,13 @@ from hil.core.fields import FIELDS
 from hil.firmware.set_point_paths import length_ns
 from hil.sim import inputs
 from hil.sim.bench import BenchRuntime
+from hil.sim.channels import ClientChannel, HasChannels
 from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.given_fault import fault_of
 from hil.sim.input_reading import decode, read_line
 from hil.sim.verb_calls import verb_problem
-from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part, owner_of
+from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.line_format import format_named
 from hil.vocab.parameters import plain
@@ -104,40 +104,20 @@ def _baud_problem(name: str, baud: int | None) -> str | None:
 
 def channel_problem(bench: BenchRuntime, bus: str, node: str) -> str | None:
     """Reason why a bus cannot have a channel's node of this name, or None."""
-    from hil.sim.can.channel_node import MOST_NODES, ChannelNode
-
-    if bus not in bench.buses:
-        known = ", ".join(bench.buses) or "none"
+    wires = {name: wire for name, wire in bench.wires.items() if isinstance(wire, HasChannels)}
+    if bus not in wires:
+        known = ", ".join(wires) or "none"
         return f"there is no CAN bus {bus[:_SHOWN]!r}; there are {known}"
     if not re.fullmatch(NAME_PATTERN, node):
         return f"{node[:_SHOWN]!r} is no name; write small letters, digits, _ and -, at most 32"
-    label = str(Address(bus, node))
-    if label in bench.buses[bus].bus.nodes:
-        known_tap = bench.taps.get(label)
-        return None if isinstance(known_tap, ChannelNode) else f"{label} is a node of another kind"
-    here = [tap for tap in bench.taps.values() if isinstance(tap, ChannelNode) and owner_of(tap.name) == bus]
-    return f"{bus} has {MOST_NODES} channels already" if len(here) >= MOST_NODES else None
-
-
-def frames_problem(frames: Sequence[str]) -> str | None:
-    """Reason why texts from outside cannot be frames, or None."""
-    from bridges.can.frames.can_frame import parse_frame  # most benches have no bus
-
-    try:
-        for frame in frames:
-            parse_frame(frame)
-    except ValueError as error:
-        return str(error)
-    return None
+    return wires[bus].channel_problem(str(Address(bus, node)), bench.taps.values())
 
 
 def _tap_problem(tap: ClientTap, given: inputs.Input) -> str | None:
     if isinstance(given, inputs.Frames | inputs.Detach):
-        from hil.sim.can.channel_node import ChannelNode
-
-        if not isinstance(tap, ChannelNode):
+        if not isinstance(tap, ClientChannel):
             return "this is for a channel of a CAN bus"
-        return frames_problem(given.frames) if isinstance(given, inputs.Frames) else None
+        return tap.frames_problem(given.frames) if isinstance(given, inputs.Frames) else None
     if isinstance(given, inputs.Bytes):
         return _baud_problem("client_baud", given.client_baud)
     if isinstance(given, inputs.Play):

@@ -1,34 +1,17 @@
-"""Names of a bench: devices, taps, segments and CAN buses, and the group in whose time each lives."""
+"""Names of a bench: devices, wires, taps and cards, and the group in whose time each lives."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from hil.core import CoreAxis
+from hil.sim.card import Card
+from hil.sim.channels import HasChannels
 from hil.sim.client_tap import ClientTap
 from hil.sim.device import Device
 from hil.sim.group import Group
-from hil.sim.segment_tap import Tap
 from hil.sim.uart import DeviceUart
 from hil.vocab.address import Address, address_of, owner_of
-from hil.vocab.faults import (
-    CAN_NODE,
-    DEVICE,
-    LINE,
-    MODBUS_NODE,
-    OF_AXES,
-    ON_LINE,
-    PORT,
-    SEGMENT,
-    STATION,
-    SUPPLIED,
-    TWIN_PORT,
-)
-from hil.vocab.segment import Segment
-
-if TYPE_CHECKING:
-    from hil.sim.can.bench_bus import BenchBus
-    from hil.sim.can.canopen_card import CanOpenCard
-    from hil.sim.modbus.modbus_node import ModbusNode
+from hil.vocab.faults import DEVICE, OF_AXES, PORT, SUPPLIED, TWIN_PORT
+from hil.vocab.wire import Wire
 
 
 @dataclass(frozen=True)
@@ -39,10 +22,9 @@ class Place:
     device: Device | None = None
     uart: DeviceUart | None = None
     axis: CoreAxis | None = None
-    segment: Segment | None = None
+    wire: Wire | None = None
     station: str = ""
-    node: "ModbusNode | None" = None
-    bus: "BenchBus | None" = None
+    card: Card | None = None
     is_board: bool = False
     """True for the device as a whole, which its first UART and axis are, too."""
 
@@ -50,18 +32,23 @@ class Place:
         """True if a fault that needs this kind of target can be here."""
         if target in OF_AXES:
             return self.axis is not None and target in self.axis.kind.fault_targets
+        if self.is_wires(target) or self.is_cards(target):
+            return True
         return {
             PORT: self.uart is not None,
             TWIN_PORT: self.uart is not None,
-            STATION: bool(self.segment and self.station),
-            SEGMENT: self.segment is not None and not self.station,
-            ON_LINE: bool((self.segment or self.bus) and self.station),
-            LINE: bool((self.segment or self.bus) and not self.station),
-            CAN_NODE: bool(self.bus and self.station),
-            MODBUS_NODE: self.node is not None,
             DEVICE: self.is_board,
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
-        }[target]
+        }.get(target, False)
+
+    def is_wires(self, target: str) -> bool:
+        """True if a fault that needs this kind of target is the wire's here."""
+        return self.wire is not None and target in self.wire.fault_targets(self.station)
+
+    def is_cards(self, target: str) -> bool:
+        """True if a fault that needs this kind of target is the card's here."""
+        faults = self.card.faults if self.card else None
+        return faults is not None and target == faults.target
 
 
 class Roster:
@@ -70,10 +57,8 @@ class Roster:
     def __init__(self) -> None:
         self.devices: dict[str, Device] = {}
         self.taps: dict[str, ClientTap] = {}
-        self.nodes: dict[str, ModbusNode] = {}
-        self.segments: dict[str, Segment] = {}
-        self.buses: dict[str, BenchBus] = {}
-        self.can_nodes: dict[str, CanOpenCard] = {}
+        self.cards: dict[str, Card] = {}
+        self.wires: dict[str, Wire] = {}
         self.axes: dict[str, tuple[Device, str]] = {}
         """Axes by their addresses: the device, and the axis's name there."""
         self._groups: dict[str, Group] = {}
@@ -87,46 +72,30 @@ class Roster:
         self.axes = {address: of for address, of in self.axes.items() if of[0].name != name}
         return self.devices.pop(name), self._groups.pop(name)
 
-    def add_segment(self, name: str, segment: Segment, group: Group) -> None:
-        """Add a segment without stations. All devices that join it are in this group."""
-        self.segments[name] = segment
+    def add_wire(self, name: str, wire: Wire, group: Group) -> None:
+        """Add a wire without stations. All devices that join it are in this group."""
+        self.wires[name] = wire
         self._groups[name] = group
 
-    def add_tap(self, tap: Tap, group: Group) -> None:
-        """Add a tap as a station of its segment, which is in this group."""
-        self.taps[tap.name] = tap
-        self._groups[tap.name] = group
-        tap.segment.join(tap.name, tap)
-
-    def add_bus(self, bus: "BenchBus", group: Group) -> None:
-        """Add a CAN bus without nodes. All devices that have one on it are in this group."""
-        self.buses[bus.name] = bus
-        self._groups[bus.name] = group
-
-    def add_can_tap(self, tap: ClientTap, group: Group) -> None:
-        """Add a tap that is on its bus, which is in this group."""
+    def add_tap(self, tap: ClientTap, group: Group) -> None:
+        """Add a tap that is on its wire, which is in this group."""
         self.taps[tap.name] = tap
         self._groups[tap.name] = group
 
-    def attach(self, bus: str, name: str) -> ClientTap:
-        """Find the node of a channel of a bus, which is put there if there is none of that name yet."""
-        label = str(Address(bus, name))
+    def attach(self, wire: str, name: str) -> ClientTap:
+        """Find the node of a channel of a wire, which is put there if there is none of that name yet."""
+        label, on = str(Address(wire, name)), self.wires[wire]
         if label not in self.taps:
-            from hil.sim.can.channel_node import ChannelNode  # most benches have none
-
-            self.add_can_tap(ChannelNode(label, self.buses[bus].bus), self._groups[bus])
+            assert isinstance(on, HasChannels)
+            self.add_tap(on.channel(label), self._groups[wire])
         return self.taps[label]
 
-    def add_can_node(self, node: "CanOpenCard") -> None:
-        """Add the CANopen node of a device, which is in its bus's group."""
-        self.can_nodes[node.name] = node
-
-    def add_node(self, node: "ModbusNode") -> None:
-        """Add a Modbus node of a device, which is in its segment's group."""
-        self.nodes[node.name] = node
+    def add_card(self, card: Card) -> None:
+        """Add the card of an axis, which is on a wire in its device's group."""
+        self.cards[card.name] = card
 
     def group_of(self, target: str) -> Group:
-        """Group of a device or a part of it, of a tap, a node, a segment or a bus."""
+        """Group of a device or a part of it, of a tap, a card or a wire."""
         return self._groups.get(target) or self._groups[owner_of(target)]
 
     def axis_address(self, text: str) -> str | None:
@@ -144,18 +113,13 @@ class Roster:
 
     def place(self, target: str) -> Place | None:
         """Meaning of a name; None: nothing has it."""
-        if target in self.segments:
-            return Place(self._groups[target], segment=self.segments[target])
+        if target in self.wires:
+            return Place(self._groups[target], wire=self.wires[target])
         name, part = address_of(target)
-        if target in self.buses:
-            return Place(self._groups[target], bus=self.buses[target])
         if target in self.taps:
-            group, segment = self._groups[target], self.segments.get(name)
-            return Place(group, segment=segment, bus=self.buses.get(name), station=target)
-        if card := self.can_nodes.get(target):
-            return Place(self._groups[name], bus=card.of, station=target)
-        if node := self.nodes.get(target):
-            return Place(self._groups[name], segment=node.segment, station=target, node=node)
+            return Place(self._groups[target], wire=self.wires.get(name), station=target)
+        if card := self.cards.get(target):
+            return Place(self._groups[name], wire=card.wire, station=target, card=card)
         if (device := self.devices.get(name)) is None:
             return None
         uart, axis = device.uarts.get(part), device.axes.get(part)
@@ -165,11 +129,10 @@ class Roster:
             axis = device.axes[""]
         place = Place(self._groups[name], device, uart, axis, is_board=True)
         link = uart.station if uart else None
-        return replace(place, segment=link.segment, station=link.name) if link else place
+        return replace(place, wire=link.segment, station=link.name) if link else place
 
     def targets(self) -> list[str]:
         labels = [
             device.uarts.label(name, uart) for name, device in self.devices.items() for uart in device.uarts
         ]
-        nodes, lines = [*self.nodes, *self.can_nodes], [*self.segments, *self.buses]
-        return [*dict.fromkeys([*self.devices, *labels, *self.axes, *nodes, *self.taps, *lines])]
+        return [*dict.fromkeys([*self.devices, *labels, *self.axes, *self.cards, *self.taps, *self.wires])]

@@ -159,7 +159,7 @@ class Bench:
         if name not in self._canbuses:
             from hil.testing.can_faces import CanBusFace
 
-            bus = NamedThings("CAN bus", self._runtime.buses)[name]
+            bus = NamedThings("CAN bus", self._runtime.wires_of("can"))[name]
             self._canbuses[name] = CanBusFace(self, self._runtime, bus)
         return self._canbuses[name]
 

@@ -149,8 +149,8 @@ class CanBusFace:
         return [DriveFace(self, axis, card) for axis, card in self._cards().items()]
 
     def _cards(self) -> "dict[str, CanOpenCard]":
-        nodes = self._runtime.can_nodes.values()
-        return {node.name.removesuffix(f".{CANOPEN}"): node for node in nodes if node.of.name == self.name}
+        cards = self._runtime.cards_on(self._runtime.wires[self.name])
+        return {name.removesuffix(f".{CANOPEN}"): card for name, card in cards.items()}
 
     # ---- bridges.can.bus.can_bus_protocol.CanListener ----
 

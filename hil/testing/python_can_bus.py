@@ -39,7 +39,7 @@ class PythonCanBus(can.BusABC):
         super().__init__(channel=bus)
         self.channel_info = f"{bus} of a bench in simulated time"
         self._bench, self._runtime = bench, runtime
-        self._on = runtime.buses[bus].bus
+        self._on = runtime.wires_of("can")[bus].bus
         self._step_ns = _FRAME_BITS * NS_PER_S // self._on.bit_rate
         self._lock = threading.RLock()
         self._heard: deque[can.Message] = deque()

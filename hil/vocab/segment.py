@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from hil.vocab.faults import Fault
 from hil.vocab.framing import Framing, Item
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import SimTimeNs
+from hil.vocab.wire import Wire
 
 _NAMED = 4
 """Maximum number of stations of one speed that a note names."""
@@ -99,7 +99,7 @@ class SegmentView(Protocol):
         """Statistics since the start, for JSON."""
 
 
-class Segment(SegmentView, Protocol):
+class Segment(SegmentView, Wire, Protocol):
     """Wire with stations, each under its name. Only what happens in the time of its group calls these."""
 
     def join(self, station: str, receiver: Receiver) -> None:
@@ -120,15 +120,6 @@ class Segment(SegmentView, Protocol):
 
     def give_way(self, station: str) -> None:
         """Take a station off the line until it has another address: another node has the one that it has."""
-
-    def inject(
-        self, number: int, fault: Fault, station: str, answer: Callable[[int, str, bytes], None]
-    ) -> None:
-        """Begin a fault of the layers packet or wire, or ``node_clash``. ``answer(at_ns, station, raw)``
-        sends for a station at a later time."""
-
-    def clear(self, number: int, fault: Fault, station: str) -> None:
-        """End a fault."""
 
 
 def speed_notes(speeds: Mapping[str, int]) -> list[str]:

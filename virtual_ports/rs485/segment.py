@@ -8,16 +8,16 @@ Not modelled: the cable's length (no delay, no reflections), rise times, a recei
 says what contention reads as), noise in start, parity and stop bits.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from hil.vocab.faults import Fault
+from hil.vocab.faults import LINE, OF_FRAMINGS, ON_LINE, SEGMENT, STATION, Fault
 from hil.vocab.framing import Framing, Item, Splitter
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.segment import Receiver, SegmentEvent
-from hil.vocab.time import FOREVER, Clock, SimTimeNs
-from hil.wire.byte_faults import ByteFault, ByteFaults
+from hil.vocab.time import FOREVER, NS_PER_MS, Clock, SimTimeNs
+from hil.wire.byte_faults import ByteFault, ByteFaults, Chance
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbance import Burst, Disturbance
 from virtual_ports.rs485.phantom import Phantom
@@ -45,6 +45,8 @@ class Segment:
     Long because bursts, faults and addresses change the same wire at the same times.
     """
 
+    kind = "segments"
+
     def __init__(self, clock: Clock, framing: Framing, line_format: LineFormat = EIGHT_N_1) -> None:
         self.framing = framing
         self.line_format = line_format
@@ -57,6 +59,7 @@ class Segment:
         self._clock = clock
         self._splitter = framing.splitter()
         self._clean: list[_Clean] = []
+        self._babbling: set[int] = set()
         self._disturbance: Disturbance | None = None
         self._waiting: set[str] = set()
         """Stations that have a burst to send when the present one is out."""
@@ -114,19 +117,26 @@ class Segment:
 
     # ---- faults (hil.vocab.faults) ----
 
-    def inject(
-        self, number: int, fault: Fault, station: str, answer: Callable[[int, str, bytes], None]
-    ) -> None:
-        if fault.kind == "wire_noise":
+    def fault_targets(self, station: str) -> Collection[str]:
+        return (STATION, ON_LINE) if station else (SEGMENT, LINE)
+
+    def fault_problem(self, fault: Fault, active: Iterable[Fault]) -> str | None:
+        if fault.kind in OF_FRAMINGS and fault.kind not in self.framing.faults:
+            return f"{fault.kind} means nothing on a line of {self.framing.name}"
+        return None
+
+    def inject(self, number: int, fault: Fault, station: str) -> None:
+        if fault.kind == "node_babble":
+            self._babbling.add(number)
+            self._babble(number, fault, station, Chance(int(fault.number("seed"))), self._clock.now_ns)
+        elif fault.kind == "wire_noise":
             self.noise[number] = ByteFaults(
                 ByteFault(bit_error_rate=fault.number("rate")), int(fault.number("seed"))
             )
         elif fault.kind == "node_clash":
             name = f"fault {number}"
             address = int(fault.number("address"))
-            self.join(
-                name, Phantom(self.framing, address, self.baud, lambda at_ns, raw: answer(at_ns, name, raw))
-            )
+            self.join(name, Phantom(self.framing, address, self.baud, partial(self._answer, name)))
             self.set_address(name, address)
         elif fault.kind.startswith("packet_"):
             transform = self.framing.fault(fault.kind, fault.number("rate"), int(fault.number("seed")))
@@ -137,6 +147,7 @@ class Segment:
 
     def clear(self, number: int, fault: Fault, station: str) -> None:
         self.noise.pop(number, None)
+        self._babbling.discard(number)  # it notices when it wants to speak again
         if fault.kind == "node_clash":
             self.stations.leave(f"fault {number}")
         elif fault.layer == "wire" and fault.kind != "wire_noise":
@@ -144,6 +155,27 @@ class Segment:
             self.stations.rewire(station)
         elif station in self.stations:
             self.stations[station].transforms.pop(number, None)
+
+    def _babble(self, number: int, fault: Fault, station: str, chance: Chance, now_ns: SimTimeNs) -> None:
+        """Send a burst of nonsense, and the next when it is time, until the fault is over."""
+        if number not in self._babbling:
+            return
+        period_ns = round(fault.number("every_ms") * NS_PER_MS)
+        if self.has(station):
+            count = int(fault.number("bytes"))
+            data = bytes(chance.bits() & 0xFF for _ in range(count))
+            self._speak(station, data, now_ns)
+            # A burst that came before this one is out would be lost, and its bytes drawn for nothing.
+            period_ns = max(period_ns, character_ns(count, self.baud_of(station), self._bits))
+        self._clock.at(now_ns + period_ns, partial(self._babble, number, fault, station, chance))
+
+    def _answer(self, station: str, at_ns: int, raw: bytes) -> None:
+        """Send for a station that a fault has put here."""
+        self._clock.at(at_ns, partial(self._speak, station, raw))
+
+    def _speak(self, station: str, raw: bytes, now_ns: SimTimeNs) -> None:
+        if self.has(station):
+            self.transmit(station, now_ns, raw, self.baud_of(station))
 
     # ---- the wire ----
 

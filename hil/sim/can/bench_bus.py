@@ -1,17 +1,51 @@
-"""A CAN bus of a bench, with its faults."""
+"""A CAN bus of a bench, with its faults: a ``Wire`` of ``hil.vocab.wire``."""
 
-from typing import Any, NamedTuple
+from collections.abc import Callable, Collection, Iterable
+from typing import Any
 
-from bridges.can.bus.can_bus_protocol import CanBus, CanFaults
+from bridges.can.bus.can_bus_protocol import BusEvent, CanBus, CanFaults
+from hil.sim.can.channel_node import MOST_NODES, ChannelNode
+from hil.sim.client_tap import ClientTap
+from hil.vocab.address import owner_of
+from hil.vocab.faults import CAN_NODE, LINE, MOST_NOISES, ON_LINE, Fault
 
 
-class BenchBus(NamedTuple):
+class BenchBus:
     """Bus under its name, and what can go wrong on it."""
 
-    name: str
-    bus: CanBus
-    faults: CanFaults
+    kind = "can"
+
+    def __init__(self, name: str, bus: CanBus, faults: CanFaults) -> None:
+        self.name, self.bus, self._faults = name, bus, faults
+        self.watchers: list[Callable[[BusEvent], None]] = bus.watchers
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""
         return {"bus": self.name, "bit_rate": self.bus.bit_rate, **self.bus.counters(elapsed_ns)}
+
+    def fault_targets(self, station: str) -> Collection[str]:
+        return (ON_LINE, CAN_NODE) if station else (LINE,)
+
+    def fault_problem(self, fault: Fault, active: Iterable[Fault]) -> str | None:
+        noises = [each for each in active if (each.kind, each.target) == ("wire_noise", self.name)]
+        if fault.kind == "wire_noise" and len(noises) >= MOST_NOISES:
+            return f"{self.name} has {MOST_NOISES} noises already; clear one of them"
+        return None
+
+    def inject(self, number: int, fault: Fault, station: str) -> None:
+        self._faults.inject(number, fault, station)
+
+    def clear(self, number: int, fault: Fault, station: str) -> None:
+        self._faults.clear(number, fault, station)
+
+    # ---- hil.sim.channels.HasChannels ----
+
+    def channel(self, label: str) -> ChannelNode:
+        return ChannelNode(label, self.bus)
+
+    def channel_problem(self, label: str, taps: Iterable[ClientTap]) -> str | None:
+        channels = {tap.name: tap for tap in taps if isinstance(tap, ChannelNode)}
+        if label in self.bus.nodes:
+            return None if label in channels else f"{label} is a node of another kind"
+        here = [name for name in channels if owner_of(name) == self.name]
+        return f"{self.name} has {MOST_NODES} channels already" if len(here) >= MOST_NODES else None

@@ -39,7 +39,8 @@ class CanOpenCard:
     """
 
     def __init__(self, name: str, of: BenchBus, device: Device, clock: Clock, spec: CardSpec) -> None:
-        self.name, self.of, self.device = name, of, device
+        self.name, self.wire, self.device = name, of, device
+        self.faults = None
         self.listeners: list[Callable[[SimTimeNs, bytes], None]] = []
         """Called with each frame that it gives to its controller, as text of slcan."""
         self.lost = 0

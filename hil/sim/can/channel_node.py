@@ -1,10 +1,11 @@
 """Node of a CAN bus without a device: what a channel's programs outside send goes on the bus from here."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from bridges.can.bus.can_bus_protocol import CanBus, NodeState
 from bridges.can.frames.can_frame import CanFrame, parse_frame
+from hil.sim.channels import ClientChannel
 from hil.sim.inputs import Attach, Detach, Frames, Input
 from hil.vocab.time import FOREVER, SimTimeNs
 
@@ -15,7 +16,7 @@ MOST_NODES = 16
 """Channels of one bus."""
 
 
-class ChannelNode:
+class ChannelNode(ClientChannel):
     """Node ``name`` on a bus. Frames go out one after the other, in the order in which they came, as from a
     driver with one mailbox; each takes part in the arbitration when it is the first.
 
@@ -24,7 +25,6 @@ class ChannelNode:
 
     def __init__(self, name: str, bus: CanBus) -> None:
         self.name = name
-        self.notes: dict[int, str] = {}
         self.listeners: list[Callable[[], None]] = []
         self.refused = 0
         """Number of frames that came when too many waited, or the node was off the bus."""
@@ -46,11 +46,23 @@ class ChannelNode:
         self._queue.extend(taken)
         self._send_next()
 
+    def frames_problem(self, frames: Sequence[str]) -> str | None:
+        try:
+            for frame in frames:
+                parse_frame(frame)
+        except ValueError as error:
+            return str(error)
+        return None
+
     # ---- hil.sim.client_tap.ClientTap ----
 
     @property
     def speed(self) -> str:
         return f"{self._bus.bit_rate} bit/s"
+
+    @property
+    def notes(self) -> Mapping[int, str]:
+        return {}
 
     def apply(self, given: Input, now_ns: SimTimeNs) -> None:
         match given:

@@ -10,25 +10,12 @@ from hil.sim.inputs import Clear, Inject
 from hil.sim.load_limit import load_problem
 from hil.sim.roster import Place, Roster
 from hil.vocab.address import owner_of
-from hil.vocab.faults import (
-    FAULT_KINDS,
-    LINE,
-    MODBUS_NODE,
-    MOST_NOISES,
-    OF_FRAMINGS,
-    ON_LINE,
-    SEGMENT,
-    STATION,
-    TARGETS,
-    Fault,
-    FaultRefused,
-)
+from hil.vocab.faults import FAULT_KINDS, TARGETS, Fault, FaultRefused
 from hil.vocab.near_words import meant
 from hil.vocab.time import NS_PER_S, SimTimeNs
-from hil.wire.byte_faults import ByteFault, ByteFaults, Chance, byte_faults
+from hil.wire.byte_faults import ByteFault, ByteFaults, byte_faults
 
 LOAD = "shaft_load"
-_ON_SEGMENTS = (SEGMENT, STATION, LINE, ON_LINE)
 
 
 class Faults:
@@ -80,12 +67,9 @@ class Faults:
             choice = ", ".join(name for name, p in places.items() if p and p.has(wanted))
             there = f", as {choice}; not on {fault.target}" if choice else "; this bench has none"
             raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}{there}")
-        if place.bus and fault.kind == "wire_noise":
-            self._check_noises(fault.target)
-        if place.segment and wanted in (STATION, SEGMENT, ON_LINE) and fault.kind in OF_FRAMINGS:
-            framing = place.segment.framing
-            if fault.kind not in framing.faults:
-                raise FaultRefused(f"{fault.kind} means nothing on a line of {framing.name}")
+        of_wire = place.wire if place.is_wires(wanted) else None
+        if of_wire and (problem := of_wire.fault_problem(fault, self.active.values())):
+            raise FaultRefused(problem)
         if fault.kind == LOAD and (axis := place.axis):
             torque_Nm = fault.number("torque_Nm")
             problem = load_problem(torque_Nm, axis.holding_Nm)
@@ -94,12 +78,6 @@ class Faults:
                 problem = load_problem(torque_Nm, axis.holding_Nm, others_Nm)
             if problem:
                 raise FaultRefused(f"torque_Nm: {problem}")
-
-    def _check_noises(self, bus: str) -> None:
-        """Check that a bus can have one more noise. Raises FaultRefused."""
-        noises = [each for each in self.active.values() if (each.kind, each.target) == ("wire_noise", bus)]
-        if len(noises) >= MOST_NOISES:
-            raise FaultRefused(f"{bus} has {MOST_NOISES} noises already; clear one of them")
 
     def load_problem(self, axis: CoreAxis, torque_Nm: object) -> str | None:
         """Error text for a torque to be set on an axis's shaft, or None."""
@@ -162,8 +140,8 @@ class Faults:
         kind = FAULT_KINDS[fault.kind]
         if kind.is_once:
             self._unlist(number)
-            if place.bus:
-                place.bus.faults.inject(number, fault, place.station)
+            if place.wire and place.is_wires(kind.target):
+                place.wire.inject(number, fault, place.station)
             else:
                 node.happen(fault, place, now_ns)
             return
@@ -172,15 +150,10 @@ class Faults:
             for way in _ways(fault, place):
                 all_lost = fault.layer == "host"
                 way[number] = ByteFaults(ByteFault(drop_rate=1.0), 0) if all_lost else byte_faults(fault)
-        elif place.node and kind.target == MODBUS_NODE:
-            place.node.faults.begin(number, fault)
-        elif place.bus:
-            place.bus.faults.inject(number, fault, place.station)
-        elif fault.kind == "node_babble":
-            chance = Chance(int(fault.number("seed")))
-            node.babble(fault, place, lambda: number in self._in_force, chance, now_ns)
-        elif place.segment and kind.target in _ON_SEGMENTS:
-            place.segment.inject(number, fault, place.station, partial(node.answer, place))
+        elif place.card and place.card.faults and place.is_cards(kind.target):
+            place.card.faults.begin(number, fault)
+        elif place.wire and place.is_wires(kind.target):
+            place.wire.inject(number, fault, place.station)
         elif place.device:
             self._renew(place, kind.layer, now_ns)
 
@@ -189,13 +162,10 @@ class Faults:
         if kind.layer in ("byte", "host"):
             for way in _ways(fault, place):
                 del way[number]
-        elif place.node and kind.target == MODBUS_NODE:
-            place.node.faults.end(number)
-        elif place.bus:
-            place.bus.faults.clear(number, fault, place.station)
-        elif place.segment and kind.target in _ON_SEGMENTS:
-            if fault.kind != "node_babble":  # a babbling node notices it when it wants to speak again
-                place.segment.clear(number, fault, place.station)
+        elif place.card and place.card.faults and place.is_cards(kind.target):
+            place.card.faults.end(number)
+        elif place.wire and place.is_wires(kind.target):
+            place.wire.clear(number, fault, place.station)
         elif place.device:
             self._renew(place, kind.layer, now_ns)
 

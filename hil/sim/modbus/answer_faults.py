@@ -2,13 +2,15 @@
 
 from collections.abc import Iterator
 
-from hil.vocab.faults import Fault
+from hil.vocab.faults import MODBUS_NODE, Fault
 from hil.vocab.time import NS_PER_MS
 from hil.wire.byte_faults import Chance
 
 
 class AnswerFaults:
     """Faults in force on a node's answers, the oldest first. Each draws its own chance, for each request."""
+
+    target = MODBUS_NODE
 
     def __init__(self) -> None:
         self._faults: dict[int, tuple[Fault, Chance]] = {}

@@ -38,7 +38,7 @@ class ModbusNode:
         baud: int,
         response_ns: int,
     ) -> None:
-        self.name, self.unit, self.segment = name, unit, segment
+        self.name, self.unit, self.wire = name, unit, segment
         self.device = of.device
         self.faults = AnswerFaults()
         self.listeners: list[Callable[[SimTimeNs, bytes], None]] = []
@@ -69,7 +69,7 @@ class ModbusNode:
 
     def _line_counts(self) -> tuple[int, int]:
         """Good and bad frames on the line, so far."""
-        counters = self.segment.counters(0)
+        counters = self.wire.counters(0)
         errors: dict[str, int] = counters["errors"]
         return counters["packets"] - errors.get("CRC", 0), sum(errors.values())
 
@@ -82,7 +82,7 @@ class ModbusNode:
     def hear(
         self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
     ) -> None:
-        line_format = self.segment.line_format
+        line_format = self.wire.line_format
         if flight := heard(start_ns, data, baud, self._baud, line_format=line_format):
             self._receiver.take(flight)
 
@@ -178,4 +178,4 @@ class ModbusNode:
             listener(now_ns, raw)
         for watcher in self.watchers:
             watcher("client", now_ns, raw)
-        self.segment.transmit(self.name, now_ns, raw, self._baud)
+        self.wire.transmit(self.name, now_ns, raw, self._baud)

@@ -292,14 +292,14 @@ class Overlaps(RuleBasedStateMachine):
     @invariant()
     def nodes(self) -> None:
         kinds = [kind.name for kind in FAULT_KINDS.values() if kind.target == MODBUS_NODE]
-        active = self.rig.runtime.nodes["m1.modbus"].faults.numbers
+        active = self.rig.runtime.cards["m1.modbus"].faults.numbers
         assert active == [each.number for each in self.on("m1.modbus", *kinds)]
 
     @invariant()
     def bus(self) -> None:
-        of = self.rig.runtime.buses["can0"]
+        of = self.rig.runtime.wires["can0"]
         bus: Any = of.bus
-        faults: Any = of.faults
+        faults: Any = of._faults
         assert list(faults._noises) == [each.number for each in self.on("can0", "wire_noise")]
         kinds = ("wire_cut", "driver_stuck", "packet_no_ack", "bit_rate_wrong")
         for target in PLACES[CAN_NODE]:

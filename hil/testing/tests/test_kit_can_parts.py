@@ -39,7 +39,7 @@ def test_two_axes_of_a_board_are_two_drives_with_a_memory_each() -> None:
 
 def test_a_drive_s_name_is_the_address_of_its_axis_as_hil_writes_it() -> None:
     with Bench(arms({"arm.shoulder": 1})) as bench:
-        assert list(bench._runtime.can_nodes) == ["arm.canopen"]
+        assert list(bench._runtime.cards) == ["arm.canopen"]
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ def test_a_save_is_answered_when_its_end_is_known(rig: Rig, durable: bool) -> No
 
 
 def test_a_node_that_waits_for_its_memory_or_an_id_shows_the_id_in_use(rig: Rig) -> None:
-    card = rig.bench._runtime.can_nodes["m1.canopen"]
+    card = rig.bench._runtime.cards["m1.canopen"]
     ids = [card.node_id]
     for data in ("1107000000000000", "1700000000000000"):
         rig.ask(CONFIGURE, (0x7E5, bytes.fromhex(data)))

@@ -180,7 +180,7 @@ def test_a_raising_node_stops_its_board_alone(canbus) -> None:
     def broken(*of: object) -> None:
         raise ZeroDivisionError("by zero")
 
-    bus.bench._runtime.can_nodes[NODE].node.hear = broken  # type: ignore[method-assign]
+    bus.bench._runtime.cards[NODE].node.hear = broken  # type: ignore[method-assign]
     bus.send(0x601, bytes(8))
     bus.bench.run(ms=5)
     failed = bus.bench.device("m1").failed
@@ -196,7 +196,7 @@ def test_ids_may_be_shared_where_that_is_wanted() -> None:
     with Bench(config({"m1": 5, "m2": 5}, duplicate_ids=True)) as bench:
         bus = bench.canbus()
         assert bus.expect(0x705, b"\0", within_ms=10)
-        assert bench._runtime.buses["can0"].bus.frames >= 1  # type: ignore[attr-defined]
+        assert bench._runtime.wires["can0"].bus.frames >= 1  # type: ignore[attr-defined]
         with pytest.raises(KeyError):
             bus.drive("m3")
 

@@ -122,10 +122,10 @@ def test_two_wrong_bits_in_one_character_pass_parity_and_one_does_not() -> None:
     """A byte with two bits inverted whose CRC fits: parity sees nothing; one bit more, and it does."""
     with Bench(config({"m1": M1})) as bench:
         line = Line(bench)
-        node = bench._runtime.nodes[NODE]
+        node = bench._runtime.cards[NODE]
         got: list[bytes] = []
         node._receiver._ended = lambda now_ns, start_ns, raw: got.append(raw)
-        segment = bench._runtime.roster.segments["bus0"]
+        segment = bench._runtime.roster.wires["bus0"]
 
         class Noise:
             def __init__(self, data: bytes) -> None:
@@ -145,7 +145,7 @@ def test_a_collision_of_two_answers(line: Line) -> None:
     runtime = line.bench._runtime
     other = encode(2, 4, b"\0\0\0\1")
     runtime.give(runtime.taps[MASTER], Play(((0, READ.hex()),)))
-    segment = runtime.roster.segments["bus0"]
+    segment = runtime.roster.wires["bus0"]
     runtime.roster.group_of("m2").at(
         line.bench.now_ns + 2_000_000,
         lambda now_ns: segment.transmit("m2.modbus", now_ns, other, 19200),
@@ -166,7 +166,7 @@ def test_two_answers_collide_when_one_is_late(line: Line) -> None:
 
 
 def test_a_line_that_is_never_silent_is_not_kept(line: Line) -> None:
-    node = line.bench._runtime.nodes[NODE]
+    node = line.bench._runtime.cards[NODE]
     line.bench.fault("node_babble", "m2.modbus", bytes=10_000, every_ms=1.0)
     for _ in range(20):
         line.bench.run(ms=1000)

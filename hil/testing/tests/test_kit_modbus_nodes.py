@@ -119,7 +119,7 @@ def test_a_refusal_is_an_exception(line: Line, request_: client.Request, code: C
 def test_functions_that_nobody_knows_and_wrong_lengths_are_exceptions(line: Line) -> None:
     assert line.send(encode(1, 99)) == encode(1, 99 | 0x80, b"\1")
     assert line.send(encode(1, 3, b"\0\0\0")) == encode(1, 0x83, b"\3")
-    node = line.bench._runtime.nodes["m1.modbus"]
+    node = line.bench._runtime.cards["m1.modbus"]
     assert node.counters()["exceptions"] == 2
     assert node.counters()["refusal"].startswith("03: ")
 
@@ -197,7 +197,7 @@ def test_only_the_node_that_is_asked_is_told() -> None:
     with Bench(config(dict.fromkeys(names, M1))) as bench:
         line = Line(bench)
         told: list[str] = []
-        for name, node in bench._runtime.nodes.items():
+        for name, node in bench._runtime.cards.items():
             hear = node.hear
             node.hear = lambda *a, name=name, hear=hear: (told.append(name), hear(*a))  # type: ignore[method-assign]
         line.ask(5, client.read(INPUT, 0))
@@ -237,7 +237,7 @@ def test_registers_that_raise_stop_their_board_alone() -> None:
 
     with Bench(config({"m1": M1, "m2": M1})) as bench:
         line = Line(bench)
-        node = bench._runtime.nodes["m1.modbus"]
+        node = bench._runtime.cards["m1.modbus"]
         node._server._registers = Broken()  # type: ignore[assignment]
         assert line.send(encode(1, 4, b"\0\0\0\1")) == b""
         failed = bench.device("m1").failed
@@ -263,7 +263,7 @@ def test_several_axes_of_a_board_and_several_segments() -> None:
         masters[1].write(encode(1, 4, b"\0\4\0\2"))
         bench.run(ms=50)
         low_first = masters[1].read()[3:-2]
-        crc = bench._runtime.nodes["s1.modbus"]._of.make_registers().map.crc  # type: ignore[attr-defined]
+        crc = bench._runtime.cards["s1.modbus"]._of.make_registers().map.crc  # type: ignore[attr-defined]
         assert int.from_bytes(low_first[2:] + low_first[:2], "big") == crc
 
 
