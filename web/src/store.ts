@@ -3,7 +3,7 @@
 import { computed, signal } from "@preact/signals";
 import { VERSION } from "./build";
 import type { ActiveFault, FaultMark } from "./model/fault_marks";
-import { type RunProgress, withRun } from "./model/run_progress";
+import { type RunProgress, readRun, withRun } from "./model/run_progress";
 import type { Status } from "./model/status";
 import { Link } from "./net/link";
 import type { DeviceRow, Role } from "./net/protocol";
@@ -55,6 +55,12 @@ export const runs = signal<RunProgress[]>([]);
 
 export function takeProgress(run: RunProgress): void {
   runs.value = withRun(runs.peek(), run);
+}
+
+/** Ask for all runs that the bench remembers: those of before the page, and of others. */
+export async function readRuns(): Promise<void> {
+  const told = await link.ask("runs", "").catch(() => null);
+  if (Array.isArray(told)) runs.value = told.map(readRun).filter((run) => run !== null).reverse();
 }
 
 /** Time of this page at which the status was told, in ms. */

@@ -3,7 +3,7 @@
 import { notify } from "../../parts/notices";
 import type { BoardSession } from "./board_session";
 import { FileRefusal } from "./file_problem";
-import { LoadButton, saveFile } from "./files";
+import { LoadButton, saveFile } from "../../parts/files";
 import { lineFault, readOneShots, writeOneShots } from "./oneshot_file";
 import { shortened } from "./queue_card";
 

@@ -4,7 +4,7 @@ import { useMemo } from "preact/hooks";
 import { notify } from "../../parts/notices";
 import type { BoardSession } from "./board_session";
 import { FileRefusal } from "./file_problem";
-import { LoadButton, saveFile } from "./files";
+import { LoadButton, saveFile } from "../../parts/files";
 import { QueueEditor } from "./queue_editor";
 import { readQueue, writeQueue } from "./queue_file";
 import { Selection } from "./queue_keys";

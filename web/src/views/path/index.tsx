@@ -4,7 +4,7 @@ import { effect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { shown } from "../../model/numbers";
 import { notifyError } from "../../parts/notices";
-import { link, may } from "../../store";
+import { link, may, readRuns } from "../../store";
 import type { ViewEntry } from "../view";
 import { deviation, followed, isSeenWhole, whyNotSeen } from "./path_followed";
 import { PathPane } from "./path_pane";
@@ -27,9 +27,8 @@ import {
   stop,
 } from "./path_state";
 import { markLine, PathText } from "./path_text";
-import "../runs/runs.css";
+import "../../parts/marked_text.css";
 import "./path.css";
-import { readRuns } from "../runs/run_text";
 
 effect(() => markLine(isUnderWay.value ? (done.value?.line ?? 0) : 0));
 

@@ -2,10 +2,11 @@
 
 import { useEffect, useRef } from "preact/hooks";
 import { notify, notifyError } from "../../parts/notices";
-import { link, may } from "../../store";
+import { link, may, readRuns } from "../../store";
 import type { ViewEntry } from "../view";
-import { checkRun, fileName, isChecked, isGood, problems, readRuns, startRun, text, verdict } from "./run_text";
+import { checkRun, fileName, isChecked, isGood, problems, startRun, text, verdict } from "./run_text";
 import { RunList } from "./run_list";
+import "../../parts/marked_text.css";
 import "./runs.css";
 
 const MOST_BYTES = 900_000;

@@ -4,7 +4,7 @@ import { computed, signal } from "@preact/signals";
 import { type DocumentProblem, readProblems } from "../../model/problems";
 import { readRun } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
-import { link, runs, takeProgress } from "../../store";
+import { link, takeProgress } from "../../store";
 
 export const text = signal(`run: example
 axes:
@@ -52,10 +52,4 @@ export async function startRun(): Promise<void> {
   }
   const run = readRun(answer);
   if (run) takeProgress(run);
-}
-
-/** Ask for all runs that the bench remembers: those of before the page, and of others. */
-export async function readRuns(): Promise<void> {
-  const told = await link.ask("runs", "").catch(() => null);
-  if (Array.isArray(told)) runs.value = told.map(readRun).filter((run) => run !== null).reverse();
 }

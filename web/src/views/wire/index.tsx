@@ -7,7 +7,7 @@ import { go } from "../../router";
 import { hello, link, may } from "../../store";
 import type { Hello } from "../../net/protocol";
 import type { ViewEntry } from "../view";
-import { saveFile } from "../companion/files";
+import { saveFile } from "../../parts/files";
 import { FILTER_HELP, load, statistics, type WirePacket } from "./packet_log";
 import { PacketDetail, PacketList } from "./packet_list";
 import { SendForm } from "./send_form";

@@ -1,4 +1,4 @@
-/** Files of the companion: chosen or dropped, and saved. */
+/** Files that are chosen or dropped, and saved. */
 
 import { useRef } from "preact/hooks";
 
