@@ -9,7 +9,11 @@ const SINGLE = ["build_version.mjs", "index.html", "package-lock.json", "package
 function sources(folder) {
   const below = readdirSync(join(folder, "src"), { recursive: true, withFileTypes: true })
     .filter((entry) => entry.isFile())
-    .map((entry) => join(entry.parentPath, entry.name).slice(folder.length + 1).replaceAll("\\", "/"));
+    .map((entry) =>
+      join(entry.parentPath, entry.name)
+        .slice(folder.length + 1)
+        .replaceAll("\\", "/"),
+    );
   return [...SINGLE, ...below].sort((a, b) => Buffer.compare(Buffer.from(a), Buffer.from(b)));
 }
 

@@ -28,19 +28,37 @@ const FIELDS = [
   field("pin_step", "", "input step; of a servo D1", "i32"),
   field("pKp", "", "position loop, proportional gain", "f32", { is_settable: true }),
 ];
-const number = (name, about, unit, minimum, maximum, more = {}) => ({ name, about, type: "number", unit, minimum, maximum, default: null, choices: [], ...more });
+const number = (name, about, unit, minimum, maximum, more = {}) => ({
+  name,
+  about,
+  type: "number",
+  unit,
+  minimum,
+  maximum,
+  default: null,
+  choices: [],
+  ...more,
+});
 const VERBS = {
   position: { summary: "set-point of the position", role: "operator", parameters: [number("position_deg", "the angle", "deg", -1e6, 1e6)] },
-  mode: { summary: "choose what the set-point means", role: "operator", parameters: [{ name: "mode", about: "of the control law", type: "choice", unit: "", choices: ["position", "velocity"], default: null }] },
+  mode: {
+    summary: "choose what the set-point means",
+    role: "operator",
+    parameters: [{ name: "mode", about: "of the control law", type: "choice", unit: "", choices: ["position", "velocity"], default: null }],
+  },
   enable: { summary: "start the control loop", role: "operator", parameters: [] },
-  gains: { summary: "set gains", role: "operator", parameters: ["pKp", "pKi", "pKd"].map((name) => number(name, "as the firmware has it", "", 0, 1e6, { is_optional: true })) },
+  gains: {
+    summary: "set gains",
+    role: "operator",
+    parameters: ["pKp", "pKi", "pKd"].map((name) => number(name, "as the firmware has it", "", 0, 1e6, { is_optional: true })),
+  },
   move_abs: {
     summary: "go to an angle with ramps",
     role: "operator",
     parameters: [number("position_deg", "where to", "deg", -1e6, 1e6), number("velocity_rpm", "speed on the way", "rpm", 0.001, 3000, { default: 60 })],
   },
 };
-const NAMES = ["m1", "<b>bold</b>", "‮evil‬ \"quote\" & co", "s1"];
+const NAMES = ["m1", "<b>bold</b>", '‮evil‬ "quote" & co', "s1"];
 const device = (_, at) => ({
   name: NAMES[at] ?? `axis${at}`,
   profile: at % 2 ? "sac" : "mechaduino",
@@ -52,7 +70,13 @@ const device = (_, at) => ({
 const DEVICES = Array.from({ length: COUNT }, device);
 const KINDS = [
   { name: "byte_flip", layer: "byte", target: "port", about: "bits of bytes are inverted", parameters: [number("rate", "probability for each bit", "", 0, 1)] },
-  { name: "shaft_load", layer: "physics", target: "shaft", about: "a torque on the shaft", parameters: [number("torque_Nm", "positive towards larger counts", "Nm", -1000, 1000)] },
+  {
+    name: "shaft_load",
+    layer: "physics",
+    target: "shaft",
+    about: "a torque on the shaft",
+    parameters: [number("torque_Nm", "positive towards larger counts", "Nm", -1000, 1000)],
+  },
   { name: "node_reset", layer: "node", target: "device", about: "the power goes and comes back, once", is_once: true, parameters: [] },
 ];
 const shafts = new Map(DEVICES.map((each, at) => [each.name, { setpoint: 0, from: 0, at_s: 0, kp: 15, phase: at }]));
@@ -88,7 +112,15 @@ const status = () => ({
   speed: 1,
   rate_hz: 1000,
   health: { state: "ok", late_ms: 0.4, problems: [] },
-  devices: DEVICES.map(({ name }) => ({ device: name, failed: null, clients: 1, rx_bytes: now_s() * 90, tx_bytes: now_s() * 400, dropped_bytes: 0, snapshot: reading(name, now_s() - 0.0012) })),
+  devices: DEVICES.map(({ name }) => ({
+    device: name,
+    failed: null,
+    clients: 1,
+    rx_bytes: now_s() * 90,
+    tx_bytes: now_s() * 400,
+    dropped_bytes: 0,
+    snapshot: reading(name, now_s() - 0.0012),
+  })),
 });
 
 const hello = () => ({
@@ -116,7 +148,8 @@ const OPERATIONS = {
   do: (target, { name, parameters }) => {
     const shaft = shafts.get(target);
     if (name === "gains" && parameters.pKp !== undefined) shaft.kp = parameters.pKp;
-    if (name === "position" || name === "move_abs") Object.assign(shaft, { from: reading(target, now_s()).position_deg, setpoint: parameters.position_deg, at_s: now_s() });
+    if (name === "position" || name === "move_abs")
+      Object.assign(shaft, { from: reading(target, now_s()).position_deg, setpoint: parameters.position_deg, at_s: now_s() });
     return { effective_at_ns: now_s() * 1e9 };
   },
   inject: (target, { fault, parameters }) => {
@@ -134,7 +167,15 @@ const OPERATIONS = {
     const bad = lines.findIndex((line) => line.includes("nowhere"));
     if (bad >= 0) return { problems: `<run>:${bad + 1}:5: steps.0.move: there is no axis nowhere` };
     if (check) return { run: "fake", steps: 4 };
-    const run = { run: `fake-${runs.length + 1}`, state: "running", step: 1, steps: 4, planned_end_ns: (now_s() + 4) * 1e9, why: null, axes: { m1: { target_deg: 90, position_deg: 1, error_max_deg: 0.1, error_rms_deg: 0.05, at_end: null } } };
+    const run = {
+      run: `fake-${runs.length + 1}`,
+      state: "running",
+      step: 1,
+      steps: 4,
+      planned_end_ns: (now_s() + 4) * 1e9,
+      why: null,
+      axes: { m1: { target_deg: 90, position_deg: 1, error_max_deg: 0.1, error_rms_deg: 0.05, at_end: null } },
+    };
     runs.push(run);
     const timer = setInterval(() => {
       if (run.state === "running") run.step++;
@@ -145,7 +186,11 @@ const OPERATIONS = {
     return run;
   },
   runs: () => runs,
-  cancel_run: (target) => Object.assign(runs.find(({ run }) => run === target), { state: "cancelled", why: "cancelled by the page" }),
+  cancel_run: (target) =>
+    Object.assign(
+      runs.find(({ run }) => run === target),
+      { state: "cancelled", why: "cancelled by the page" },
+    ),
   pin: () => ({}),
   set: () => ({}),
 };
@@ -182,7 +227,7 @@ class Client {
 
   answer(request) {
     if (request.do === "watch") return this.watch(request);
-    if (request.do === "unwatch") return clearInterval(this.watches.get(request.watch)?.timer), this.watches.delete(request.watch), {};
+    if (request.do === "unwatch") return (clearInterval(this.watches.get(request.watch)?.timer), this.watches.delete(request.watch), {});
     if (request.do === "open") return this.open();
     if (request.do !== "ask") return {};
     const operation = OPERATIONS[request.operation];
@@ -243,10 +288,15 @@ function head(terminal) {
 const server = createServer((request, response) => {
   const path = new URL(request.url, "http://x").pathname;
   const headers = { "Content-Security-Policy": CSP, "Cache-Control": "no-cache" };
-  if (path === "/api/hello") return response.writeHead(200, { ...headers, "Content-Type": "application/json" }).end(JSON.stringify({ version: version(), login: "none" }));
+  if (path === "/api/hello")
+    return response.writeHead(200, { ...headers, "Content-Type": "application/json" }).end(JSON.stringify({ version: version(), login: "none" }));
   const file = join(FOLDER, normalize(path === "/" ? "/index.html" : path));
   if (!file.startsWith(FOLDER) || !existsSync(file)) return response.writeHead(404, headers).end();
-  response.writeHead(200, { ...headers, "Content-Type": TYPES[extname(file)] ?? "application/octet-stream", ETag: `"${createHash("sha1").update(readFileSync(file)).digest("hex")}"` });
+  response.writeHead(200, {
+    ...headers,
+    "Content-Type": TYPES[extname(file)] ?? "application/octet-stream",
+    ETag: `"${createHash("sha1").update(readFileSync(file)).digest("hex")}"`,
+  });
   createReadStream(file).pipe(response);
 });
 new WebSocketServer({ server, path: "/ws", handleProtocols: () => "hil.v1" }).on("connection", (socket) => new Client(socket));

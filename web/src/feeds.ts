@@ -10,31 +10,40 @@ const STATUS_RATE_HZ = 2;
 
 export function startFeeds(): void {
   let instance: string | undefined;
-  link.watch({ what: "status", rate_Hz: STATUS_RATE_HZ }, {
-    value: (value) => {
-      const now = readStatus(value);
-      const last_s = toldTime_s();
-      const back_s = last_s - (now.sim_ns ?? 0) / 1e9;
-      const here = hello.peek()?.instance;
-      if (instance !== undefined && instance !== here) {
-        faultMarks.value = movedBack(faultMarks.peek(), back_s + RESTART_GAP_s, last_s);
-      }
-      instance = here;
-      takeStatus(now);
+  link.watch(
+    { what: "status", rate_Hz: STATUS_RATE_HZ },
+    {
+      value: (value) => {
+        const now = readStatus(value);
+        const last_s = toldTime_s();
+        const back_s = last_s - (now.sim_ns ?? 0) / 1e9;
+        const here = hello.peek()?.instance;
+        if (instance !== undefined && instance !== here) {
+          faultMarks.value = movedBack(faultMarks.peek(), back_s + RESTART_GAP_s, last_s);
+        }
+        instance = here;
+        takeStatus(now);
+      },
     },
-  });
-  link.watch({ what: "faults" }, {
-    value: (value) => {
-      const now = readFaults(value);
-      faultMarks.value = marked(faultMarks.peek(), now, benchTime_s());
-      activeFaults.value = now;
+  );
+  link.watch(
+    { what: "faults" },
+    {
+      value: (value) => {
+        const now = readFaults(value);
+        faultMarks.value = marked(faultMarks.peek(), now, benchTime_s());
+        activeFaults.value = now;
+      },
     },
-  });
-  link.watch({ what: "runs" }, {
-    items: (items) => {
-      for (const item of items) takeRun(item);
+  );
+  link.watch(
+    { what: "runs" },
+    {
+      items: (items) => {
+        for (const item of items) takeRun(item);
+      },
     },
-  });
+  );
 }
 
 function takeRun(item: unknown): void {

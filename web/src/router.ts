@@ -4,13 +4,15 @@ import { signal } from "@preact/signals";
 
 function read(): string[] {
   const parts = window.location.hash.replace(/^#\/?/, "").split("/");
-  return parts.filter((part) => part !== "").map((part) => {
-    try {
-      return decodeURIComponent(part);
-    } catch {
-      return part;
-    }
-  });
+  return parts
+    .filter((part) => part !== "")
+    .map((part) => {
+      try {
+        return decodeURIComponent(part);
+      } catch {
+        return part;
+      }
+    });
 }
 
 /** View and what it shows: ["bench", "m1"]. */

@@ -31,9 +31,7 @@ export const link = new Link(VERSION, loadAgain);
 export const hello = link.hello;
 
 /** Devices of the bench, each with its first axis, and further axes, by name. */
-export const devices = computed<Map<string, DeviceRow>>(
-  () => new Map((hello.value?.devices ?? []).map((device) => [device.name, device])),
-);
+export const devices = computed<Map<string, DeviceRow>>(() => new Map((hello.value?.devices ?? []).map((device) => [device.name, device])));
 
 const RANK: Record<Role, number> = { viewer: 1, operator: 2, admin: 3 };
 
@@ -60,7 +58,11 @@ export function takeProgress(run: RunProgress): void {
 /** Ask for all runs that the bench remembers: those of before the page, and of others. */
 export async function readRuns(): Promise<void> {
   const told = await link.ask("runs", "").catch(() => null);
-  if (Array.isArray(told)) runs.value = told.map(readRun).filter((run) => run !== null).reverse();
+  if (Array.isArray(told))
+    runs.value = told
+      .map(readRun)
+      .filter((run) => run !== null)
+      .reverse();
 }
 
 /** Time of this page at which the status was told, in ms. */

@@ -101,7 +101,10 @@ describe("the line to a board", () => {
     desk.now_ms = 5600;
     desk.say("00\x12\r\nSAC>");
     expect(await speed).toEqual(["150\t2000"]);
-    expect(desk.operations).toEqual([{ kind: "begins", at_ms: 5000 }, { kind: "ends", at_ms: 5600 }]);
+    expect(desk.operations).toEqual([
+      { kind: "begins", at_ms: 5000 },
+      { kind: "ends", at_ms: 5600 },
+    ]);
     expect(desk.sent).toEqual([]);
   });
 

@@ -1,9 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { calibrationLine, factorText, judged } from "../src/views/companion/calibration";
 import { isRunning, withName, withOperation, type CommandTime } from "../src/views/companion/command_times";
-import {
-  afterBegin, afterEnd, afterLine, afterListing, runningText, STANDING, type Motion,
-} from "../src/views/companion/running_row";
+import { afterBegin, afterEnd, afterLine, afterListing, runningText, STANDING, type Motion } from "../src/views/companion/running_row";
 import { recalled, withIncoming, withSent } from "../src/views/companion/text_log";
 
 /** Rows that run, when these lines are typed and the commands begin and end one after the other. */
@@ -69,7 +67,11 @@ describe("times of commands", () => {
 
 describe("calibration", () => {
   const board = {
-    steps_per_rev: 200, microstep_exponent: 1, interrupt_overhead_us: 8, clock_correction_us: 0, slow_rpm: 10,
+    steps_per_rev: 200,
+    microstep_exponent: 1,
+    interrupt_overhead_us: 8,
+    clock_correction_us: 0,
+    slow_rpm: 10,
     is_network_swapped: false,
   };
 

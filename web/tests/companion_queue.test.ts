@@ -3,8 +3,25 @@ import { FileRefusal } from "../src/views/companion/file_problem";
 import { readOneShots, writeOneShots } from "../src/views/companion/oneshot_file";
 import { readQueue, writeQueue } from "../src/views/companion/queue_file";
 import {
-  changed, cleared, copiedText, deleted, inserted, moved, newQueue, pasted, redone, replacedByBoard, rowsOfText,
-  seenOnBoard, sentToBoard, setRow, undone, unsent, withCell, cellText, type QueueState,
+  changed,
+  cleared,
+  copiedText,
+  deleted,
+  inserted,
+  moved,
+  newQueue,
+  pasted,
+  redone,
+  replacedByBoard,
+  rowsOfText,
+  seenOnBoard,
+  sentToBoard,
+  setRow,
+  undone,
+  unsent,
+  withCell,
+  cellText,
+  type QueueState,
 } from "../src/views/companion/queue_model";
 import { decimal, isPossible, rowCommand, seedRow, type QueueRow } from "../src/views/companion/queue_row";
 import { readConfiguration, readListing, readSession, readSpeed } from "../src/views/companion/queue_screen";
@@ -17,14 +34,10 @@ const FORM = [
   " 4 , 10 , 0 , 1 , 69 , 4321 , 0 , .5 , 999 , 0 , 0 , 2400000 ",
   " 5 , 200 , 0 , 0 , 999 , 300 , 1 , .05 , 12.3 , 255 , 1 , 4294967295 ",
 ];
-const LINES = [
-  ...FORM,
-  ...Array.from({ length: 25 }, (_, index) => ` ${index + 6} , 200 , 0 , 1 , 100 , 3000 , 0 , 1 , 1 , 0 , 0 , 0 `),
-];
+const LINES = [...FORM, ...Array.from({ length: 25 }, (_, index) => ` ${index + 6} , 200 , 0 , 1 , 100 , 3000 , 0 , 1 , 1 , 0 , 0 , 0 `)];
 const bytes = (text: string) => new TextEncoder().encode(text);
 const FILE = bytes(LINES.map((line) => `${line}\r\n`).join(""));
-const withLine = (number: number, text: string) =>
-  bytes(LINES.map((line, index) => `${index + 1 === number ? text : line}\r\n`).join(""));
+const withLine = (number: number, text: string) => bytes(LINES.map((line, index) => `${index + 1 === number ? text : line}\r\n`).join(""));
 
 function refusal(run: () => unknown): string[] {
   try {
@@ -82,9 +95,7 @@ describe("queue files", () => {
     const within = refusal(() => readQueue(FILE.slice(0, FILE.length - 3), "q.txt"))[0];
     expect(within).toBe(`q.txt:30:${LINES[29]!.length}: the file ends in the middle of this row; it was cut off, copy it again`);
     const inRow2 = FILE.slice(0, bytes(`${LINES[0]}\r\n 2 , 60`).length);
-    expect(refusal(() => readQueue(inRow2, "q.txt"))[0]).toBe(
-      "q.txt:2:8: the file ends in the middle of this row; it was cut off, copy it again",
-    );
+    expect(refusal(() => readQueue(inRow2, "q.txt"))[0]).toBe("q.txt:2:8: the file ends in the middle of this row; it was cut off, copy it again");
     const after2 = FILE.slice(0, bytes(`${LINES[0]}\r\n${LINES[1]}\r\n`).length);
     expect(refusal(() => readQueue(after2, "q.txt"))[0]).toMatch(/^q\.txt:2:1: no row for position 3, 4,/);
   });
@@ -94,9 +105,7 @@ describe("queue files", () => {
   });
 
   test("that are no such files are refused", () => {
-    expect(refusal(() => readQueue(new Uint8Array(100_001), "q.txt"))[0]).toBe(
-      "q.txt:1:1: 100,001 bytes; a file of the companion has some thousand",
-    );
+    expect(refusal(() => readQueue(new Uint8Array(100_001), "q.txt"))[0]).toBe("q.txt:1:1: 100,001 bytes; a file of the companion has some thousand");
     expect(refusal(() => readQueue(new Uint8Array([0x89, 0x50, 0, 255]), "p.png"))).toHaveLength(3);
   });
 });
@@ -117,16 +126,12 @@ describe("one-shot files", () => {
 
   test("that are cut off are refused with line and column", () => {
     const cut = SHOTS.slice(0, bytes("xm1200v150ad\r\n\r\nv15").length);
-    expect(refusal(() => readOneShots(cut, "o.txt"))).toEqual([
-      "o.txt:3:4: the file ends in the middle of one-shot 3; it was cut off, copy it again",
-    ]);
+    expect(refusal(() => readOneShots(cut, "o.txt"))).toEqual(["o.txt:3:4: the file ends in the middle of one-shot 3; it was cut off, copy it again"]);
     expect(refusal(() => readOneShots(bytes(""), "o.txt"))).toEqual(["o.txt:1:1: the file is empty"]);
   });
 
   test("with lines that no board takes are refused", () => {
-    expect(refusal(() => readOneShots(bytes(`v1\r\n${"m".repeat(81)}\r\n`), "o.txt"))).toEqual([
-      "o.txt:2:81: 81 characters; a board takes 80 a line",
-    ]);
+    expect(refusal(() => readOneShots(bytes(`v1\r\n${"m".repeat(81)}\r\n`), "o.txt"))).toEqual(["o.txt:2:81: 81 characters; a board takes 80 a line"]);
     expect(refusal(() => readOneShots(bytes(`${"\r\n".repeat(100)}v1\r\n`), "o.txt"))[0]).toMatch(/^o\.txt:101:1: /);
     expect(refusal(() => readOneShots(bytes("v\x1b[2J\r\n"), "o.txt"))[0]).toMatch(/^o\.txt:1:2: the byte 0x1b/);
   });
@@ -147,9 +152,7 @@ describe("rows", () => {
   });
 
   test("have decimals as the files", () => {
-    expect([0, 1, 50, 100, 1047, 1050, 10000, 99900].map(decimal)).toEqual([
-      "0", ".01", ".5", "1", "10.47", "10.5", "100", "999",
-    ]);
+    expect([0, 1, 50, 100, 1047, 1050, 10000, 99900].map(decimal)).toEqual(["0", ".01", ".5", "1", "10.47", "10.5", "100", "999"]);
   });
 
   test("take numbers within their limits", () => {
@@ -182,7 +185,11 @@ describe("the editor", () => {
     expect(steps(inserted(loaded, 2, [seed]))).toEqual([800, 200, 600, 2000, 10, 200]);
     expect(steps(deleted(loaded, 1, 2), 3)).toEqual([2000, 10, 200]);
     expect(steps(moved(loaded, 1, 2, 3))).toEqual([2000, 10, 800, 600, 200, 200]);
-    expect(moved(loaded, 1, 2, 99).rows.slice(28).map((row) => row.steps)).toEqual([800, 600]);
+    expect(
+      moved(loaded, 1, 2, 99)
+        .rows.slice(28)
+        .map((row) => row.steps),
+    ).toEqual([800, 600]);
     expect(steps(moved(loaded, 3, 3, 2))).toEqual([800, 2000, 600, 10, 200, 200]);
     expect(steps(pasted(loaded, 3, rows.slice(0, 2)))).toEqual([800, 600, 800, 600, 200, 200]);
     expect(steps(pasted(loaded, 30, rows.slice(0, 2)))).toEqual(steps(loaded));
@@ -226,11 +233,13 @@ describe("the editor", () => {
 describe("screens", () => {
   const RULE = "=".repeat(70);
   const listing = (last: string) => [
-    "Q\tSteps\t\tRPM\tCycle\t Acc\tDec\tusteps\t deltaT", RULE,
+    "Q\tSteps\t\tRPM\tCycle\t Acc\tDec\tusteps\t deltaT",
+    RULE,
     "1\t800\t CW\t150\t2000\t 1.00\t1.00\t0\t  3000",
     "2\t600\t+CCW\t69\t4321\t*10.47\t0.50\t255\ts 4294967295",
     ...Array.from({ length: 28 }, (_, index) => `${index + 3}\t200\t CW\t100\t3000\t 1.00\t1.00\t0\t  0`),
-    RULE, last,
+    RULE,
+    last,
   ];
 
   test("the listing is read", () => {
@@ -239,8 +248,17 @@ describe("screens", () => {
     expect(read.at).toBe(7);
     expect(read.rows).toHaveLength(30);
     expect(read.rows[1]).toEqual({
-      steps: 600, is_ccw: true, is_full: false, rpm: 69, cycle_us: 4321, is_linear: true,
-      acc_hundredths: 1047, dec_hundredths: 50, extra_pulses: 255, is_sync: true, wait_us: 4294967295,
+      steps: 600,
+      is_ccw: true,
+      is_full: false,
+      rpm: 69,
+      cycle_us: 4321,
+      is_linear: true,
+      acc_hundredths: 1047,
+      dec_hundredths: 50,
+      extra_pulses: 255,
+      is_sync: true,
+      wait_us: 4294967295,
     });
   });
 
@@ -254,11 +272,20 @@ describe("screens", () => {
 
   test("configuration, session and speed are read", () => {
     const screen = [
-      "Config:", "A autorun\t0\ta sprf\t\t400", "E network\t0\te dec\t\t1.00", "H ihd\t\t8\th ops\t\t100100",
-      "I xclk\t\t3\ti soft_ops\t0", "J ustep\t\t2\tj ACK\t\t1", "L slow\t\t10",
+      "Config:",
+      "A autorun\t0\ta sprf\t\t400",
+      "E network\t0\te dec\t\t1.00",
+      "H ihd\t\t8\th ops\t\t100100",
+      "I xclk\t\t3\ti soft_ops\t0",
+      "J ustep\t\t2\tj ACK\t\t1",
+      "L slow\t\t10",
     ];
     expect(readConfiguration(screen)).toEqual({
-      steps_per_rev: 400, microstep_exponent: 2, interrupt_overhead_us: 8, clock_correction_us: 3, slow_rpm: 10,
+      steps_per_rev: 400,
+      microstep_exponent: 2,
+      interrupt_overhead_us: 8,
+      clock_correction_us: 3,
+      slow_rpm: 10,
       is_network_swapped: false,
     });
     expect(readConfiguration(["login:"])).toBeUndefined();

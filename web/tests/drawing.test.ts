@@ -12,10 +12,28 @@ const ANSWER = {
     { letter: "x", axis: "m1", unit: "mm", deg_per_unit: 9, zero_deg: 0 },
     { letter: "y", axis: "m2", unit: "mm", deg_per_unit: -9, zero_deg: 5 },
   ],
-  path: { places: [0, 0, 10, 0, 10, 10, 0, 10, 0, 0], count: 5, rapids: [[1, 2]], lines: [[1, 2], [2, 3], [3, 5]], is_whole: true },
+  path: {
+    places: [0, 0, 10, 0, 10, 10, 0, 10, 0, 0],
+    count: 5,
+    rapids: [[1, 2]],
+    lines: [
+      [1, 2],
+      [2, 3],
+      [3, 5],
+    ],
+    is_whole: true,
+  },
   runs: [
     { text: "{}", duration_s: 1, timeline: [[0, 2]], pause_line: 2 },
-    { text: "{}", duration_s: 2, timeline: [[0, 3], [1.5, 5]], pause_line: null },
+    {
+      text: "{}",
+      duration_s: 2,
+      timeline: [
+        [0, 3],
+        [1.5, 5],
+      ],
+      pause_line: null,
+    },
   ],
 };
 
@@ -31,7 +49,10 @@ describe("a drawing", () => {
   });
 
   it("has problems instead", () => {
-    expect(readDrawing({ problems: ["p:1:2: what (this)"], of: "machine" })).toEqual({ of: "machine", problems: [{ line: 1, column: 2, text: "what (this)" }] });
+    expect(readDrawing({ problems: ["p:1:2: what (this)"], of: "machine" })).toEqual({
+      of: "machine",
+      problems: [{ line: 1, column: 2, text: "what (this)" }],
+    });
   });
 
   it.each([null, 3, [], {}, { axes: [1] }, { axes: [{}], path: 3 }, "x"])("is none: %j", (raw) => {
@@ -57,8 +78,31 @@ function circle() {
   const places = [0, 0];
   for (let degree = 0; degree <= 360; degree++) places.push(20 * Math.cos((degree * Math.PI) / 180), 20 * Math.sin((degree * Math.PI) / 180));
   const count = places.length / 2;
-  const runs = [{ text: "{}", duration_s: 5.3, timeline: [[0, 2], [0.3, 4]], pause_line: null }];
-  const made = readDrawing({ ...ANSWER, path: { places, count, rapids: [[1, 2]], lines: [[1, 2], [2, 4]], is_whole: true }, runs });
+  const runs = [
+    {
+      text: "{}",
+      duration_s: 5.3,
+      timeline: [
+        [0, 2],
+        [0.3, 4],
+      ],
+      pause_line: null,
+    },
+  ];
+  const made = readDrawing({
+    ...ANSWER,
+    path: {
+      places,
+      count,
+      rapids: [[1, 2]],
+      lines: [
+        [1, 2],
+        [2, 4],
+      ],
+      is_whole: true,
+    },
+    runs,
+  });
   if (!made || "problems" in made) throw new Error("no drawing");
   return made;
 }

@@ -10,7 +10,10 @@ describe("fault marks", () => {
     const second = marked(first, [fault(1, 3), fault(2)], 6);
     expect(second).toMatchObject([{ end_s: null }, { number: 2, begin_s: 6, end_s: null }]);
     const third = marked(second, [fault(2)], 7);
-    expect(third).toMatchObject([{ number: 1, begin_s: 3, end_s: 7 }, { number: 2, end_s: null }]);
+    expect(third).toMatchObject([
+      { number: 1, begin_s: 3, end_s: 7 },
+      { number: 2, end_s: null },
+    ]);
     expect(marked(third, [fault(1), fault(2)], 8)).toHaveLength(3);
   });
 
@@ -22,7 +25,11 @@ describe("fault marks", () => {
     expect(readFaults([{ number: 1, kind: "k", target: "t", parameters: {}, begin_ns: 2.5e9 }])).toMatchObject([{ begin_s: 2.5 }]);
   });
 
-  it.each([[3, 4, "3.0 s to 4.0 s"], [3, 3, "at 3.0 s"], [3, null, "since 3.0 s"]])("from %d to %d is %s", (begin_s, end_s, text) => {
+  it.each([
+    [3, 4, "3.0 s to 4.0 s"],
+    [3, 3, "at 3.0 s"],
+    [3, null, "since 3.0 s"],
+  ])("from %d to %d is %s", (begin_s, end_s, text) => {
     expect(timesText({ ...fault(1), begin_s, end_s })).toBe(text);
   });
 });

@@ -28,7 +28,11 @@ describe("binary messages", () => {
   it("reads the blocks of all watches, also of other widths and without rows", () => {
     const message = joined(samples(7, 0, 2, [0.5, 1, 2]), samples(8, 1, 1, []), samples(9, 2, 1, [0.5, 6, 0.6, 7]));
     const blocks = readBinary(message) ?? [];
-    expect(blocks).toMatchObject([{ watch: 7, rows: 1 }, { watch: 8, rows: 0, lost: 1 }, { watch: 9, rows: 2, columns: 2 }]);
+    expect(blocks).toMatchObject([
+      { watch: 7, rows: 1 },
+      { watch: 8, rows: 0, lost: 1 },
+      { watch: 9, rows: 2, columns: 2 },
+    ]);
     expect(blocks.map((block) => block.kind === "samples" && [...block.values])).toEqual([[0.5, 1, 2], [], [0.5, 6, 0.6, 7]]);
   });
 

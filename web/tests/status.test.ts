@@ -23,14 +23,25 @@ describe("what the bench tells of itself", () => {
   });
 
   it.each(GARBAGE)("is nothing where it is %j", (garbage) => {
-    for (const raw of [garbage, { sim_ns: garbage, health: garbage, devices: garbage }, { devices: [garbage], health: { state: garbage, problems: garbage } }]) {
+    for (const raw of [
+      garbage,
+      { sim_ns: garbage, health: garbage, devices: garbage },
+      { devices: [garbage], health: { state: garbage, problems: garbage } },
+    ]) {
       expect(readStatus(raw).devices).toEqual([]);
     }
     expect(readStatus({ devices: [{ device: "m1", snapshots: garbage, snapshot: garbage, rx_bytes: garbage }] }).devices).toHaveLength(1);
     expect(readFaults([garbage, { number: garbage, kind: "k", target: "t" }]).length).toBeLessThanOrEqual(1);
     expect(readRun(garbage)).toBeNull();
     expect(readRun({ run: "a", axes: { m1: garbage }, steps: garbage })?.axes["m1"]?.at_end).toBeNull();
-    expect(readHello({ devices: [{ name: "m1", fields: [garbage], inputs: garbage, verbs: { v: garbage } }], ports: [garbage], segments: [garbage], fault_kinds: [garbage] }).devices).toHaveLength(1);
+    expect(
+      readHello({
+        devices: [{ name: "m1", fields: [garbage], inputs: garbage, verbs: { v: garbage } }],
+        ports: [garbage],
+        segments: [garbage],
+        fault_kinds: [garbage],
+      }).devices,
+    ).toHaveLength(1);
   });
 });
 
@@ -39,13 +50,23 @@ describe("runs", () => {
 
   it("stay in their places while they go on", () => {
     const names = [run("a", 1), run("b", 1), run("a", 2), run("b", 2)].reduce<RunProgress[]>(withRun, []);
-    expect(names.map(({ run, step }) => [run, step])).toEqual([["b", 2], ["a", 2]]);
+    expect(names.map(({ run, step }) => [run, step])).toEqual([
+      ["b", 2],
+      ["a", 2],
+    ]);
   });
 });
 
 describe("pins", () => {
   const field = (name: string, meaning = "") => ({ name, type: "i32", unit: "", meaning, is_settable: false, is_state: true });
-  const device = (inputs: Record<string, string>, fields: ReturnType<typeof field>[]) => ({ name: "u1", profile: "uno", is_real: false, verbs: {}, fields, inputs });
+  const device = (inputs: Record<string, string>, fields: ReturnType<typeof field>[]) => ({
+    name: "u1",
+    profile: "uno",
+    is_real: false,
+    verbs: {},
+    fields,
+    inputs,
+  });
 
   it("of a microcontroller are bits of one field", () => {
     const pins = pinsOf(device({ D2: "", D13: "", A0: "" }, [field("pin_levels")]));
@@ -68,7 +89,13 @@ describe("pins", () => {
 });
 
 describe("bounds", () => {
-  it.each([[2 ** 53, "2^53"], [86400, "86400"], [1e18, "1000000000000000000"], [0.001, "0.001"], [1e12, "1000000000000"]])("%d is %s", (bound, text) => {
+  it.each([
+    [2 ** 53, "2^53"],
+    [86400, "86400"],
+    [1e18, "1000000000000000000"],
+    [0.001, "0.001"],
+    [1e12, "1000000000000"],
+  ])("%d is %s", (bound, text) => {
     expect(plain(bound)).toBe(text);
   });
 });

@@ -4,14 +4,35 @@ import { hexPairs, modbusCrc, readHex, sacCrc, sacPacket } from "../src/views/wi
 import { BenchClock, timeLine } from "../src/views/wire/time_line";
 
 function packet(at_s: number, more: Partial<WirePacket> = {}): WirePacket {
-  return { number: 1, at_s, from: "s1", to: "85", by: ["s1"], hex: "02550103", text: "1 -> 85 m3000", error: null, duration_s: 0.1, isUnfinished: false, ...more };
+  return {
+    number: 1,
+    at_s,
+    from: "s1",
+    to: "85",
+    by: ["s1"],
+    hex: "02550103",
+    text: "1 -> 85 m3000",
+    error: null,
+    duration_s: 0.1,
+    isUnfinished: false,
+    ...more,
+  };
 }
 
 describe("the log", () => {
   test("reads what the door tells, and passes over what is no packet", () => {
     const told = { at_s: 1.5, from: 1, to: null, hex: "02", text: "x", error: null, duration_s: -1 };
     expect(readPacket(told, 7)).toEqual({
-      number: 7, at_s: 1.5, from: "1", to: "", by: ["1"], hex: "02", text: "x", error: null, duration_s: 0, isUnfinished: false,
+      number: 7,
+      at_s: 1.5,
+      from: "1",
+      to: "",
+      by: ["1"],
+      hex: "02",
+      text: "x",
+      error: null,
+      duration_s: 0,
+      isUnfinished: false,
     });
     for (const item of [null, 5, "x", {}, { at_s: "soon" }]) expect(readPacket(item, 1)).toBeUndefined();
     expect(readPacket({ at_s: 1, error: "" }, 1)?.error).toBe("error");

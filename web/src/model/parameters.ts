@@ -74,10 +74,7 @@ function checkNumber(row: ParameterRow, typed: string, isWhole: boolean): Checke
 }
 
 /** Check all fields of a form: the values to send, and problems by name. */
-export function checkAll(
-  rows: ParameterRow[],
-  typed: Record<string, string>,
-): { values: Record<string, unknown>; problems: Record<string, string> } {
+export function checkAll(rows: ParameterRow[], typed: Record<string, string>): { values: Record<string, unknown>; problems: Record<string, string> } {
   const values: Record<string, unknown> = {};
   const problems: Record<string, string> = {};
   for (const row of rows) {

@@ -31,7 +31,11 @@ export interface Status {
 /** Read the answer of the operation `status`; what has another form than it should is left out. */
 export function readStatus(raw: unknown): Status {
   const told = object(raw);
-  const status: Status = { devices: list(told["devices"]).map(readDevice).filter((row) => row !== null) };
+  const status: Status = {
+    devices: list(told["devices"])
+      .map(readDevice)
+      .filter((row) => row !== null),
+  };
   for (const name of ["sim_ns", "elapsed_ns", "speed"] as const) {
     const value = told[name];
     if (typeof value === "number" && Number.isFinite(value)) status[name] = value;

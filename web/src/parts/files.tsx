@@ -35,7 +35,12 @@ export function LoadButton({ label, isDisabled = false, take }: LoadProps) {
         {label}
       </button>
       <input
-        ref={input} type="file" class="out-of-sight" tabIndex={-1} accept=".txt,.csv,text/plain" aria-label={label}
+        ref={input}
+        type="file"
+        class="out-of-sight"
+        tabIndex={-1}
+        accept=".txt,.csv,text/plain"
+        aria-label={label}
         onChange={(event) => void chosen(event.currentTarget.files)}
       />
     </>

@@ -82,9 +82,7 @@ interface FieldProps {
 
 function Field({ id, row, text, problem, onChange }: FieldProps) {
   const limits = limitsOf(row);
-  const hint = [row.about, limits, isOptional(row) && !("default" in row && row.default != null) ? "may be left out" : ""]
-    .filter(Boolean)
-    .join("; ");
+  const hint = [row.about, limits, isOptional(row) && !("default" in row && row.default != null) ? "may be left out" : ""].filter(Boolean).join("; ");
   return (
     <div class="parameter">
       <label htmlFor={id}>

@@ -17,7 +17,10 @@ export const WORDS: [string, string][] = [
   ["simulated time", "The bench's own clock. All plots have it on their axis; it stands while the bench is late."],
   ["late", "How far the simulated time is behind the wall clock."],
   ["lag", "How far a board's firmware is behind the simulated time, in ms; and in the status, how late its work was done."],
-  ["ok / late / failed", "Health of the bench: it keeps up and all boards run; answers come late; or something has stopped. A click says what, and what helps."],
+  [
+    "ok / late / failed",
+    "Health of the bench: it keeps up and all boards run; answers come late; or something has stopped. A click says what, and what helps.",
+  ],
   ["segment", "An RS485 wire with several stations."],
   ["queue", "The 30 rows of motion that a SAC keeps. A command of motion goes to the next place of it."],
   ["one-shot", "A command of a SAC that runs at once, and leaves the queue as it is."],

@@ -25,17 +25,12 @@ const SETPOINTS = ["to_be_deg", "commanded_deg", "set_point_deg", "target_deg", 
 
 export function setpointOf(device: DeviceRow): string | undefined {
   const names = new Set(device.fields.map((field) => field.name));
-  return (
-    SETPOINTS.find((name) => names.has(name)) ??
-    device.fields.find((field) => field.unit === "deg" && /^set-point/.test(field.meaning))?.name
-  );
+  return SETPOINTS.find((name) => names.has(name)) ?? device.fields.find((field) => field.unit === "deg" && /^set-point/.test(field.meaning))?.name;
 }
 
 export function usualFields(device: DeviceRow): string[] {
   const setpoint = setpointOf(device);
-  return device.fields
-    .map((field) => field.name)
-    .filter((name) => name === setpoint || USUAL.includes(name));
+  return device.fields.map((field) => field.name).filter((name) => name === setpoint || USUAL.includes(name));
 }
 
 /** Fields that can be drawn: all but the time itself. */

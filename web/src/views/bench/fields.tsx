@@ -47,7 +47,9 @@ export function Fields({ device }: { device: DeviceRow }) {
           <thead>
             <tr>
               <th scope="col">field</th>
-              <th scope="col" class="num">value</th>
+              <th scope="col" class="num">
+                value
+              </th>
               <th scope="col">unit</th>
             </tr>
           </thead>

@@ -165,10 +165,18 @@ function ResponseView({ responses }: { responses: Responses }) {
           <thead>
             <tr>
               <th scope="col">response</th>
-              <th scope="col" class="num" title="from 10 to 90 %">rise</th>
-              <th scope="col" class="num">overshoot</th>
-              <th scope="col" class="num" title="within 2 % for good">settled</th>
-              <th scope="col" class="num" title="at the end">error</th>
+              <th scope="col" class="num" title="from 10 to 90 %">
+                rise
+              </th>
+              <th scope="col" class="num">
+                overshoot
+              </th>
+              <th scope="col" class="num" title="within 2 % for good">
+                settled
+              </th>
+              <th scope="col" class="num" title="at the end">
+                error
+              </th>
             </tr>
           </thead>
           <tbody>
@@ -186,7 +194,9 @@ function ResponseRow({ name, trace, response }: { name: string; trace: number; r
   const { rise_s, overshoot_percent, settling_s, finalError } = response.figures;
   return (
     <tr>
-      <th scope="row" class={`trace trace-${trace}`}>{name}</th>
+      <th scope="row" class={`trace trace-${trace}`}>
+        {name}
+      </th>
       <td class="num">{shown(rise_s * 1000, 1)} ms</td>
       <td class="num">{shown(overshoot_percent, 1)} %</td>
       <td class="num">{Number.isNaN(settling_s) ? "never" : `${shown(settling_s * 1000, 1)} ms`}</td>
@@ -203,7 +213,14 @@ function drawResponses(place: HTMLElement, before: StepResponse | null, after: S
   if (before) tables.push([before.times_s, before.position_deg]);
   if (after) tables.push([after.times_s, after.position_deg, after.setpoint_deg]);
   const series: uPlot.Series[] = [{}];
-  const line = (label: string, stroke: string, dash?: number[]): uPlot.Series => ({ label, stroke, width: 1.5, spanGaps: true, points: { show: false }, ...(dash ? { dash } : {}) });
+  const line = (label: string, stroke: string, dash?: number[]): uPlot.Series => ({
+    label,
+    stroke,
+    width: 1.5,
+    spanGaps: true,
+    points: { show: false },
+    ...(dash ? { dash } : {}),
+  });
   if (before) series.push(line("before", colours.traces[1]!));
   if (after) series.push(line("after", colours.traces[0]!), line("set-point", colours.soft, [4, 4]));
   return new uPlot(

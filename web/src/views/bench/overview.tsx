@@ -111,4 +111,3 @@ function tell(place: HTMLElement | null, value: number, digits: number): void {
   const text = shown(value, digits);
   if (place && place.textContent !== text) place.textContent = text;
 }
-

@@ -17,9 +17,7 @@ export function Pins({ device }: { device: DeviceRow }) {
   useEffect(() => feedOf(device.name).want(fields), [device.name, fields.join(" ")]);
   return (
     <>
-      <p class="soft">
-        The last 5 s, looked at {RATE_HZ} times a second: shorter pulses are not seen.
-      </p>
+      <p class="soft">The last 5 s, looked at {RATE_HZ} times a second: shorter pulses are not seen.</p>
       <ul class="pins" aria-label={`Pins of ${device.name}`}>
         {pins.map((pin) => (
           <PinView key={pin.name} device={device.name} pin={pin} />

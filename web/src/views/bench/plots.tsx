@@ -89,11 +89,7 @@ function Controls({ model, made, panes }: { model: PlotModel; made: Map<string, 
       </button>
       <label>
         <span class="out-of-sight">Shown time</span>
-        <select
-          value={String(model.window_s.value)}
-          disabled={isPaused}
-          onChange={(event) => (model.window_s.value = Number(event.currentTarget.value))}
-        >
+        <select value={String(model.window_s.value)} disabled={isPaused} onChange={(event) => (model.window_s.value = Number(event.currentTarget.value))}>
           {WINDOWS_s.map((window_s) => (
             <option key={window_s} value={String(window_s)}>
               {window_s} s
@@ -247,9 +243,15 @@ function Cursors({ model }: { model: PlotModel }) {
         <thead>
           <tr>
             <th scope="col">field</th>
-            <th scope="col" class="num">A</th>
-            <th scope="col" class="num">B</th>
-            <th scope="col" class="num">B − A</th>
+            <th scope="col" class="num">
+              A
+            </th>
+            <th scope="col" class="num">
+              B
+            </th>
+            <th scope="col" class="num">
+              B − A
+            </th>
             <th scope="col">unit</th>
           </tr>
         </thead>

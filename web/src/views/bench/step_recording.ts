@@ -32,7 +32,10 @@ export async function recordStep(device: DeviceRow, step_deg: number, length_s: 
   const position = device.fields.some((field) => field.name === "yw") ? "yw" : "position_deg";
   const done = new Promise<number>((resolve, reject) => {
     let stepped_s = NaN;
-    const timer = setTimeout(() => reject(new Refused("failed", "the set-point did not step: is the board at its main menu, and is it calibrated?")), LATE_ms + length_s * 1000);
+    const timer = setTimeout(
+      () => reject(new Refused("failed", "the set-point did not step: is the board at its main menu, and is it calibrated?")),
+      LATE_ms + length_s * 1000,
+    );
     const watch = link.watch(
       { what: "samples", target: device.name, fields: [setpoint, position], rate_Hz: RATE_HZ },
       {

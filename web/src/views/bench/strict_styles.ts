@@ -25,8 +25,7 @@ function sheetElement(): HTMLElement {
 /** Do something meanwhile style elements that are made become adopted sheets. */
 export function withSheets(work: () => void): void {
   const make = Document.prototype.createElement;
-  const strict = (name: string, options?: ElementCreationOptions) =>
-    name === "style" ? sheetElement() : make.call(document, name, options);
+  const strict = (name: string, options?: ElementCreationOptions) => (name === "style" ? sheetElement() : make.call(document, name, options));
   const own = document as { createElement?: typeof strict };
   own.createElement = strict;
   try {

@@ -9,13 +9,9 @@ import { BoardLink, LinkError, QUESTION, type AskOptions, type LinkState, type O
 import { Calibrator } from "./calibrator";
 import { withName, withOperation, type CommandTime } from "./command_times";
 import { QueueSync } from "./queue_sync";
-import {
-  readConfiguration, readListing, readSession, readSpeed, type Configuration,
-} from "./queue_screen";
+import { readConfiguration, readListing, readSession, readSpeed, type Configuration } from "./queue_screen";
 import { ONE_SHOTS } from "./oneshot_file";
-import {
-  afterBegin, afterEnd, afterLine, afterListing, runningText, STANDING, type Motion,
-} from "./running_row";
+import { afterBegin, afterEnd, afterLine, afterListing, runningText, STANDING, type Motion } from "./running_row";
 import { withIncoming, withSent, type SentLine } from "./text_log";
 
 const TICK_MS = 100;
@@ -227,8 +223,16 @@ export class BoardSession {
     const now_ms = performance.now();
     if (!this.line.isIdle || this.isWorking || this.calibrator.running.peek()) return;
     const isSettled = now_ms - this.typedAt_ms >= SETTLED_MS;
-    if (this.areSettingsStale && isSettled) void this.work(() => this.readSettings(), () => (this.areSettingsStale = true));
-    else if (this.isStale && isSettled && !this.isTimed()) void this.work(() => this.readQueue(), () => (this.isStale = true));
+    if (this.areSettingsStale && isSettled)
+      void this.work(
+        () => this.readSettings(),
+        () => (this.areSettingsStale = true),
+      );
+    else if (this.isStale && isSettled && !this.isTimed())
+      void this.work(
+        () => this.readQueue(),
+        () => (this.isStale = true),
+      );
     else if (this.wantsLook(now_ms)) void this.work(() => this.look(now_ms));
   }
 
@@ -269,7 +273,8 @@ export class BoardSession {
       return;
     }
     this.movedAt_ms = performance.now();
-    if (!this.isOpsOn && motion.running === undefined) this.motion.value = { ...motion, running: motion.urgent[0] ?? "unknown", urgent: motion.urgent.slice(1) };
+    if (!this.isOpsOn && motion.running === undefined)
+      this.motion.value = { ...motion, running: motion.urgent[0] ?? "unknown", urgent: motion.urgent.slice(1) };
     await this.readQueue(true);
     this.times.value = withName(this.times.peek(), runningText(this.motion.peek().running));
   }

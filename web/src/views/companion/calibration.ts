@@ -44,9 +44,8 @@ export function judged(rpm: number, board: Configuration, measured_ms: number): 
   if (correction_us === 0) {
     return { ...found, remedy: "", judgement: "less than half a microsecond a pulse: nothing to correct" };
   }
-  const [what, remedy] = correction_us > 0
-    ? ["too fast", `$CI${board.clock_correction_us + correction_us}`]
-    : ["too slow", `$CH${board.interrupt_overhead_us - correction_us}`];
+  const [what, remedy] =
+    correction_us > 0 ? ["too fast", `$CI${board.clock_correction_us + correction_us}`] : ["too slow", `$CH${board.interrupt_overhead_us - correction_us}`];
   return { ...found, remedy, judgement: `${what}: ${remedy}, then $R` };
 }
 

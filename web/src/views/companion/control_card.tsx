@@ -23,7 +23,9 @@ export function ControlCard({ session, isDisabled }: Props) {
   );
   return (
     <section class="card" aria-labelledby="control-title">
-      <h2 id="control-title" class="out-of-sight">Control</h2>
+      <h2 id="control-title" class="out-of-sight">
+        Control
+      </h2>
       <div class="stops">
         <button type="button" class="stop" disabled={isDisabled} title="Stop at once; nothing goes on (S)" onClick={() => void session.stop("S")}>
           STOP
@@ -57,7 +59,10 @@ function OpsSwitch({ session, isDisabled }: Props) {
   const isOn = session.isOpsOn;
   return (
     <button
-      type="button" aria-pressed={isOn} disabled={isDisabled} onClick={() => void session.type(isOn ? "$O0" : "$O1")}
+      type="button"
+      aria-pressed={isOn}
+      disabled={isDisabled}
+      onClick={() => void session.type(isOn ? "$O0" : "$O1")}
       title="soft_ops: the board tells by DC1 and DC2 when a command begins and ends. Switching ends all motion."
     >
       Ops {isOn ? "on" : "off"}
@@ -69,7 +74,10 @@ function GapSwitch({ session, isDisabled }: Props) {
   const isOn = session.settings.value.get("GAP") === "1";
   return (
     <button
-      type="button" aria-pressed={isOn} disabled={isDisabled} onClick={() => void session.type("g")}
+      type="button"
+      aria-pressed={isOn}
+      disabled={isDisabled}
+      onClick={() => void session.type("g")}
       title="GAP testing: whether a late command begins from slow speed (g)"
     >
       GAP {isOn ? "on" : "off"}
@@ -96,7 +104,11 @@ function LoopBox({ session, isDisabled }: Props) {
     <label>
       {label}
       <input
-        class="small" inputMode="numeric" value={text} disabled={isDisabled} aria-invalid={!isRow(text)}
+        class="small"
+        inputMode="numeric"
+        value={text}
+        disabled={isDisabled}
+        aria-invalid={!isRow(text)}
         title={`1 to 30; Enter or a double click registers it (${line})`}
         onInput={(event) => put(event.currentTarget.value)}
         onDblClick={() => register(line, text)}
@@ -113,8 +125,13 @@ function LoopBox({ session, isDisabled }: Props) {
         <label>
           Passes
           <input
-            class="small" inputMode="numeric" value={passes} disabled={isDisabled} aria-invalid={!arePassesGood}
-            title="0: until it is stopped; up to 65535" onInput={(event) => setPasses(event.currentTarget.value)}
+            class="small"
+            inputMode="numeric"
+            value={passes}
+            disabled={isDisabled}
+            aria-invalid={!arePassesGood}
+            title="0: until it is stopped; up to 65535"
+            onInput={(event) => setPasses(event.currentTarget.value)}
           />
         </label>
         <button type="button" class="primary" disabled={isDisabled || !isGood || !arePassesGood} onClick={() => void run()}>
@@ -137,7 +154,10 @@ function RunRow({ session, isDisabled }: Props) {
   const [list, setList] = useState("");
   const [passes, setPasses] = useState("1");
   const isRow = /^\d+$/.test(row) && Number(row) >= 1 && Number(row) <= 30;
-  const rows = list.split(/[\s,]+/).filter(Boolean).map(Number);
+  const rows = list
+    .split(/[\s,]+/)
+    .filter(Boolean)
+    .map(Number);
   const isList = rows.length > 0 && rows.length <= 30 && rows.every((each) => Number.isInteger(each) && each >= 1 && each <= 30);
   const arePassesGood = /^\d+$/.test(passes) && Number(passes) <= 65535;
   const runList = async () => {
@@ -150,7 +170,14 @@ function RunRow({ session, isDisabled }: Props) {
       <div class="row">
         <label>
           Row
-          <input class="small" inputMode="numeric" value={row} disabled={isDisabled} aria-invalid={!isRow} onInput={(event) => setRow(event.currentTarget.value)} />
+          <input
+            class="small"
+            inputMode="numeric"
+            value={row}
+            disabled={isDisabled}
+            aria-invalid={!isRow}
+            onInput={(event) => setRow(event.currentTarget.value)}
+          />
         </label>
         <button type="button" disabled={isDisabled || !isRow} title="Run this row now, then go on (x)" onClick={() => void session.type(`x${Number(row)}`)}>
           Run row
@@ -158,15 +185,32 @@ function RunRow({ session, isDisabled }: Props) {
         <label>
           List
           <input
-            value={list} placeholder="1 3 7 5" disabled={isDisabled} aria-invalid={list !== "" && !isList}
-            title="up to 30 rows, in any order" onInput={(event) => setList(event.currentTarget.value)}
+            value={list}
+            placeholder="1 3 7 5"
+            disabled={isDisabled}
+            aria-invalid={list !== "" && !isList}
+            title="up to 30 rows, in any order"
+            onInput={(event) => setList(event.currentTarget.value)}
           />
         </label>
         <label>
           Passes
-          <input class="small" inputMode="numeric" value={passes} disabled={isDisabled} aria-invalid={!arePassesGood} title="0: until it is stopped" onInput={(event) => setPasses(event.currentTarget.value)} />
+          <input
+            class="small"
+            inputMode="numeric"
+            value={passes}
+            disabled={isDisabled}
+            aria-invalid={!arePassesGood}
+            title="0: until it is stopped"
+            onInput={(event) => setPasses(event.currentTarget.value)}
+          />
         </label>
-        <button type="button" disabled={isDisabled || !isList || !arePassesGood} title="Program the xRef array and run it (xp, xl)" onClick={() => void runList()}>
+        <button
+          type="button"
+          disabled={isDisabled || !isList || !arePassesGood}
+          title="Program the xRef array and run it (xp, xl)"
+          onClick={() => void runList()}
+        >
           Run list
         </button>
       </div>
@@ -194,21 +238,41 @@ function Continuous({ session, isDisabled }: Props) {
         <label>
           {rpm} RPM
           <input
-            type="range" min={1} max={600} value={rpm} disabled={isDisabled} aria-label="Velocity in RPM"
+            type="range"
+            min={1}
+            max={600}
+            value={rpm}
+            disabled={isDisabled}
+            aria-label="Velocity in RPM"
             onInput={(event) => slide(Number(event.currentTarget.value), 0)}
           />
         </label>
         <label>
           {cycle_us} us
           <input
-            type="range" min={-100} max={100} value={trim_us} disabled={isDisabled} aria-label="Fine adjustment of the cycle in us"
+            type="range"
+            min={-100}
+            max={100}
+            value={trim_us}
+            disabled={isDisabled}
+            aria-label="Fine adjustment of the cycle in us"
             onInput={(event) => slide(rpm, Number(event.currentTarget.value))}
           />
         </label>
-        <button type="button" disabled={isDisabled} title="Turn clockwise until it is stopped" onClick={() => void session.type(`xm0v${trim_us ? `c${cycle_us}` : rpm}`)}>
+        <button
+          type="button"
+          disabled={isDisabled}
+          title="Turn clockwise until it is stopped"
+          onClick={() => void session.type(`xm0v${trim_us ? `c${cycle_us}` : rpm}`)}
+        >
           CW
         </button>
-        <button type="button" disabled={isDisabled} title="Turn counter-clockwise until it is stopped" onClick={() => void session.type(`xm-0v${trim_us ? `c${cycle_us}` : rpm}`)}>
+        <button
+          type="button"
+          disabled={isDisabled}
+          title="Turn counter-clockwise until it is stopped"
+          onClick={() => void session.type(`xm-0v${trim_us ? `c${cycle_us}` : rpm}`)}
+        >
           CCW
         </button>
       </div>
@@ -231,7 +295,10 @@ function Calibrate({ session, isDisabled }: Props) {
           const caption = now?.rpm === rpm ? `${Math.floor(now.elapsed_s)} of ${CALIBRATION_S} s` : result ? result.factor.toFixed(6) : String(rpm);
           return (
             <button
-              key={rpm} type="button" disabled={isDisabled || now !== undefined} onClick={() => board && void session.calibrator.run(rpm, board)}
+              key={rpm}
+              type="button"
+              disabled={isDisabled || now !== undefined}
+              onClick={() => board && void session.calibrator.run(rpm, board)}
               aria-label={`Calibrate at ${rpm} RPM${result ? `: factor ${factorText(result)}` : ""}`}
               title={result ? `${rpm} RPM: factor ${factorText(result)}; ${result.judgement}` : `Run a minute at ${rpm} RPM without a ramp, and time it`}
             >
@@ -241,12 +308,21 @@ function Calibrate({ session, isDisabled }: Props) {
         })}
         {now && <progress value={now.elapsed_s} max={CALIBRATION_S} aria-label={`Calibration at ${now.rpm} RPM`} />}
         {last && (
-          <button type="button" disabled={isDisabled || now !== undefined} title={`${last.judgement}: sent to the board, which starts anew`} onClick={() => void session.correct(last.remedy)}>
+          <button
+            type="button"
+            disabled={isDisabled || now !== undefined}
+            title={`${last.judgement}: sent to the board, which starts anew`}
+            onClick={() => void session.correct(last.remedy)}
+          >
             Correct: {last.remedy}
           </button>
         )}
       </div>
-      {last && <p class="soft">{last.rpm} RPM: {last.judgement}.</p>}
+      {last && (
+        <p class="soft">
+          {last.rpm} RPM: {last.judgement}.
+        </p>
+      )}
     </fieldset>
   );
 }

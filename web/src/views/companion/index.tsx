@@ -63,7 +63,12 @@ function Companion({ port, ports }: { port: string; ports: string[] }) {
 }
 
 const WORDS: Record<string, string> = {
-  opening: "listening", starting: "starting", asking: "asking", ready: "at its prompt", silent: "no answer", closed: "closed",
+  opening: "listening",
+  starting: "starting",
+  asking: "asking",
+  ready: "at its prompt",
+  silent: "no answer",
+  closed: "closed",
 };
 const PILLS: Record<string, string> = { ready: "is-ok", silent: "is-bad", closed: "is-bad" };
 

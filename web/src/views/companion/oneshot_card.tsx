@@ -34,14 +34,26 @@ export function OneShotCard({ session, isDisabled }: { session: BoardSession; is
       <ol class="oneshots" aria-label="One-shot commands" tabIndex={0}>
         {shots.map((line, index) => (
           <li key={index}>
-            <span class="num soft" aria-hidden="true">{index + 1}</span>
+            <span class="num soft" aria-hidden="true">
+              {index + 1}
+            </span>
             <input
-              value={line} class="mono" aria-label={`One-shot ${index + 1}`} autocomplete="off" spellcheck={false}
-              aria-invalid={lineFault(line) ? "true" : undefined} title={lineFault(line) ?? ""}
+              value={line}
+              class="mono"
+              aria-label={`One-shot ${index + 1}`}
+              autocomplete="off"
+              spellcheck={false}
+              aria-invalid={lineFault(line) ? "true" : undefined}
+              title={lineFault(line) ?? ""}
               onInput={(event) => put(index, event.currentTarget.value)}
               onKeyDown={(event) => event.key === "Enter" && !isDisabled && fire(session, event.currentTarget.value)}
             />
-            <button type="button" disabled={isDisabled || !line.trim() || lineFault(line) !== undefined} aria-label={`Send one-shot ${index + 1}`} onClick={() => fire(session, line)}>
+            <button
+              type="button"
+              disabled={isDisabled || !line.trim() || lineFault(line) !== undefined}
+              aria-label={`Send one-shot ${index + 1}`}
+              onClick={() => fire(session, line)}
+            >
               Send
             </button>
           </li>

@@ -62,7 +62,9 @@ function RowTools({ session, selection, isDisabled }: { session: BoardSession; s
       {tool("Undo", "Undo the last change", () => selection.undo(), !undo.length)}
       {tool("Redo", "Redo the change", () => selection.redo(), !redo.length)}
       {tool("Clear", "Clear all rows", () => session.sync.edit(cleared(session.queue.peek())))}
-      <span class="soft" aria-live="polite">{of}</span>
+      <span class="soft" aria-live="polite">
+        {of}
+      </span>
     </div>
   );
 }
@@ -87,12 +89,20 @@ function BoardTools({ session, isDisabled }: { session: BoardSession; isDisabled
         Offline
       </label>
       <button
-        type="button" class="primary" disabled={isDisabled || !hasBoard || isSending || !missing}
-        title="Send the rows that the board does not have yet, and read them back" onClick={() => void session.sync.sendRows()}
+        type="button"
+        class="primary"
+        disabled={isDisabled || !hasBoard || isSending || !missing}
+        title="Send the rows that the board does not have yet, and read them back"
+        onClick={() => void session.sync.sendRows()}
       >
         Update queue
       </button>
-      <button type="button" disabled={isDisabled || isSending} title="Read the board's queue; what was not sent is lost" onClick={() => void session.sync.revert()}>
+      <button
+        type="button"
+        disabled={isDisabled || isSending}
+        title="Read the board's queue; what was not sent is lost"
+        onClick={() => void session.sync.revert()}
+      >
         Read
       </button>
       <button type="button" disabled={isDisabled || isSending} title="Keep the board's queue in its EEPROM (qs)" onClick={() => void session.keep()}>

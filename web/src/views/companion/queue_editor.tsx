@@ -31,23 +31,37 @@ export function QueueEditor({ session, selection, isDisabled }: Props) {
     <div class="scroll-x queue-scroll">
       <table class="queue" ref={table} onKeyDown={(event) => onKey(event, selection, focus)}>
         <caption class="out-of-sight">
-          Queue of {session.port}: 30 rows. Arrows up and down change the row; Alt with them moves it. Insert adds a row
-          above, Delete on a row's number deletes it.
+          Queue of {session.port}: 30 rows. Arrows up and down change the row; Alt with them moves it. Insert adds a row above, Delete on a row's number deletes
+          it.
         </caption>
         <thead>
           <tr>
             <th scope="col">Q</th>
             <th scope="col">Steps</th>
-            <th scope="col" class="mid">Dir</th>
-            <th scope="col" class="mid">Unit</th>
+            <th scope="col" class="mid">
+              Dir
+            </th>
+            <th scope="col" class="mid">
+              Unit
+            </th>
             <th scope="col">RPM</th>
-            <th scope="col" title="period of a step in us">Cycle</th>
-            <th scope="col" class="mid">Ramp</th>
+            <th scope="col" title="period of a step in us">
+              Cycle
+            </th>
+            <th scope="col" class="mid">
+              Ramp
+            </th>
             <th scope="col">Acc</th>
             <th scope="col">Dec</th>
-            <th scope="col" title="pulses added to the cruise">usteps</th>
-            <th scope="col" class="mid">Sync</th>
-            <th scope="col" title="wait before the start in us">deltaT</th>
+            <th scope="col" title="pulses added to the cruise">
+              usteps
+            </th>
+            <th scope="col" class="mid">
+              Sync
+            </th>
+            <th scope="col" title="wait before the start in us">
+              deltaT
+            </th>
           </tr>
         </thead>
         <tbody>
@@ -94,38 +108,64 @@ interface RowProps {
 const RowLine = memo(function RowLine(props: RowProps) {
   const { position, row, session, selection, isRunning, isNext } = props;
   const said = [
-    isRunning ? "runs now" : "", isNext ? "the next command goes here" : "", props.isUnsent ? "not sent yet" : "",
-    props.isLoopStart ? "loop start" : "", props.isLoopFinish ? "loop finish" : "",
-  ].filter(Boolean).join(", ");
+    isRunning ? "runs now" : "",
+    isNext ? "the next command goes here" : "",
+    props.isUnsent ? "not sent yet" : "",
+    props.isLoopStart ? "loop start" : "",
+    props.isLoopFinish ? "loop finish" : "",
+  ]
+    .filter(Boolean)
+    .join(", ");
   const put = (changed: QueueRow) => session.sync.edit(setRow(session.queue.peek(), position, changed));
-  const numbers = new Map(CELLS.map((cell) => [cell.name, (
-    <NumberCell key={cell.name} cell={cell} position={position} row={row} stepsPerRev={props.stepsPerRev} put={put} isDisabled={props.isDisabled} />
-  )]));
+  const numbers = new Map(
+    CELLS.map((cell) => [
+      cell.name,
+      <NumberCell key={cell.name} cell={cell} position={position} row={row} stepsPerRev={props.stepsPerRev} put={put} isDisabled={props.isDisabled} />,
+    ]),
+  );
   const toggle = (name: string, label: string, text: string, about: string, change: Partial<QueueRow>) => (
     <td>
       <button
-        type="button" class="cell-toggle" data-at={`${position}.${name}`} disabled={props.isDisabled}
-        aria-label={`Row ${position} ${label}: ${text}, ${about}`} title={about} onClick={() => put({ ...row, ...change })}
+        type="button"
+        class="cell-toggle"
+        data-at={`${position}.${name}`}
+        disabled={props.isDisabled}
+        aria-label={`Row ${position} ${label}: ${text}, ${about}`}
+        title={about}
+        onClick={() => put({ ...row, ...change })}
       >
         {text}
       </button>
     </td>
   );
   const classes = [
-    isRunning && "is-running", isNext && "is-next", props.isSelected && "is-selected", props.isUnsent && "is-unsent",
-    props.isSeed && "is-seed", props.isLoopStart && "is-loop-start", props.isLoopFinish && "is-loop-finish",
+    isRunning && "is-running",
+    isNext && "is-next",
+    props.isSelected && "is-selected",
+    props.isUnsent && "is-unsent",
+    props.isSeed && "is-seed",
+    props.isLoopStart && "is-loop-start",
+    props.isLoopFinish && "is-loop-finish",
   ];
   return (
     <tr class={classes.filter(Boolean).join(" ")} aria-current={isRunning ? "step" : undefined}>
       <th scope="row">
         <button
-          type="button" class="row-head" data-at={`${position}.head`} aria-pressed={props.isSelected}
-          aria-label={`Row ${position}${said ? `, ${said}` : ""}`} title={said || "select the row"}
+          type="button"
+          class="row-head"
+          data-at={`${position}.head`}
+          aria-pressed={props.isSelected}
+          aria-label={`Row ${position}${said ? `, ${said}` : ""}`}
+          title={said || "select the row"}
           onClick={(event) => selection.select(position, event.shiftKey)}
         >
-          <span class="mark" aria-hidden="true">{isRunning ? "▶" : isNext ? "▷" : props.isUnsent ? "●" : ""}</span>
+          <span class="mark" aria-hidden="true">
+            {isRunning ? "▶" : isNext ? "▷" : props.isUnsent ? "●" : ""}
+          </span>
           {position}
-          <span class="loop-mark" aria-hidden="true">{props.isLoopStart ? "↱" : props.isLoopFinish ? "↲" : ""}</span>
+          <span class="loop-mark" aria-hidden="true">
+            {props.isLoopStart ? "↱" : props.isLoopFinish ? "↲" : ""}
+          </span>
         </button>
       </th>
       {numbers.get("steps")}
@@ -167,10 +207,16 @@ function NumberCell({ cell, position, row, stepsPerRev, put, isDisabled }: Numbe
   return (
     <td class="num">
       <input
-        class={`cell-${cell.name}`} data-at={`${position}.${cell.name}`} value={typed ?? shown} disabled={isDisabled}
-        inputMode="decimal" autocomplete="off" spellcheck={false}
+        class={`cell-${cell.name}`}
+        data-at={`${position}.${cell.name}`}
+        value={typed ?? shown}
+        disabled={isDisabled}
+        inputMode="decimal"
+        autocomplete="off"
+        spellcheck={false}
         aria-label={`Row ${position} ${cell.label}${cell.unit ? ` in ${cell.unit}` : ""}`}
-        aria-invalid={fault ? "true" : undefined} title={fault || cell.about}
+        aria-invalid={fault ? "true" : undefined}
+        title={fault || cell.about}
         onInput={(event) => setTyped(event.currentTarget.value)}
         onBlur={done}
         onKeyDown={(event) => {

@@ -5,10 +5,7 @@
 import { FileRefusal, fileLines, type FileProblem } from "./file_problem";
 import { decimal, ROWS, WORD, type QueueRow } from "./queue_row";
 
-export const COLUMNS = [
-  "position", "steps", "direction", "full step", "RPM", "cycle",
-  "ramp", "acc", "dec", "u", "sync", "deltaT",
-] as const;
+export const COLUMNS = ["position", "steps", "direction", "full step", "RPM", "cycle", "ramp", "acc", "dec", "u", "sync", "deltaT"] as const;
 const LARGEST = [ROWS, WORD - 1, 1, 1, WORD - 1, WORD - 1, 1, 99900, 99900, 255, 1, WORD - 1];
 const HUNDREDTHS = new Set([7, 8]);
 const NUMBER = /^(\d*\.?\d+|\d+\.)$/;
@@ -81,16 +78,40 @@ export function readRow(text: string, tell: Tell): [number, QueueRow] | undefine
     return 0;
   });
   if (!isGood) return undefined;
-  const [position, steps, ccw, full, rpm, cycle_us, linear, acc, dec, extra, sync, wait_us] =
-    numbers as [number, number, number, number, number, number, number, number, number, number, number, number];
+  const [position, steps, ccw, full, rpm, cycle_us, linear, acc, dec, extra, sync, wait_us] = numbers as [
+    number,
+    number,
+    number,
+    number,
+    number,
+    number,
+    number,
+    number,
+    number,
+    number,
+    number,
+    number,
+  ];
   if (position < 1) tell(1, `position 0 is not of the queue; positions are 1 to ${ROWS}`);
   else if (rpm === 0 || cycle_us === 0) tell(1, "RPM and cycle cannot be 0");
   else if (steps === 0) tell(1, "no steps; a queue holds no continuous motion");
   else {
-    return [position, {
-      steps, is_ccw: ccw === 1, is_full: full === 1, rpm, cycle_us, is_linear: linear === 1,
-      acc_hundredths: acc, dec_hundredths: dec, extra_pulses: extra, is_sync: sync === 1, wait_us,
-    }];
+    return [
+      position,
+      {
+        steps,
+        is_ccw: ccw === 1,
+        is_full: full === 1,
+        rpm,
+        cycle_us,
+        is_linear: linear === 1,
+        acc_hundredths: acc,
+        dec_hundredths: dec,
+        extra_pulses: extra,
+        is_sync: sync === 1,
+        wait_us,
+      },
+    ];
   }
   return undefined;
 }
@@ -119,9 +140,18 @@ export function readNumber(text: string, column: number): number | string {
 /** Write a row's line as the companion does, without its end. */
 export function writeRow(position: number, row: QueueRow): string {
   const numbers = [
-    position, row.steps, Number(row.is_ccw), Number(row.is_full), row.rpm, row.cycle_us,
-    Number(row.is_linear), decimal(row.acc_hundredths), decimal(row.dec_hundredths),
-    row.extra_pulses, Number(row.is_sync), row.wait_us,
+    position,
+    row.steps,
+    Number(row.is_ccw),
+    Number(row.is_full),
+    row.rpm,
+    row.cycle_us,
+    Number(row.is_linear),
+    decimal(row.acc_hundredths),
+    decimal(row.dec_hundredths),
+    row.extra_pulses,
+    Number(row.is_sync),
+    row.wait_us,
   ];
   return numbers.map((number) => ` ${number} `).join(",");
 }

@@ -1,9 +1,7 @@
 /** Editor of a queue's 30 rows: pure changes, each of which can be taken back. */
 
 import { COLUMNS, readNumber, readRow, writeRow } from "./queue_file";
-import {
-  byCycle, byRpm, MIN_CYCLE_US, ROWS, sameRow, seedRow, stepAtOneRpm_us, USUAL_STEPS_PER_REV, type QueueRow,
-} from "./queue_row";
+import { byCycle, byRpm, MIN_CYCLE_US, ROWS, sameRow, seedRow, stepAtOneRpm_us, USUAL_STEPS_PER_REV, type QueueRow } from "./queue_row";
 
 const UNDO_DEPTH = 100;
 
@@ -160,10 +158,14 @@ const CELL_BY_NAME = new Map(CELLS.map((cell) => [cell.name, cell]));
 
 export function cellText(row: QueueRow, name: CellName): string {
   switch (name) {
-    case "steps": return `${row.is_ccw ? "-" : ""}${row.steps}`;
-    case "acc": return shown(row.acc_hundredths);
-    case "dec": return shown(row.dec_hundredths);
-    default: return String(row[name]);
+    case "steps":
+      return `${row.is_ccw ? "-" : ""}${row.steps}`;
+    case "acc":
+      return shown(row.acc_hundredths);
+    case "dec":
+      return shown(row.dec_hundredths);
+    default:
+      return String(row[name]);
   }
 }
 
@@ -186,9 +188,12 @@ export function withCell(row: QueueRow, name: CellName, text: string, stepsPerRe
       return withRpm(row, value, stepsPerRev);
     case "cycle_us":
       return withCycle(row, value, stepsPerRev);
-    case "acc": return { ...row, acc_hundredths: value };
-    case "dec": return { ...row, dec_hundredths: value };
-    default: return { ...row, [name]: value };
+    case "acc":
+      return { ...row, acc_hundredths: value };
+    case "dec":
+      return { ...row, dec_hundredths: value };
+    default:
+      return { ...row, [name]: value };
   }
 }
 

@@ -27,10 +27,16 @@ export interface QueueRow {
 /** Row as a board seeds its queue. */
 export function seedRow(stepsPerRev: number): QueueRow {
   return {
-    steps: stepsPerRev, is_ccw: false, is_full: true,
+    steps: stepsPerRev,
+    is_ccw: false,
+    is_full: true,
     ...byRpm(100, stepsPerRev),
-    is_linear: false, acc_hundredths: 100, dec_hundredths: 100,
-    extra_pulses: 0, is_sync: false, wait_us: 0,
+    is_linear: false,
+    acc_hundredths: 100,
+    dec_hundredths: 100,
+    extra_pulses: 0,
+    is_sync: false,
+    wait_us: 0,
   };
 }
 

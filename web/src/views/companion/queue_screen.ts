@@ -34,10 +34,17 @@ export function readListing(lines: readonly string[]): Listing | string {
 function listedRow(match: RegExpExecArray): QueueRow {
   const [, , steps, pulses, direction, rpm, cycle_us, ramp, acc, dec, extra, sync, wait_us] = match;
   return {
-    steps: Number(steps), is_ccw: direction === "CCW", is_full: pulses === " ",
-    rpm: Number(rpm), cycle_us: Number(cycle_us), is_linear: ramp === "*",
-    acc_hundredths: Math.round(Number(acc) * 100), dec_hundredths: Math.round(Number(dec) * 100),
-    extra_pulses: Number(extra), is_sync: sync === "s", wait_us: Number(wait_us),
+    steps: Number(steps),
+    is_ccw: direction === "CCW",
+    is_full: pulses === " ",
+    rpm: Number(rpm),
+    cycle_us: Number(cycle_us),
+    is_linear: ramp === "*",
+    acc_hundredths: Math.round(Number(acc) * 100),
+    dec_hundredths: Math.round(Number(dec) * 100),
+    extra_pulses: Number(extra),
+    is_sync: sync === "s",
+    wait_us: Number(wait_us),
   };
 }
 

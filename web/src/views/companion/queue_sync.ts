@@ -74,8 +74,7 @@ export class QueueSync {
     if (!isPossible(row, steps_per_rev)) {
       const cycle_us = Math.floor(stepAtOneRpm_us(steps_per_rev) / row.rpm);
       throw new Error(
-        `row ${position}: RPM ${row.rpm} and cycle ${row.cycle_us} contradict each other at ${steps_per_rev} steps` +
-          ` a turn; write cycle ${cycle_us}`,
+        `row ${position}: RPM ${row.rpm} and cycle ${row.cycle_us} contradict each other at ${steps_per_rev} steps` + ` a turn; write cycle ${cycle_us}`,
       );
     }
     await this.ask(rowCommand(position, row, steps_per_rev));

@@ -28,7 +28,12 @@ export interface Motion {
 }
 
 export const STANDING: Motion = {
-  running: undefined, next: undefined, loop: NO_LOOP, urgent: [], queued: [], loopNext: undefined,
+  running: undefined,
+  next: undefined,
+  loop: NO_LOOP,
+  urgent: [],
+  queued: [],
+  loopNext: undefined,
 };
 
 function after(position: number): number {

@@ -5,7 +5,10 @@ const KEPT_LINES = 500;
 
 /** Append what a board says; control characters are shown as `\x1b`. */
 export function withIncoming(log: string, text: string): string {
-  const shown = text.replace(/\r\n/g, "\n").replace(/\r/g, "\n").replace(/[^\n\t\x20-\x7e\xa0-\xff]/g, escaped);
+  const shown = text
+    .replace(/\r\n/g, "\n")
+    .replace(/\r/g, "\n")
+    .replace(/[^\n\t\x20-\x7e\xa0-\xff]/g, escaped);
   const all = log + shown;
   if (all.length <= KEPT_CHARACTERS) return all;
   const cut = all.slice(-KEPT_CHARACTERS);

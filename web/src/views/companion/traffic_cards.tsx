@@ -13,7 +13,9 @@ interface Props {
 export function TrafficCard({ session, isDisabled }: Props) {
   return (
     <section class="card traffic" aria-labelledby="traffic-title">
-      <h2 id="traffic-title" class="out-of-sight">Traffic</h2>
+      <h2 id="traffic-title" class="out-of-sight">
+        Traffic
+      </h2>
       <CommandLine session={session} isDisabled={isDisabled} />
       <Incoming session={session} />
       <Outgoing session={session} isDisabled={isDisabled} />
@@ -42,8 +44,14 @@ function CommandLine({ session, isDisabled }: Props) {
       <label class="grow">
         Command
         <input
-          class="mono" value={text} disabled={isDisabled} aria-invalid={fault ? "true" : undefined} title={fault ?? "Arrow up: what was typed before"}
-          autocomplete="off" spellcheck={false} enterKeyHint="send"
+          class="mono"
+          value={text}
+          disabled={isDisabled}
+          aria-invalid={fault ? "true" : undefined}
+          title={fault ?? "Arrow up: what was typed before"}
+          autocomplete="off"
+          spellcheck={false}
+          enterKeyHint="send"
           onInput={(event) => setText(event.currentTarget.value)}
           onKeyDown={(event) => {
             const by = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
@@ -54,7 +62,9 @@ function CommandLine({ session, isDisabled }: Props) {
           }}
         />
       </label>
-      <button type="submit" class="primary" disabled={isDisabled || fault !== undefined}>Send</button>
+      <button type="submit" class="primary" disabled={isDisabled || fault !== undefined}>
+        Send
+      </button>
     </form>
   );
 }
@@ -71,11 +81,20 @@ function Incoming({ session }: { session: BoardSession }) {
     <div>
       <div class="row">
         <h3>Incoming</h3>
-        <button type="button" class="plain push" onClick={() => setLarge(true)}>Enlarge</button>
-        <button type="button" class="plain" onClick={() => (session.incoming.value = "")}>Clear</button>
+        <button type="button" class="plain push" onClick={() => setLarge(true)}>
+          Enlarge
+        </button>
+        <button type="button" class="plain" onClick={() => (session.incoming.value = "")}>
+          Clear
+        </button>
       </div>
       <pre
-        ref={box} class="history incoming" tabIndex={0} role="log" aria-label="Incoming" title="A click enlarges it"
+        ref={box}
+        class="history incoming"
+        tabIndex={0}
+        role="log"
+        aria-label="Incoming"
+        title="A click enlarges it"
         onClick={() => window.getSelection()?.isCollapsed !== false && setLarge(true)}
         onScroll={(event) => {
           const { scrollTop, scrollHeight, clientHeight } = event.currentTarget;
@@ -101,10 +120,17 @@ function LargeIncoming({ session, close }: { session: BoardSession; close(): voi
     <dialog ref={dialog} class="large-incoming" aria-labelledby="large-incoming-title" onClose={close}>
       <div class="dialog-head">
         <h2 id="large-incoming-title">Incoming of {session.port}</h2>
-        <button type="button" onClick={() => dialog.current!.close()}>Close</button>
+        <button type="button" onClick={() => dialog.current!.close()}>
+          Close
+        </button>
       </div>
       <pre
-        ref={box} class="history" tabIndex={0} role="region" aria-label="All that came" title="A double click closes it"
+        ref={box}
+        class="history"
+        tabIndex={0}
+        role="region"
+        aria-label="All that came"
+        title="A double click closes it"
         onDblClick={() => dialog.current!.close()}
       >
         {session.incoming.value}
@@ -119,7 +145,9 @@ function Outgoing({ session, isDisabled }: Props) {
     <div>
       <div class="row">
         <h3>Commands</h3>
-        <button type="button" class="plain push" onClick={() => (session.sent.value = [])}>Clear</button>
+        <button type="button" class="plain push" onClick={() => (session.sent.value = [])}>
+          Clear
+        </button>
       </div>
       <ul class="history sent" aria-label="Commands that were sent, the last first" tabIndex={0}>
         {sent.map(({ number, at_ms, line }) => (
@@ -141,7 +169,9 @@ export function TimesCard({ session }: { session: BoardSession }) {
     <section class="card" aria-labelledby="times-title">
       <div class="card-head">
         <h2 id="times-title">Command times</h2>
-        <button type="button" class="plain push" onClick={() => (session.times.value = [])}>Clear</button>
+        <button type="button" class="plain push" onClick={() => (session.times.value = [])}>
+          Clear
+        </button>
       </div>
       {!times.length && (
         <p class="soft">

@@ -41,7 +41,9 @@ function Active() {
           <table>
             <thead>
               <tr>
-                <th scope="col" class="num">number</th>
+                <th scope="col" class="num">
+                  number
+                </th>
                 <th scope="col">kind</th>
                 <th scope="col">on</th>
                 <th scope="col">parameters</th>
@@ -55,7 +57,9 @@ function Active() {
               {faults.map((fault) => (
                 <tr key={fault.number}>
                   <td class="num">{fault.number}</td>
-                  <th scope="row" class="mono">{fault.kind}</th>
+                  <th scope="row" class="mono">
+                    {fault.kind}
+                  </th>
                   <td class="place">{fault.target}</td>
                   <td class="mono soft">{parametersText(fault.parameters)}</td>
                   <td class="mono soft">{fault.begin_s === null ? "" : `${fault.begin_s.toFixed(1)} s`}</td>
@@ -148,7 +152,11 @@ function KindForm({ kind }: { kind: FaultKindRow }) {
   return (
     <div class="kind-form">
       <p>
-        <strong class="mono">{kind.name}</strong> <span class="soft">{kind.about}{kind.is_once && " (once)"}</span>
+        <strong class="mono">{kind.name}</strong>{" "}
+        <span class="soft">
+          {kind.about}
+          {kind.is_once && " (once)"}
+        </span>
       </p>
       <div class="parameter">
         <label htmlFor={`${list}-on`}>

@@ -60,9 +60,7 @@ export function problemsOf(which: Which): DocumentProblem[] {
 }
 
 /** True if the drawing is that of the texts as they stand. */
-export const isPlanned = computed(
-  () => drawing.value !== null && checked.value[0] === texts.program.value && checked.value[1] === texts.machine.value,
-);
+export const isPlanned = computed(() => drawing.value !== null && checked.value[0] === texts.program.value && checked.value[1] === texts.machine.value);
 
 /** Let the bench read and plan the texts; nothing moves. Throws Refused. */
 export async function plan(): Promise<boolean> {

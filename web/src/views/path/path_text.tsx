@@ -100,7 +100,12 @@ function Problems({ which, problems }: { which: Which; problems: DocumentProblem
       {problems.slice(0, LISTED).map((problem, at) => (
         <li key={at}>
           {problem.line > 0 && (
-            <button type="button" class="mono" aria-label={`${problem.line}:${problem.column}, go to this line and column`} onClick={() => goTo(which, problem)}>
+            <button
+              type="button"
+              class="mono"
+              aria-label={`${problem.line}:${problem.column}, go to this line and column`}
+              onClick={() => goTo(which, problem)}
+            >
               {problem.line}:{problem.column}
             </button>
           )}

@@ -106,7 +106,12 @@ function Problems() {
       {problems.value.map((problem, at) => (
         <li key={at}>
           {problem.line > 0 && (
-            <button type="button" class="mono" aria-label={`Go to line ${problem.line}, column ${problem.column}`} onClick={() => goTo(problem.line, problem.column)}>
+            <button
+              type="button"
+              class="mono"
+              aria-label={`Go to line ${problem.line}, column ${problem.column}`}
+              onClick={() => goTo(problem.line, problem.column)}
+            >
               {problem.line}:{problem.column}
             </button>
           )}

@@ -67,10 +67,18 @@ function Axes({ axes }: { axes: Record<string, AxisReport> }) {
         <thead>
           <tr>
             <th scope="col">axis</th>
-            <th scope="col" class="num">is at</th>
-            <th scope="col" class="num">target</th>
-            <th scope="col" class="num">error, most</th>
-            <th scope="col" class="num">rms</th>
+            <th scope="col" class="num">
+              is at
+            </th>
+            <th scope="col" class="num">
+              target
+            </th>
+            <th scope="col" class="num">
+              error, most
+            </th>
+            <th scope="col" class="num">
+              rms
+            </th>
             <th scope="col">at the end</th>
           </tr>
         </thead>

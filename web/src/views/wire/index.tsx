@@ -20,10 +20,7 @@ const REDRAW_MS = 250;
 const redraw = signal(0);
 
 function wirePlaces(bench: Hello): WirePlace[] {
-  return [
-    ...bench.segments.map((name) => ({ name, kind: "segment" as const })),
-    ...bench.buses.map((name) => ({ name, kind: "bus" as const })),
-  ];
+  return [...bench.segments.map((name) => ({ name, kind: "segment" as const })), ...bench.buses.map((name) => ({ name, kind: "bus" as const }))];
 }
 
 function WireView({ path }: { path: string[] }) {
@@ -62,7 +59,11 @@ function Wire({ place, places }: { place: WirePlace; places: WirePlace[] }) {
         </label>
         <Line name={place.name} />
         <LoadMeter feed={feed} />
-        {feed.refused.value && <span class="problem" role="alert">{feed.refused.value}</span>}
+        {feed.refused.value && (
+          <span class="problem" role="alert">
+            {feed.refused.value}
+          </span>
+        )}
       </div>
       <section class="card" aria-labelledby="line-title">
         <h2 id="line-title">The last second</h2>
@@ -93,13 +94,20 @@ function ListHead({ feed, shown, isPaused }: { feed: WireFeed; shown: number; is
     <div class="card-head">
       <h2 id="packets-title">Packets</h2>
       <input
-        type="search" class="filter" placeholder="filter, as m3000 from:1 -error" aria-label="Filter the packets" title={FILTER_HELP}
-        value={feed.filter.value} onInput={(event) => (feed.filter.value = event.currentTarget.value)}
+        type="search"
+        class="filter"
+        placeholder="filter, as m3000 from:1 -error"
+        aria-label="Filter the packets"
+        title={FILTER_HELP}
+        value={feed.filter.value}
+        onInput={(event) => (feed.filter.value = event.currentTarget.value)}
       />
       <button type="button" aria-pressed={isPaused} onClick={() => feed.setPaused(!isPaused)}>
         {isPaused ? "Go on" : "Pause"}
       </button>
-      <button type="button" onClick={() => feed.clear()}>Clear</button>
+      <button type="button" onClick={() => feed.clear()}>
+        Clear
+      </button>
       <button type="button" title="What has passed, for Wireshark" onClick={() => void exportPackets(feed)}>
         Export pcapng
       </button>
@@ -136,7 +144,9 @@ function LoadMeter({ feed }: { feed: WireFeed }) {
       <span class="soft">Load</span>
       <meter min={0} max={1} low={0.5} high={0.8} optimum={0} value={one} aria-label="Load of the last second" />
       <span class="mono load-figure">{percent(one)}</span>
-      <span class="soft">10 s: <span class="mono">{percent(ten)}</span></span>
+      <span class="soft">
+        10 s: <span class="mono">{percent(ten)}</span>
+      </span>
     </span>
   );
 }
@@ -151,26 +161,65 @@ function Figures({ feed }: { feed: WireFeed }) {
     <section class="card" aria-labelledby="figures-title">
       <h2 id="figures-title">Statistics</h2>
       <dl class="figures">
-        <div><dt>packets</dt><dd class="mono">{found.packets}</dd></div>
-        <div><dt>bytes</dt><dd class="mono">{found.bytes}</dd></div>
-        <div><dt>errors</dt><dd class={bad ? "mono problem" : "mono"}>{bad}</dd></div>
-        <div><dt>over</dt><dd class="mono">{found.span_s.toFixed(1)} s</dd></div>
-        <div><dt>packets/s</dt><dd class="mono">{perSecond(found.packets)}</dd></div>
-        <div><dt>bytes/s</dt><dd class="mono">{perSecond(found.bytes)}</dd></div>
-        <div><dt>mean</dt><dd class="mono">{(found.mean_duration_s * 1000).toFixed(2)} ms</dd></div>
-        <div><dt>longest</dt><dd class="mono">{(found.longest_s * 1000).toFixed(2)} ms</dd></div>
+        <div>
+          <dt>packets</dt>
+          <dd class="mono">{found.packets}</dd>
+        </div>
+        <div>
+          <dt>bytes</dt>
+          <dd class="mono">{found.bytes}</dd>
+        </div>
+        <div>
+          <dt>errors</dt>
+          <dd class={bad ? "mono problem" : "mono"}>{bad}</dd>
+        </div>
+        <div>
+          <dt>over</dt>
+          <dd class="mono">{found.span_s.toFixed(1)} s</dd>
+        </div>
+        <div>
+          <dt>packets/s</dt>
+          <dd class="mono">{perSecond(found.packets)}</dd>
+        </div>
+        <div>
+          <dt>bytes/s</dt>
+          <dd class="mono">{perSecond(found.bytes)}</dd>
+        </div>
+        <div>
+          <dt>mean</dt>
+          <dd class="mono">{(found.mean_duration_s * 1000).toFixed(2)} ms</dd>
+        </div>
+        <div>
+          <dt>longest</dt>
+          <dd class="mono">{(found.longest_s * 1000).toFixed(2)} ms</dd>
+        </div>
       </dl>
       <div class="wire-tables">
         <div class="scroll-x">
           <table>
             <caption class="out-of-sight">Who speaks to whom</caption>
             <thead>
-              <tr><th scope="col">From</th><th scope="col">To</th><th scope="col" class="num">Packets</th><th scope="col" class="num">Bytes</th><th scope="col" class="num">Errors</th></tr>
+              <tr>
+                <th scope="col">From</th>
+                <th scope="col">To</th>
+                <th scope="col" class="num">
+                  Packets
+                </th>
+                <th scope="col" class="num">
+                  Bytes
+                </th>
+                <th scope="col" class="num">
+                  Errors
+                </th>
+              </tr>
             </thead>
             <tbody>
               {found.talks.slice(0, 30).map(({ from, to, packets, bytes, errors: wrong }) => (
                 <tr key={`${from}\n${to}`}>
-                  <td>{from || "?"}</td><td>{to || "–"}</td><td class="num">{packets}</td><td class="num">{bytes}</td>
+                  <td>{from || "?"}</td>
+                  <td>{to || "–"}</td>
+                  <td class="num">{packets}</td>
+                  <td class="num">{bytes}</td>
                   <td class={wrong ? "num problem" : "num"}>{wrong}</td>
                 </tr>
               ))}
@@ -182,11 +231,19 @@ function Figures({ feed }: { feed: WireFeed }) {
             <table>
               <caption class="out-of-sight">What was wrong</caption>
               <thead>
-                <tr><th scope="col">Error</th><th scope="col" class="num">Count</th></tr>
+                <tr>
+                  <th scope="col">Error</th>
+                  <th scope="col" class="num">
+                    Count
+                  </th>
+                </tr>
               </thead>
               <tbody>
                 {errors.map(([error, count]) => (
-                  <tr key={error}><td class="problem">{error}</td><td class="num">{count}</td></tr>
+                  <tr key={error}>
+                    <td class="problem">{error}</td>
+                    <td class="num">{count}</td>
+                  </tr>
                 ))}
               </tbody>
             </table>

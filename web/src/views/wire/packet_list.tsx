@@ -42,7 +42,12 @@ export function PacketList({ packets, isPaused, chosen, choose }: Props) {
   };
   return (
     <div
-      ref={box} class="packets" role="grid" aria-label="Packets" aria-rowcount={packets.length + 1} tabIndex={0}
+      ref={box}
+      class="packets"
+      role="grid"
+      aria-label="Packets"
+      aria-rowcount={packets.length + 1}
+      tabIndex={0}
       aria-activedescendant={place >= first && place < last ? `packet-${chosen}` : undefined}
       onScroll={(event) => {
         const { scrollTop, scrollHeight, clientHeight } = event.currentTarget;
@@ -66,19 +71,26 @@ export function PacketList({ packets, isPaused, chosen, choose }: Props) {
       <div role="rowgroup" class="packet-rows" style={{ height: packets.length * ROW_PX }}>
         {packets.slice(first, last).map((packet, index) => (
           <div
-            key={packet.number} id={`packet-${packet.number}`} role="row" aria-rowindex={first + index + 2}
+            key={packet.number}
+            id={`packet-${packet.number}`}
+            role="row"
+            aria-rowindex={first + index + 2}
             aria-selected={packet.number === chosen}
             class={`packet${packet.error === null ? "" : " is-bad"}${packet.number === chosen ? " is-chosen" : ""}`}
             style={{ top: (first + index) * ROW_PX }}
             onClick={() => choose(packet)}
           >
-            <span role="gridcell" class="mono">{packet.at_s.toFixed(6)}</span>
+            <span role="gridcell" class="mono">
+              {packet.at_s.toFixed(6)}
+            </span>
             <span role="gridcell">{packet.from || "?"}</span>
             <span role="gridcell">{packet.to || "–"}</span>
             <span role="gridcell" class="mono meaning">
               {packet.error !== null && <strong>{packet.error}</strong>} {packet.text === packet.error ? "" : packet.text}
             </span>
-            <span role="gridcell" class="mono soft bytes">{hexPairs(packet.hex)}</span>
+            <span role="gridcell" class="mono soft bytes">
+              {hexPairs(packet.hex)}
+            </span>
           </div>
         ))}
       </div>
@@ -108,7 +120,9 @@ export function PacketDetail({ packet, close }: { packet: WirePacket; close(): v
           </div>
         ))}
       </dl>
-      <button type="button" class="plain" aria-label="Close the packet" onClick={close}>×</button>
+      <button type="button" class="plain" aria-label="Close the packet" onClick={close}>
+        ×
+      </button>
     </div>
   );
 }

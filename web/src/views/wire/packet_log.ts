@@ -134,8 +134,7 @@ const LONGEST_S = 5;
 
 export type PacketTest = (packet: WirePacket) => boolean;
 
-export const FILTER_HELP =
-  "Words that must be there: m3000 · from:s1 · to:85 · hex:0255 · error · error:crc · a minus before a word excludes it";
+export const FILTER_HELP = "Words that must be there: m3000 · from:s1 · to:85 · hex:0255 · error · error:crc · a minus before a word excludes it";
 
 /** Make a test of a filter's words; all of them must hold. */
 export function packetFilter(text: string): PacketTest {
@@ -155,7 +154,11 @@ function wordTest(word: string): PacketTest {
       return (packet) => packet[key].toLowerCase() === value;
     case "hex": {
       const digits = value!.replace(/[^0-9a-f]/g, "");
-      return (packet) => packet.hex.toLowerCase().replace(/[^0-9a-f]/g, "").includes(digits);
+      return (packet) =>
+        packet.hex
+          .toLowerCase()
+          .replace(/[^0-9a-f]/g, "")
+          .includes(digits);
     }
     case "error":
       return (packet) => packet.error !== null && packet.error.toLowerCase().includes(value!);

@@ -20,7 +20,10 @@ export function hexOf(bytes: Uint8Array): string {
 
 /** Format hexadecimal digits in pairs: `02 55 01`. */
 export function hexPairs(hex: string): string {
-  return hex.replace(/[^0-9a-f]/gi, "").toLowerCase().replace(/(..)(?=.)/g, "$1 ");
+  return hex
+    .replace(/[^0-9a-f]/gi, "")
+    .toLowerCase()
+    .replace(/(..)(?=.)/g, "$1 ");
 }
 
 /** CRC of a SAC's packet (Dallas/Maxim), over its data. */

@@ -65,12 +65,19 @@ export function SendForm({ segment, isDisabled }: { segment: string; isDisabled:
       <label class="grow">
         <span class="out-of-sight">{form === "sac" ? "Command" : "Bytes, hexadecimal"}</span>
         <input
-          class="mono" value={text} placeholder={form === "sac" ? "m3000" : "01 03 00 00 00 02"} autocomplete="off" spellcheck={false}
-          aria-invalid={text !== "" && fault ? "true" : undefined} title={fault}
+          class="mono"
+          value={text}
+          placeholder={form === "sac" ? "m3000" : "01 03 00 00 00 02"}
+          autocomplete="off"
+          spellcheck={false}
+          aria-invalid={text !== "" && fault ? "true" : undefined}
+          title={fault}
           onInput={(event) => setText(event.currentTarget.value)}
         />
       </label>
-      <button type="submit" class="primary" disabled={isDisabled || !text}>Send</button>
+      <button type="submit" class="primary" disabled={isDisabled || !text}>
+        Send
+      </button>
       <span class="mono soft bytes-out">{text && bytes instanceof Uint8Array ? hexPairs(hexOf(bytes)) : text ? fault : ""}</span>
     </form>
   );

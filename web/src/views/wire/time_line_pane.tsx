@@ -57,7 +57,10 @@ export function TimeLinePane({ feed, isPaused }: { feed: WireFeed; isPaused: boo
   }, [feed]);
   return (
     <canvas
-      ref={canvas} class="time-line" role="img" aria-label={`Time line of the last second: ${said}`}
+      ref={canvas}
+      class="time-line"
+      role="img"
+      aria-label={`Time line of the last second: ${said}`}
       style={{ height: Math.max(lanes, 1) * LANE_PX + FOOT_PX }}
     />
   );
@@ -97,7 +100,12 @@ function draw(canvas: HTMLCanvasElement, line: TimeLine): void {
 
 /** Draw collisions wider than they last, across all lanes: even a short one is seen. */
 function drawCollisions(
-  context: CanvasRenderingContext2D, line: TimeLine, left: number, span: number, bottom: number, colours: ReturnType<typeof palette>,
+  context: CanvasRenderingContext2D,
+  line: TimeLine,
+  left: number,
+  span: number,
+  bottom: number,
+  colours: ReturnType<typeof palette>,
 ): void {
   for (const { begin, end } of line.collisions) {
     const x = left + begin * span - COLLISION_PX;
