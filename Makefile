@@ -33,6 +33,7 @@ web: web/node_modules
 
 # The page's unit tests, and whether what is built is what the sources make. Needs Node 20.
 web-check: web/node_modules
+	cd web && npm -s run lint
 	cd web && npm -s test
 	out=$$(mktemp -d) && trap 'rm -rf "$$out"' EXIT && cd web && HIL_WEB_OUT="$$out" npm run -s build && diff -r "$$out" ../bridges/web/static
 

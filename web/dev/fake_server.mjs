@@ -196,7 +196,9 @@ const OPERATIONS = {
 };
 
 const clients = new Set();
-const changed = () => clients.forEach((client) => client.push("faults", { value: faults }));
+const changed = () => {
+  for (const client of clients) client.push("faults", { value: faults });
+};
 
 class Client {
   constructor(socket) {
@@ -204,7 +206,10 @@ class Client {
     this.watches = new Map();
     this.next = 1;
     clients.add(this);
-    socket.on("close", () => (clients.delete(this), this.watches.forEach(({ timer }) => clearInterval(timer))));
+    socket.on("close", () => {
+      clients.delete(this);
+      for (const { timer } of this.watches.values()) clearInterval(timer);
+    });
     socket.on("message", (data, isBinary) => (isBinary ? this.typed(data) : this.asked(JSON.parse(String(data)))));
     this.send(hello());
   }

@@ -6,7 +6,7 @@ import type { ActiveFault, FaultMark } from "./model/fault_marks";
 import { type RunProgress, readRun, withRun } from "./model/run_progress";
 import type { Status } from "./model/status";
 import { Link } from "./net/link";
-import type { DeviceRow, Role } from "./net/protocol";
+import type { DeviceRow, Role } from "./model/door";
 
 /** The server's version while it is another one than this page's, although the page was loaded again. */
 export const otherVersion = signal("");

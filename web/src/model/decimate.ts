@@ -92,7 +92,7 @@ const NICE = [1, 2, 2.5, 5, 10];
 
 /** Smallest of 1, 2, 2.5 and 5 times a power of ten that is at least `value`. */
 export function niceStep(value: number): number {
-  if (!(value > 0) || !isFinite(value)) return 1;
+  if (!(value > 0) || !Number.isFinite(value)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));
   for (const nice of NICE) if (nice * power >= value * (1 - 1e-9)) return nice * power;
   return 10 * power;
@@ -100,7 +100,7 @@ export function niceStep(value: number): number {
 
 /** Put the range of an axis for values from `low` to `high` into `out`: whole steps, with room, never empty. */
 export function niceRange(low: number, high: number, leastSpan: number, out: [number, number]): [number, number] {
-  if (!isFinite(low) || !isFinite(high)) {
+  if (!Number.isFinite(low) || !Number.isFinite(high)) {
     out[0] = -leastSpan / 2;
     out[1] = leastSpan / 2;
     return out;

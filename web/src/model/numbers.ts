@@ -3,7 +3,7 @@
 /** Format a value with as many digits as its unit is worth; "–" where there is none. */
 export function shown(value: number | null | undefined, digits = 2): string {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
-  if (!isFinite(value)) return value > 0 ? "∞" : "−∞";
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
   if (Math.abs(value) >= 1e9) return signed(value.toExponential(2));
   return signed(value.toFixed(digits));
 }

@@ -1,6 +1,6 @@
 /** Check of what is typed into a form, by the table's row: the same limits as the bench's. Pure. */
 
-import type { ParameterRow } from "../net/protocol";
+import type { ParameterRow } from "./door";
 import { plain } from "./numbers";
 
 export type Form = "choice" | "text" | "flag" | "number" | "whole" | "json";
@@ -65,7 +65,7 @@ const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 function checkNumber(row: ParameterRow, typed: string, isWhole: boolean): Checked {
   const value = Number(typed.replace("−", "-"));
-  if (!NUMBER.test(typed.replace("−", "-")) || !isFinite(value)) return { problem: "write a number" };
+  if (!NUMBER.test(typed.replace("−", "-")) || !Number.isFinite(value)) return { problem: "write a number" };
   const { minimum, maximum } = row;
   if ((typeof minimum === "number" && value < minimum) || (typeof maximum === "number" && value > maximum)) {
     return { problem: `write ${limitsOf(row)}` };

@@ -98,7 +98,7 @@ export class Ring {
     const copied = new Ring(this.capacity, this.width);
     copied.total = this.total;
     copied.movedBack_s = this.movedBack_s;
-    this.columns.forEach((column, at) => copied.columns[at]!.set(column));
+    for (const [at, column] of this.columns.entries()) copied.columns[at]!.set(column);
     return copied;
   }
 

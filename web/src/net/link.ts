@@ -2,7 +2,8 @@
 
 import { signal } from "@preact/signals";
 import type { LinkState, LoginKind, SampleSink, TerminalAnswer, TerminalHandle, TerminalSink, WatchHandle, WatchRequest } from "./channels";
-import { type Hello, readBinary, readText, Refused, terminalFrames } from "./protocol";
+import type { Hello } from "../model/door";
+import { readBinary, readText, Refused, terminalFrames } from "./protocol";
 
 interface Pending {
   resolve(answer: unknown): void;

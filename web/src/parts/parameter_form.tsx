@@ -2,14 +2,14 @@
 
 import { useId, useState } from "preact/hooks";
 import { check, checkAll, formOf, isOptional, limitsOf } from "../model/parameters";
-import type { ParameterRow } from "../net/protocol";
+import type { ParameterRow } from "../model/door";
 
 interface FormProps {
   rows: ParameterRow[];
   /** Text of the button. */
   action: string;
   /** Called with the values that were typed, checked; what was left out is not among them. */
-  onSubmit(values: Record<string, unknown>): void | Promise<unknown>;
+  onSubmit(values: Record<string, unknown>): unknown;
   /** Values to begin with, by name. */
   given?: Record<string, string>;
   isDisabled?: boolean;

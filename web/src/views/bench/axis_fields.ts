@@ -1,7 +1,7 @@
 /** Which fields of an axis belong where: plots by unit, digital levels, set-points. Pure, by the bench's table. */
 
 import { boardAngleOf } from "../../model/sampled_places";
-import type { DeviceRow, FieldRow } from "../../net/protocol";
+import type { DeviceRow, FieldRow } from "../../model/door";
 
 export interface Pane {
   /** Tells it from the axis's other panes. */

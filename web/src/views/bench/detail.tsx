@@ -2,7 +2,7 @@
 
 import { signal } from "@preact/signals";
 import { Tabs, type Tab } from "../../parts/tabs";
-import type { DeviceRow } from "../../net/protocol";
+import type { DeviceRow } from "../../model/door";
 import { hello } from "../../store";
 import { pinsOf } from "./axis_fields";
 import { figuresOf } from "./figures";

@@ -3,7 +3,7 @@
 import { signal } from "@preact/signals";
 import { useEffect, useState } from "preact/hooks";
 import { shown } from "../../model/numbers";
-import type { DeviceRow, FieldRow } from "../../net/protocol";
+import type { DeviceRow, FieldRow } from "../../model/door";
 import { link, may } from "../../store";
 import { notify, notifyError } from "../../parts/notices";
 import { check } from "../../model/parameters";

@@ -7,7 +7,7 @@ import { shown } from "../../model/numbers";
 import { checkAll } from "../../model/parameters";
 import { notifyError } from "../../parts/notices";
 import { palette } from "../../parts/palette";
-import type { DeviceRow, ParameterRow } from "../../net/protocol";
+import type { DeviceRow, ParameterRow } from "../../model/door";
 import { may } from "../../store";
 import { theme } from "../../theme";
 import { useFieldValues } from "./fields";

@@ -2,7 +2,7 @@
 
 import { useEffect, useRef } from "preact/hooks";
 import { byteRate, shown } from "../../model/numbers";
-import type { DeviceRow } from "../../net/protocol";
+import type { DeviceRow } from "../../model/door";
 import { href } from "../../router";
 import { devices } from "../../store";
 import { theme } from "../../theme";

@@ -2,7 +2,7 @@
 
 import { useEffect, useRef } from "preact/hooks";
 import { notifyError } from "../../parts/notices";
-import type { DeviceRow } from "../../net/protocol";
+import type { DeviceRow } from "../../model/door";
 import { link, may } from "../../store";
 import { theme } from "../../theme";
 import { feedOf, RATE_HZ } from "./axis_feed";

@@ -2,7 +2,7 @@
 
 import { computed, signal } from "@preact/signals";
 import type { Ring } from "../../model/ring";
-import { type DeviceRow } from "../../net/protocol";
+import type { DeviceRow } from "../../model/door";
 import { feedOf } from "./axis_feed";
 import { isByMode, unitIn, usualFields } from "./axis_fields";
 

@@ -1,7 +1,8 @@
 /** Carry out a step of the set-point and record the response. */
 
 import { type StepFigures, stepFigures } from "../../model/step_response";
-import { Refused, type DeviceRow } from "../../net/protocol";
+import type { DeviceRow } from "../../model/door";
+import { Refused } from "../../net/protocol";
 import { link } from "../../store";
 import { setpointOf } from "./axis_fields";
 import { askVerb } from "./verbs";

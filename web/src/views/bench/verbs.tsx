@@ -3,7 +3,7 @@
 import { signal } from "@preact/signals";
 import { notify, notifyError } from "../../parts/notices";
 import { ParameterForm } from "../../parts/parameter_form";
-import type { DeviceRow, VerbRow } from "../../net/protocol";
+import type { DeviceRow, VerbRow } from "../../model/door";
 import { link, may } from "../../store";
 
 /** Verbs that are operations of their own too, and everywhere the same. */

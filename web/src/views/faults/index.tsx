@@ -4,7 +4,7 @@ import { signal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { notify, notifyError } from "../../parts/notices";
 import { ParameterForm } from "../../parts/parameter_form";
-import type { FaultKindRow, ParameterRow } from "../../net/protocol";
+import type { FaultKindRow, ParameterRow } from "../../model/door";
 import { activeFaults, benchTime_s, faultMarks, hello, link, may } from "../../store";
 import type { ViewEntry } from "../view";
 import { placesOf } from "./places";

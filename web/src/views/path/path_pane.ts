@@ -93,7 +93,7 @@ export class PathPane {
 
   private ends(): [number, number, number, number] | null {
     const { made } = this;
-    if (!made || !made.count) return null;
+    if (!made?.count) return null;
     const ends: [number, number, number, number] = [Infinity, -Infinity, Infinity, -Infinity];
     for (let point = 0; point < made.count; point++) {
       const x = made.places[point * made.axes.length + this.across]!;

@@ -48,7 +48,7 @@ const COLLISION = /^collision of (.+)$/;
 
 /** Whether several stations spoke at once. */
 export function isCollision(packet: WirePacket): boolean {
-  return packet.error !== null && packet.error.startsWith("collision");
+  return packet.error?.startsWith("collision") ?? false;
 }
 
 /** Stations that drove the wire: of a collision all, else the one that sent. */
@@ -161,7 +161,7 @@ function wordTest(word: string): PacketTest {
           .includes(digits);
     }
     case "error":
-      return (packet) => packet.error !== null && packet.error.toLowerCase().includes(value!);
+      return (packet) => packet.error?.toLowerCase().includes(value!) ?? false;
   }
   if (word === "error") return (packet) => packet.error !== null;
   return (packet) => `${packet.from} ${packet.to} ${packet.text} ${packet.error ?? ""}`.toLowerCase().includes(word);
