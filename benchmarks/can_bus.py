@@ -23,8 +23,8 @@ from typing import Any
 
 from _report import is_quick, report
 
+from bridges.can.bus.bus_events import CanFilter, NodeState
 from bridges.can.bus.can_bus import CanBus
-from bridges.can.bus.can_bus_protocol import CanFilter, NodeState
 from bridges.can.bus.can_faults import CanFaults
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.slcan import SlcanAdapter, SlcanStatus, encode

@@ -26,7 +26,7 @@ from pathlib import Path
 from _processes import Daemon, daemon, precise_cpu_s
 from _report import check_work, is_quick, report
 
-from bridges.can.bus.can_bus_protocol import BusEvent
+from bridges.can.bus.bus_events import BusEvent
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.frame_length import frame_bits
 from bridges.can.frames.slcan import encode

@@ -23,8 +23,6 @@ TWICE = {
     "Bench": "the faces of a bench in the client for scripts and in the test kit",
     "Options": "hil looks for it in each kind of port and bridge",
     "Desk": "the contract, and what carries it out",
-    "CanBus": "the contract, and what carries it out",
-    "CanFaults": "the contract, and what carries it out",
     "Segment": "the contract, and what carries it out",
     "RunAxis": "an axis of a run, and what a real board is to one",
     "Command": "a row in the table of a board's commands, a request in a bridge: none is seen outside",

@@ -15,7 +15,7 @@ from hil.vocab.verbs import VerbRefused
 from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
 
 if TYPE_CHECKING:
-    from bridges.can.bus.can_bus_protocol import BusEvent
+    from bridges.can.bus.bus_events import BusEvent
 
 KEPT_EVENTS, KEPT_BYTES = 10_000, 2 << 20
 """Maximum of what is kept of a segment for captures: so many events, and bytes of them."""

@@ -6,18 +6,17 @@ from zlib import crc32
 
 from bridges.can.canopen.cia402.profile_drive import ProfileDrive
 from bridges.can.canopen.node.communication_entries import Identity
-from hil.compose.find import make_can_bus
+from bridges.can.cards.bench_bus import BenchBus
+from bridges.can.cards.can_tap import CanTap
+from bridges.can.cards.canopen_card import CanOpenCard, CardSpec
+from bridges.can.cards.card_motor import CardMotor, Rating
+from bridges.can.cards.drive_switches import Cam, PinSwitch, Switch
 from hil.config import BenchConfig, Catalogue
 from hil.config.can_model import CanConfig, CanNodeConfig, SwitchConfig
 from hil.config.station_names import CANOPEN, node_name
 from hil.core import AxisKind
 from hil.core.kinds import KINDS
 from hil.sim.bench import BenchRuntime
-from hil.sim.can.bench_bus import BenchBus
-from hil.sim.can.can_tap import CanTap
-from hil.sim.can.canopen_card import CanOpenCard, CardSpec
-from hil.sim.can.card_motor import CardMotor, Rating
-from hil.sim.can.drive_switches import Cam, PinSwitch, Switch
 from hil.sim.group import Group
 from hil.vocab.address import Address, address_of
 
@@ -38,7 +37,7 @@ def _add_bus(
 ) -> None:
     members = of.members()
     group = bench.roster.group_of(members[0]) if members else bench.open_group()
-    bus = make_can_bus(group, name, of.bit_rate)
+    bus = BenchBus(name, group, of.bit_rate)
     bench.roster.add_wire(name, bus, group)
     for axis, node in of.nodes.items():
         _add_node(bench, axis, node, bus, group, _rating(config, catalogue, axis))

@@ -21,7 +21,6 @@ from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.profile import Profile
 
 if TYPE_CHECKING:
-    from hil.sim.can.bench_bus import BenchBus
     from hil.vocab.bridge_protocol import Bridge, DoorPort
     from hil.vocab.desk_protocol import Desk
     from hil.vocab.framing import Framing
@@ -114,14 +113,6 @@ def bridge_reference(kind: str) -> str:
     """Part of the reference that a bridge writes, Markdown."""
     text: str = _bridges().attribute(kind, "reference")()
     return text
-
-
-def make_can_bus(clock: "Clock", name: str, bit_rate: int) -> "BenchBus":
-    """Make a CAN bus without nodes, on which things happen at times of ``clock``."""
-    from hil.sim.can.bench_bus import BenchBus  # most benches have none
-
-    bus = import_module("bridges.can.bus.can_bus").CanBus(clock, bit_rate)
-    return BenchBus(name, bus, import_module("bridges.can.bus.can_faults").CanFaults(bus))
 
 
 def make_segment(clock: "Clock", framing: "Framing", line_format: "LineFormat") -> "Segment":

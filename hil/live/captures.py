@@ -12,7 +12,7 @@ from hil.vocab.time import SimTimeNs
 from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
 
 if TYPE_CHECKING:
-    from bridges.can.bus.can_bus_protocol import BusEvent
+    from bridges.can.bus.bus_events import BusEvent
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""

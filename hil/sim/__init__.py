@@ -6,8 +6,7 @@ the operating system.
 ``can`` has buses with their nodes and taps.
 ``inputs.py`` has the inputs from outside, ``input_log.py`` their log, ``faults`` the faults.
 
-May import: bridges.can.bus, bridges.can.canopen, bridges.can.frames, hil.core, hil.firmware, hil.registers,
-hil.vocab, hil.wire, the pure standard library.
+May import: hil.core, hil.firmware, hil.registers, hil.vocab, hil.wire, the pure standard library.
 
 Tests may import too: hil.live, hil.testing.
 """

@@ -1,10 +1,12 @@
 """Place in a board's own code at which an exception was raised, for the board's author."""
 
-_HIL = __file__.removesuffix("sim/raised_at.py")
+_ROOT = __file__.removesuffix("hil/sim/raised_at.py")
+_OURS = f"{_ROOT}hil/", f"{_ROOT}bridges/"
+"""What carries a board's code out: the bench, and buses."""
 
 
 def place_of(error: BaseException) -> str:
-    """Answer file and line as " (firmware.py:31)": of the innermost call outside ``hil``, where there is one;
+    """Answer file and line as " (firmware.py:31)": of the innermost call outside of these, if there is one;
     "" without a traceback."""
     places: list[tuple[str, int]] = []
     call = error.__traceback__
@@ -13,5 +15,5 @@ def place_of(error: BaseException) -> str:
         call = call.tb_next
     if not places:
         return ""
-    file, line = next((each for each in places if not each[0].startswith(_HIL)), places[0])
+    file, line = next((each for each in places if not each[0].startswith(_OURS)), places[0])
     return f" ({file.rpartition('/')[2]}:{line})"

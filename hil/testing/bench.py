@@ -258,7 +258,7 @@ class Bench:
 def _tap_face(runtime: BenchRuntime, tap: ClientTap) -> TapFace:
     if isinstance(tap, Tap):
         return TapFace(runtime, tap)
-    from hil.sim.can.can_tap import CanTap
+    from bridges.can.cards.can_tap import CanTap
     from hil.testing.can_faces import CanTapFace
 
     assert isinstance(tap, CanTap)

@@ -3,15 +3,15 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.bus.bus_events import NodeState
 from bridges.can.canopen import can_ids
 from bridges.can.canopen.canopen_codes import NmtCommand
 from bridges.can.canopen.cia402_words import CONTROLWORD, STATUSWORD, DriveCommand, DriveState, state_of
+from bridges.can.cards.bench_bus import BenchBus
+from bridges.can.cards.can_tap import CanTap
 from bridges.can.frames.can_frame import CanFrame
 from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
-from hil.sim.can.bench_bus import BenchBus
-from hil.sim.can.can_tap import CanTap
 from hil.testing.checked_bytes import checked_bytes
 from hil.testing.faces import TapFace
 from hil.testing.named_things import NamedThings
@@ -20,7 +20,7 @@ from hil.vocab.address import Address
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
 if TYPE_CHECKING:
-    from hil.sim.can.canopen_card import CanOpenCard
+    from bridges.can.cards.canopen_card import CanOpenCard
     from hil.testing.python_can_bus import PythonCanBus
 
 SERVO = "mechaduino"
@@ -152,7 +152,7 @@ class CanBusFace:
         cards = self._runtime.cards_on(self._runtime.wires[self.name])
         return {name.removesuffix(f".{CANOPEN}"): card for name, card in cards.items()}
 
-    # ---- bridges.can.bus.can_bus_protocol.CanListener ----
+    # ---- bridges.can.bus.bus_events.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         self.heard.append(HeardFrame(end_ns, frame))

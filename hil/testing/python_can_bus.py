@@ -6,10 +6,10 @@ from typing import Protocol
 
 import can
 
-from bridges.can.bus.can_bus_protocol import BusEvent
+from bridges.can.bus.bus_events import BusEvent
+from bridges.can.cards.channel_node import ChannelNode
 from bridges.can.frames.can_frame import CanFrame, check
 from hil.sim.bench import BenchRuntime
-from hil.sim.can.channel_node import ChannelNode
 from hil.sim.inputs import Attach, Detach, Frames
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 

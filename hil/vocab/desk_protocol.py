@@ -100,7 +100,7 @@ class Watched(Enum):
     SAMPLES = "an axis at exact multiples of an interval: its fields in the binary layout, ``bytes``"
     PACKETS = "what was on a segment: a ``SegmentEvent``"
     BYTES = 'what passes at a port: whom it is for, "board" or "client", and the bytes'
-    FRAMES = "what was on a CAN bus: a ``BusEvent`` of ``bridges.can.bus.can_bus_protocol``"
+    FRAMES = "what was on a CAN bus: a ``BusEvent`` of ``bridges.can.bus.bus_events``"
     RUNS = "runs whose progress changes: the progress, a mapping"
 
 

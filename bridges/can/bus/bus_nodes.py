@@ -8,7 +8,7 @@ from heapq import heapify, heappop, heappush
 from typing import Any, NamedTuple
 
 from bridges.can.bus._bit_wire import BitWire
-from bridges.can.bus.can_bus_protocol import BusEvent, CanFilter, CanListener, MailboxesFull, NodeState
+from bridges.can.bus.bus_events import BusEvent, CanFilter, CanListener, MailboxesFull, NodeState
 from bridges.can.frames._wire_bits import wire_bits
 from bridges.can.frames.can_frame import CanFrame, check, urgency
 from hil.vocab.faults import Fault

@@ -13,9 +13,7 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from bridges.can.bus._bit_wire import BitWire
-from bridges.can.bus.bus_line import BusLine
-from bridges.can.bus.bus_nodes import BusNews, BusNode, BusNodes, Mailboxes
-from bridges.can.bus.can_bus_protocol import (
+from bridges.can.bus.bus_events import (
     MAILBOXES,
     BusEvent,
     CanFilter,
@@ -23,6 +21,8 @@ from bridges.can.bus.can_bus_protocol import (
     MailboxesFull,
     NodeState,
 )
+from bridges.can.bus.bus_line import BusLine
+from bridges.can.bus.bus_nodes import BusNews, BusNode, BusNodes, Mailboxes
 from bridges.can.frames.can_frame import CanFrame
 from hil.vocab.time import NS_PER_S, Clock
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 
+from bridges.can.bus.bus_events import MailboxesFull
 from bridges.can.bus.bus_nodes import BusNode
 from bridges.can.bus.can_bus import LEAST_BIT_RATE, MOST_BIT_RATE, CanBus
-from bridges.can.bus.can_bus_protocol import MailboxesFull
 from bridges.can.frames.can_frame import DATA_MAX, CanFrame
 from hil.vocab.faults import Fault
 from hil.vocab.time import NS_PER_MS, SimTimeNs

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bridges.can.bus.can_bus_protocol import BusEvent
+from bridges.can.bus.bus_events import BusEvent
 from bridges.can.channels.channel_medium import AT_A_TIME, Medium
 from bridges.can.channels.channel_options import Channel
 from bridges.can.channels.python_can_medium import PythonCanMedium

@@ -4,7 +4,7 @@ import math
 import struct
 from itertools import pairwise
 
-from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.bus.bus_events import NodeState
 from bridges.can.frames.can_frame import CanFrame
 from hil.sim.inputs import Follow
 from hil.testing.can_faces import CanBusFace, DriveFace

@@ -5,10 +5,10 @@ import random
 import pytest
 from can_bench import TAP, config
 
-from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.bus.bus_events import NodeState
+from bridges.can.cards.can_tap import CLOSED_ROOM, LINE_MAX, STUCK_NS
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.frame_length import frame_bits
-from hil.sim.can.can_tap import CLOSED_ROOM, LINE_MAX, STUCK_NS
 from hil.testing import Bench
 
 BIT_NS = 2000

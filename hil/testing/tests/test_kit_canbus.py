@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from can_bench import TAP, config
 
-from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.bus.bus_events import NodeState
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.frame_length import frame_bits
 from hil.compose.replay import replay

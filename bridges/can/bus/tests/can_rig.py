@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import Any, NamedTuple
 
+from bridges.can.bus.bus_events import BusEvent, NodeState
 from bridges.can.bus.can_bus import CanBus
-from bridges.can.bus.can_bus_protocol import BusEvent, NodeState
 from bridges.can.bus.can_faults import CanFaults
 from bridges.can.frames.can_frame import CanFrame
 from hil.vocab.faults import Fault

@@ -8,7 +8,7 @@ from can_rig import BIT_NS, RATE, READY_NS, Bench, Offer, Told, play
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridges.can.bus.can_bus_protocol import CanFilter, MailboxesFull
+from bridges.can.bus.bus_events import CanFilter, MailboxesFull
 from bridges.can.frames.can_frame import CanFrame, urgency
 from bridges.can.frames.frame_length import frame_bits
 

@@ -12,7 +12,7 @@ from can_rig import BIT_NS, READY_NS, Bench
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from bridges.can.bus.can_bus_protocol import MailboxesFull, NodeState
+from bridges.can.bus.bus_events import MailboxesFull, NodeState
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.frame_length import frame_bits
 

@@ -2,7 +2,7 @@
 
 from can_rig import BIT_NS, RATE, Bench
 
-from bridges.can.bus.can_bus_protocol import NodeState
+from bridges.can.bus.bus_events import NodeState
 from bridges.can.frames.can_frame import CanFrame
 
 

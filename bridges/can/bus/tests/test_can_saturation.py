@@ -8,7 +8,7 @@ from itertools import count
 
 from can_rig import BIT_NS, Bench
 
-from bridges.can.bus.can_bus_protocol import MailboxesFull
+from bridges.can.bus.bus_events import MailboxesFull
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.frame_length import INTERMISSION_BITS, frame_bits
 

@@ -11,7 +11,7 @@ import pytest
 from can.interfaces.udp_multicast.utils import pack_message
 
 from bridges.can.bridge import Options, make
-from bridges.can.bus.can_bus_protocol import BusEvent
+from bridges.can.bus.bus_events import BusEvent
 from bridges.can.channels.bus_channel import BusChannel
 from bridges.can.channels.channel_medium import frame_of, message_of
 from bridges.can.channels.channel_options import UDP_GROUP, Channel

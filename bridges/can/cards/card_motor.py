@@ -6,9 +6,9 @@ from struct import unpack_from
 from typing import NamedTuple
 
 from bridges.can.canopen.cia402.motor_axis import MotorLook
+from bridges.can.cards.drive_switches import Switch
 from hil.core import CoreAxis
 from hil.core.fields import INDEX
-from hil.sim.can.drive_switches import Switch
 from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.inputs import Do, Follow, Input

@@ -10,7 +10,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 
-from bridges.can.bus.can_bus_protocol import CanBus, MailboxesFull, NodeState
+from bridges.can.bus.bus_events import MailboxesFull, NodeState
+from bridges.can.bus.can_bus import CanBus
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.slcan import LINE_MAX, SlcanAdapter, SlcanStatus
 from hil.sim.inputs import Bytes, Input, Play
@@ -156,7 +157,7 @@ class CanTap:
         }
         return SlcanStatus(sum(flag for flag, is_set in flags.items() if is_set))
 
-    # ---- bridges.can.bus.can_bus_protocol.CanListener ----
+    # ---- bridges.can.bus.bus_events.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         self._say(end_ns, self._adapter.received(frame, end_ns))

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from bridges.can.bus.can_bus_protocol import CanFilter, MailboxesFull, NodeState
+from bridges.can.bus.bus_events import CanFilter, MailboxesFull, NodeState
 from bridges.can.canopen.node.application import Application, NodeServices
 from bridges.can.canopen.node.canopen_node import CanOpenNode
 from bridges.can.canopen.node.communication_entries import Identity
 from bridges.can.canopen.node.eds import eds_text
+from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.frames.can_frame import STANDARD_ID_MAX, CanFrame
 from bridges.can.frames.slcan import encode
-from hil.sim.can.bench_bus import BenchBus
 from hil.sim.device import Device
 from hil.sim.raised_at import place_of
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
@@ -103,7 +103,7 @@ class CanOpenCard:
         self._bus.switch_on(self.name)
         self._do(self.node.power_up, now_ns)
 
-    # ---- bridges.can.bus.can_bus_protocol.CanListener ----
+    # ---- bridges.can.bus.bus_events.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         if self._has_raised:

@@ -3,21 +3,27 @@
 from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
-from bridges.can.bus.can_bus_protocol import BusEvent, CanBus, CanFaults
-from hil.sim.can.channel_node import MOST_NODES, ChannelNode
+from bridges.can.bus.bus_events import BusEvent
+from bridges.can.bus.can_bus import CanBus
+from bridges.can.bus.can_faults import CanFaults
+from bridges.can.cards.channel_node import MOST_NODES, ChannelNode
 from hil.sim.client_tap import ClientTap
 from hil.vocab.address import owner_of
 from hil.vocab.faults import CAN_NODE, LINE, MOST_NOISES, ON_LINE, Fault
+from hil.vocab.time import Clock
 
 
 class BenchBus:
-    """Bus under its name, and what can go wrong on it."""
+    """Bus under its name, and what can go wrong on it; without nodes at first. ``clock`` is the time in which
+    things happen on it."""
 
     kind = "can"
 
-    def __init__(self, name: str, bus: CanBus, faults: CanFaults) -> None:
-        self.name, self.bus, self._faults = name, bus, faults
-        self.watchers: list[Callable[[BusEvent], None]] = bus.watchers
+    def __init__(self, name: str, clock: Clock, bit_rate: int) -> None:
+        self.name = name
+        self.bus = CanBus(clock, bit_rate)
+        self.watchers: list[Callable[[BusEvent], None]] = self.bus.watchers
+        self._faults = CanFaults(self.bus)
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""

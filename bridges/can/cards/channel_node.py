@@ -3,7 +3,8 @@
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
-from bridges.can.bus.can_bus_protocol import CanBus, NodeState
+from bridges.can.bus.bus_events import NodeState
+from bridges.can.bus.can_bus import CanBus
 from bridges.can.frames.can_frame import CanFrame, parse_frame
 from hil.sim.channels import ClientChannel
 from hil.sim.inputs import Attach, Detach, Frames, Input
@@ -104,7 +105,7 @@ class ChannelNode(ClientChannel):
             self._is_sending = True
             self._bus.send(self.name, self._queue[0])
 
-    # ---- bridges.can.bus.can_bus_protocol.CanListener ----
+    # ---- bridges.can.bus.bus_events.CanListener ----
 
     def hear(self, frame: CanFrame, start_ns: SimTimeNs, end_ns: SimTimeNs) -> None:
         """Do nothing: its filters let nothing in."""
