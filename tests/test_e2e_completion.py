@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from e2e_support import HIL, TERMINAL, Place, config, until
 
-from hil.cli.cli import app
+from hil.cli.command_group import app
 from hil.cli.command_table import VALUES
 from hil.cli.commands import commands
 from hil.cli.completion_names import KINDS

@@ -30,7 +30,7 @@ ALLOWED = {
 """Names that several files may have, or a file and a folder, by what they say."""
 STILL = {
     *("memory", "metrics", "monitor", "parameters", "verbs"),
-    *("cli/cli", "core/core", "motion/motion"),
+    *("core/core", "motion/motion"),
 }
 """Names that are still to be changed."""
 

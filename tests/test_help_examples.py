@@ -9,7 +9,7 @@ from markdown_blocks import ROOT
 from page_sessions import Session, captured, interrupted
 
 from device_profiles.sac.packet import encode
-from hil.cli.cli import app
+from hil.cli.command_group import app
 from hil.cli.commands import commands
 
 EXAMPLES = {

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.cli.cli import app
+from hil.cli.command_group import app
 from hil.cli.commands import commands
 from hil.cli.completion import SHELLS
 from hil.cli.man import man_page

@@ -1,8 +1,9 @@
 """The command ``hil``: its commands, their drawings, its completion, its man page and the reference.
 
-Belongs here: what a user types and reads. ``entry.py`` is where the program begins, ``cli.py`` has the
-commands or says where they are, ``ask.py`` what those share that ask a running bench. A command imports other
-rooms when it runs: each starts quickly. No other room imports this one.
+Belongs here: what a user types and reads. ``entry.py`` is where the program begins, ``command_table.py`` says
+where each command is, ``command_group.py`` makes the command line of it, ``ask.py`` has what those share that
+ask a running bench. A command imports other rooms when it runs: each starts quickly. No other room imports
+this one.
 
 May import: bridges.can, hil.arduino, hil.compose, hil.config, hil.core, hil.daemon, hil.discovery,
 hil.drives, hil.firmware, hil.gcode, hil.host, hil.live, hil.master, hil.net, hil.operations, hil.registers,

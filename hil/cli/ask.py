@@ -37,9 +37,8 @@ def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) 
     import logging
     import os
 
-    from hil.cli.hints import pasteable
     from hil.cli.problem_lines import tell_problems
-    from hil.cli.told import error_line, wants_json
+    from hil.cli.told import error_line, pasteable, wants_json
     from hil.host.journal import is_journal, prefixed, say
 
     message = pasteable(message)
@@ -93,7 +92,7 @@ class BenchOptions(NamedTuple):
         """Find the bench."""
         import os
 
-        from hil.cli.hints import ask_with
+        from hil.cli.told import ask_with
 
         here = found(self.runtime_dir)
         meant = benches_meant(self.bench, here)

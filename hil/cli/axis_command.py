@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.ask import ANY_BENCH, BenchOptions, fail
-from hil.cli.shown_numbers import shown_number
+from hil.cli.shown_words import shown_number
 from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant
 

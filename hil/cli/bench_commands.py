@@ -11,7 +11,9 @@ import typer
 
 from hil.cli.ask import ANY_BENCH, Bench, BenchOptions, RuntimeDir, benches_meant, fail, found
 from hil.cli.serve_command import StateDir
-from hil.cli.told import AsJson, CommandAnswer, tell_findings
+from hil.cli.told import AsJson, CommandAnswer
+
+RELOAD_S = 60.0
 
 
 def list_benches(
@@ -60,8 +62,8 @@ def list_benches(
 
 def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], programs: bool) -> None:
     """Print the answers of benches to ``list``. ``options``: those with which commands ask each."""
-    from hil.cli.hints import all_pasteable
     from hil.cli.port_views import HINT, program_lines
+    from hil.cli.told import all_pasteable
     from hil.cli.views import device_table, long_lines
 
     console = long_lines()
@@ -92,7 +94,7 @@ def status(
 
     from hil.cli import interrupts as signals
     from hil.cli.consoles import ShownConsole
-    from hil.cli.hints import all_pasteable
+    from hil.cli.told import all_pasteable
     from hil.cli.views import long_lines, status_view
 
     def answers() -> Iterator[dict[str, Any]]:
@@ -164,6 +166,7 @@ def doctor(
     import os
 
     from hil.cli.doctor_benches import judge_benches, judge_memories
+    from hil.cli.views import tell_findings
     from hil.host.doctor import judge, worst_first
     from hil.host.paths import runtime_base, state_base
     from hil.host.probes import try_all
@@ -174,3 +177,27 @@ def doctor(
     benches = judge_benches(runtime, runtime_dir is not None)
     findings = worst_first([*findings, *benches, *judge_memories(state)])
     tell_findings(findings, as_json)
+
+
+def reload(
+    bench: BenchOptions = ANY_BENCH,
+    as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
+) -> None:
+    """Apply the changed configuration to a running bench.
+
+    Devices that did not change go on, with their clients. Exits with 2 if the configuration has problems and
+    with 1 if it cannot be had without a restart; nothing has changed then.
+
+    Example: hil reload
+    """
+    done = bench.ask("reload", timeout_s=RELOAD_S)
+    if "problems" in done:
+        raise fail(done["problems"], 2)
+    if as_json:
+        typer.echo(json.dumps(done))
+        return
+    for word in ("removed", "restarted", "added"):
+        if done[word]:
+            typer.echo(f"{word}: {', '.join(done[word])}")
+    count = len(done["kept"])
+    typer.echo(f"{count} device{'' if count == 1 else 's'} went on")

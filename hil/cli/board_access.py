@@ -1,5 +1,7 @@
 """``hil monitor``, ``hil state``, ``hil reset``, ``hil pin``, ``hil set`` and ``hil zero``: one device."""
 
+import os
+import signal
 from contextlib import suppress
 from typing import Annotated
 
@@ -7,7 +9,8 @@ import typer
 
 from hil.cli.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.axis_command import number_or_text
-from hil.cli.shown_numbers import fixed, shown_number
+from hil.cli.exit_codes import Exit
+from hil.cli.shown_words import fixed, shown_number
 from hil.cli.told import CommandAnswer
 from hil.vocab.near_words import meant
 from hil.vocab.port_programs import is_held
@@ -21,8 +24,8 @@ def monitor(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> None:
 
     Example: hil monitor m1
     """
-    from hil.cli.first_keys import first_keys
     from hil.cli.monitor import monitor as run
+    from hil.cli.shown_words import first_keys
     from hil.net.port_client import PortUnreachable
 
     rows = {row["device"]: row for row in bench.ask("list")["devices"]}
@@ -112,3 +115,35 @@ def zero(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
             f"\nThe board counts {fixed(board_deg, 2)} deg as before; its set-points and move-abs go by that."
         )
     return CommandAnswer(answer, said)
+
+
+_IGNORED_BY_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)
+
+
+def with_lines(
+    program: Annotated[list[str], typer.Argument(help="A program, and what it is given.")],
+) -> None:
+    """Start a program for which pseudo-terminals have modem lines.
+
+    For programs that refuse a port without them, as CuteCom and GTKTerm, or that set DTR and RTS. They read
+    DTR and RTS as they set them, and CTS, DSR and carrier as on. The lines end in the program: the board
+    does not notice them, nor do other programs.
+
+    It works by a library that the program loads (LD_PRELOAD), and so do the programs that it starts. A
+    program that is linked statically, as those in Go, or that runs with the rights of another user (set-id)
+    loads none. The exit code is the program's.
+
+    Example: hil with-lines cutecom
+    """
+    from hil.host.preload import PreloadRefused, find_program, with_library
+
+    try:
+        path, env = find_program(program[0], os.environ), with_library(os.environ)
+    except PreloadRefused as error:
+        raise fail(f"hil: {error}", Exit.MISTAKE) from None
+    for number in _IGNORED_BY_PYTHON:
+        signal.signal(number, signal.SIG_DFL)
+    try:
+        os.execve(path, program, env)
+    except OSError as error:
+        raise fail(f"hil: {path}: {error.strerror}", Exit.MISTAKE) from None

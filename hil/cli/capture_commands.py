@@ -190,7 +190,7 @@ def _items(file: Path, new: "Callable[[], Decoder]") -> "Iterator[DecodedItem]":
     """Items of a file in the order of their times, or of the standard input as they come. ``new``: makes a
     decoder."""
     from hil.cli.capture_input import any_form, of_file
-    from hil.cli.live_input import LiveInput
+    from hil.cli.capture_run import LiveInput
     from hil.cli.time_order import in_order
 
     if file == Path("-"):

@@ -1,5 +1,7 @@
 """Run of ``hil capture``: what comes from the bench goes to a target, and is counted."""
 
+import os
+import select
 import socket
 import sys
 from collections import Counter
@@ -14,7 +16,6 @@ from hil.cli.counted_blocks import CountedBlocks
 from hil.cli.decoded_item import DecodedItem, DecodedKind
 from hil.cli.decoding import Decoder
 from hil.cli.interrupts import ended_by
-from hil.cli.live_input import LiveInput
 from hil.cli.time_order import WINDOW_NS, ReorderWindow
 from hil.host.journal import say
 from hil.vocab.shown_text import printable
@@ -171,3 +172,35 @@ def _line(each: Interface) -> str:
     if each.framing == RAW:
         return "bytes"
     return f"{each.description}, {each.baud} baud" if each.baud else each.description
+
+
+_GONE = select.POLLERR | select.POLLHUP | select.POLLNVAL
+
+
+class LiveInput:
+    """Receiver of bytes of a file descriptor. ``idle_s``: pause after which it says that nothing has come;
+    None: never. ``out``: file descriptor of who takes what is made of it; it awaits nothing without him."""
+
+    def __init__(self, fd: int, idle_s: float | None = None, out: int | None = None) -> None:
+        self._fd = fd
+        self._pause_ms = None if idle_s is None else round(1000 * idle_s)
+        self._poll = select.poll()
+        self._poll.register(fd, select.POLLIN)
+        self.watch(out)
+
+    def watch(self, out: int | None) -> None:
+        """Watch whether somebody takes what is made of it, as ``out`` does."""
+        self._out = out
+        if out is not None:
+            self._poll.register(out, 0)
+
+    def __call__(self, size: int) -> bytes | None:
+        """Receive at most so many bytes; none at the end, None after a pause.
+
+        Raises:
+            BrokenPipeError: nobody takes anything any more.
+        """
+        ready = dict(self._poll.poll(self._pause_ms))
+        if self._out is not None and ready.get(self._out, 0) & _GONE:
+            raise BrokenPipeError
+        return os.read(self._fd, size) if ready else None

@@ -1,13 +1,18 @@
-"""Classes of commands and groups: quick to start, with help in one style."""
+"""Classes of commands and groups: quick to start, with help in one style.
+
+New versions of typer have pydantic check each value, also of options that were not given, and importing it
+takes as long as the rest of a small command. Values that need no validation are read here instead. Other
+versions leave what is set here alone.
+"""
 
 import re
+from pathlib import Path
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 from hil.cli.command_table import VALUES
-from hil.cli.plain_values import with_plain_values
 from hil.vocab.near_words import did_you_mean, nearest_or_begun
 
 USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]
@@ -156,4 +161,37 @@ def with_placeholders(parameters: list[Any]) -> list[Any]:
         is_option = parameter.param_type_name == "option"
         if is_option and not parameter.is_flag and parameter.metavar is None:
             parameter.metavar = placeholder(parameter.name)
+    return parameters
+
+
+_PLAIN = {str: str, Path: Path}
+
+
+class PlainValue:
+    """Reader of an option's or argument's value, in the place of typer's own, which reads all other kinds."""
+
+    def __init__(self, plain: type) -> None:
+        self._plain = plain
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Value as the command takes it. Raises what typer's own reader raises."""
+        is_repeated = param.multiple or param.nargs == -1
+        if value is None:
+            return () if is_repeated else None
+        if not is_repeated:
+            if isinstance(value, self._plain):
+                return value
+            if self._plain in _PLAIN:
+                return _PLAIN[self._plain](value)
+        param._runtime_param = None
+        return param.get_runtime_param().coerce(value, param, ctx)
+
+
+def with_plain_values(parameters: list[Any]) -> list[Any]:
+    """Let parameters be read that way, where typer has them read by pydantic."""
+    for parameter in parameters:
+        if getattr(parameter, "_runtime_param", parameters) is None and hasattr(parameter, "type_descriptor"):
+            annotation = parameter.type_descriptor.annotation
+            if isinstance(annotation, type):
+                parameter._runtime_param = PlainValue(annotation)
     return parameters

@@ -12,8 +12,7 @@ from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
 from hil.cli.command_classes import OneCommand, Quick, summary
 from hil.cli.command_table import BOARD, COMMANDS, PANELS, CommandRow
-from hil.cli.hints import asks_a_bench, begin
-from hil.cli.told import AsJson, telling
+from hil.cli.told import AsJson, asks_a_bench, begin, telling
 
 _HELP = {"help_option_names": ["--help", "-h"]}
 
@@ -120,3 +119,6 @@ def command_line() -> typer.Typer:
     )
     made.callback()(_options)
     return made
+
+
+app = command_line()

@@ -88,7 +88,7 @@ def _shells(line: TypedLine) -> Names:
 
 
 def _pages(line: TypedLine) -> Names:
-    from hil.cli.pages import find_pages
+    from hil.cli.installed_files import find_pages
 
     return [(name, page.title) for name, page in find_pages().items()]
 

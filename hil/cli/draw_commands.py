@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil.cli.ask import ANY_BENCH, BenchOptions, DeviceName, fail
-from hil.cli.hints import pasteable
 from hil.cli.interrupts import noted
 from hil.cli.problem_lines import has_colours
-from hil.cli.told import CommandAnswer, wants_json
+from hil.cli.told import CommandAnswer, pasteable, wants_json
 from hil.host.journal import say
 from hil.host.shown_stream import own
 from hil.vocab.problem import not_text

@@ -37,7 +37,7 @@ def main() -> None:
 
         end_by_signals()
     try:
-        from hil.cli.cli import app
+        from hil.cli.command_group import app
         from hil.cli.told import wants_json
 
         if wants_json():

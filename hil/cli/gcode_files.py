@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hil.cli.ask import fail
 from hil.cli.exit_codes import Exit
-from hil.cli.shown_numbers import counted, fixed
+from hil.cli.shown_words import counted, fixed
 
 if TYPE_CHECKING:
     from hil.gcode.canonical import Point, Program

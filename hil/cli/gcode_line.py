@@ -18,7 +18,7 @@ from hil.cli.exit_codes import Exit
 from hil.cli.gcode_files import PlannedFile
 from hil.cli.interrupts import noted
 from hil.cli.mother_lines import LineOptions, on_lines, place_of
-from hil.cli.shown_numbers import fixed
+from hil.cli.shown_words import fixed
 
 if TYPE_CHECKING:
     from hil.master import LiveMaster

@@ -17,7 +17,7 @@ def docs(
 
     Example: hil docs runs
     """
-    from hil.cli.pages import find_pages
+    from hil.cli.installed_files import find_pages
     from hil.vocab.near_words import meant
 
     pages = find_pages()
@@ -43,7 +43,7 @@ def completion(
 
     Example: hil completion zsh
     """
-    from hil.cli.cli import app
+    from hil.cli.command_group import app
     from hil.cli.commands import commands
     from hil.cli.completion import SHELLS
 
@@ -56,7 +56,7 @@ def reference(
     man: Annotated[bool, typer.Option("--man", help="The man page instead.")] = False,
 ) -> None:
     """Print the reference of configuration, commands, control verbs and axis fields as Markdown."""
-    from hil.cli.cli import app
+    from hil.cli.command_group import app
     from hil.cli.man import man_page
     from hil.cli.reference import reference as text
 

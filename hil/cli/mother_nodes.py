@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.echo_words import echo_words
 from hil.cli.exit_codes import Exit
 from hil.cli.mother_lines import (
     ANY_LINE,
@@ -18,6 +17,7 @@ from hil.cli.mother_lines import (
     on_lines,
     place_of,
 )
+from hil.cli.shown_words import echo_words
 from hil.cli.told import AsJson, CommandAnswer
 from hil.vocab.shown_text import printable
 

@@ -10,8 +10,7 @@ from hil.cli.commands import HELP, commands
 from hil.cli.decoded_item import KEYS
 from hil.cli.exit_codes import EXIT_CODES
 from hil.cli.port_views import programs_section
-from hil.cli.ready_keys import READY
-from hil.cli.surroundings import ENVIRONMENT, FILES
+from hil.cli.surroundings import ENVIRONMENT, FILES, READY
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.config.drive_map_text import drive_map_of

@@ -11,7 +11,7 @@ from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.exit_codes import Exit
 from hil.cli.interrupts import noted
 from hil.cli.run_reports import EXIT_OF, clock_words, is_under_way, run_report, shown
-from hil.cli.shown_numbers import counted
+from hil.cli.shown_words import counted
 from hil.vocab.problem import not_text
 
 POLL_S = 0.1

@@ -8,7 +8,7 @@ from typing import Any
 import typer
 
 from hil.cli.exit_codes import Exit
-from hil.cli.shown_numbers import fixed
+from hil.cli.shown_words import fixed
 
 _END_WORDS = {
     None: "at",

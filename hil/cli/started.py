@@ -9,9 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from hil import __version__
-from hil.cli.bridge_views import reached_at
-from hil.cli.first_keys import first_keys
 from hil.cli.port_views import HINT, verdict_lines
+from hil.cli.shown_words import first_keys, reached_at
 from hil.config.port_kinds import port_kinds
 from hil.daemon import Serving
 from hil.host.journal import is_journal

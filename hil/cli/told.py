@@ -2,7 +2,8 @@
 
 A command that tells something answers a ``CommandAnswer``, and has the option --json by that. Of one that
 fails the line is ``{"error": {"message": ..., "exit_code": ...}}``, with ``problems`` where the message lists
-some.
+some. Command lines that messages name, as in `hil reset m1`, have the options without which they would not
+work where they are pasted.
 """
 
 import dataclasses
@@ -10,16 +11,13 @@ import functools
 import inspect
 import json
 import re
+import shlex
 import sys
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from hil.cli.hints import pasteable
 from hil.host.shown_stream import own
-
-if TYPE_CHECKING:
-    from hil.host.doctor import Diagnosis
 
 AsJson = Annotated[bool, typer.Option("--json", help="JSON for programs.")]
 _PROBLEM = re.compile(r"([^\n:]+):(\d+):(\d+): (.*) \((.*)\)")
@@ -91,20 +89,6 @@ def _gathered(parameter: inspect.Parameter, given: dict[str, Any]) -> Any:
     return kind(*(_gathered(each, given) for each in _fields(kind)))
 
 
-def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:
-    """Print the findings of a doctor, in their order. Raises Exit with 1: something is a problem."""
-    from hil.host.doctor import healthy
-
-    if as_json:
-        typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
-    else:
-        from hil.cli.views import doctor_view, long_lines
-
-        long_lines().print(doctor_view(findings))
-    if not healthy(findings):
-        raise typer.Exit(1)
-
-
 def wants_json() -> bool:
     """True if the command line asks for JSON, whether or not it could be understood."""
     words = sys.argv[1:]
@@ -123,3 +107,54 @@ def error_line(message: str, exit_code: int) -> str:
         if each
     ]
     return json.dumps({"error": error | ({"problems": problems} if problems else {})})
+
+
+_HINT = re.compile(r"`hil ([a-z][^`]*)`")
+_words: list[str] = []
+_root: list[Any] = []
+"""The command `hil`, once its line is read."""
+
+
+def begin(root: Any) -> None:
+    """Begin a command line of ``root``, which asks no bench yet."""
+    _root[:], _words[:] = [root], []
+
+
+def ask_with(words: list[str]) -> None:
+    """Note the options that the bench needs which this command line asks: as ``Found.options`` says them."""
+    _words[:] = words
+
+
+def pasteable(text: str, words: list[str] | None = None) -> str:
+    """Text whose command lines in backquotes have the options ``words``; None: those that were noted."""
+    options = shlex.join(_words if words is None else words)
+    if not options:
+        return text
+    return _HINT.sub(lambda hint: f"`hil {options} {hint[1]}`" if _may_ask(hint[1]) else hint[0], text)
+
+
+def all_pasteable(answer: Any, words: list[str] | None = None) -> Any:
+    """A bench's answer with all its texts as ``pasteable`` has them."""
+    if isinstance(answer, str):
+        return pasteable(answer, words)
+    if isinstance(answer, list):
+        return [all_pasteable(each, words) for each in answer]
+    if isinstance(answer, dict):
+        return {name: all_pasteable(each, words) for name, each in answer.items()}
+    return answer
+
+
+def _may_ask(line: str) -> bool:
+    if not _root:
+        return False
+    command = _root[0]
+    for word in line.split():
+        if not (below := hasattr(command, "commands") and command.get_command(None, word)):
+            break
+        command = below
+    return asks_a_bench(command)
+
+
+def asks_a_bench(command: Any) -> bool:
+    """True if a command's --bench is one that runs: it does not complete the name in a way of its own."""
+    return any(each.name == "bench" and not each._custom_shell_complete for each in command.params)

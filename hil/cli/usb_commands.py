@@ -3,7 +3,7 @@
 import typer
 
 from hil.cli.command_classes import Below
-from hil.cli.told import AsJson, tell_findings
+from hil.cli.told import AsJson
 
 usb_app = typer.Typer(cls=Below, help="Ports of kind usb.", no_args_is_help=True, rich_markup_mode=None)
 
@@ -23,6 +23,7 @@ def doctor(as_json: AsJson = False) -> None:
     Example: hil usb doctor
     """
     from hil.cli.doctor_usb import judge_usb
+    from hil.cli.views import tell_findings
     from hil.host.doctor import worst_first
 
     tell_findings(worst_first([*judge_usb()]), as_json)

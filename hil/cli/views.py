@@ -1,19 +1,19 @@
 """Tables of ``hil list``, ``hil status`` and ``hil doctor``."""
 
+import dataclasses
+import json
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
+import typer
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hil.cli.bridge_views import reached_at
-from hil.cli.bus_views import bus_tables
 from hil.cli.consoles import ShownConsole
-from hil.cli.echo_words import echo_words
-from hil.cli.hints import pasteable
 from hil.cli.run_reports import run_line
-from hil.cli.shown_numbers import fixed, shown_number
+from hil.cli.shown_words import echo_words, fixed, reached_at, shown_number
+from hil.cli.told import pasteable
 from hil.net.axis_states import MOTION_STATES, shown_state
 from hil.vocab.axis import CONTROL_MODES
 
@@ -261,3 +261,44 @@ def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
         unit = field.unit if field and not name.endswith(f"_{field.unit}") else ""
         yield f"{name:{width}}  {said} {unit}".rstrip()
     yield from ("\n" + said for field, said in _ANGLES.items() if field in fields)
+
+
+_OF_NODES = ("id", "state", "sent", "heard", "TEC", "REC", "errors", "drive")
+
+
+def bus_tables(rows: list[dict[str, Any]]) -> Iterator[RenderableType]:
+    """Make the table of buses, and that of the controllers on them."""
+    buses, nodes = Table(box=None), Table(box=None)
+    for column in ("bus", "bit/s", "load", "frames", "errors"):
+        buses.add_column(column, justify="left" if column in ("bus", "errors") else "right")
+    for column in ("node", *_OF_NODES):
+        is_text = column in ("node", "state", "drive")
+        nodes.add_column(column, justify="left" if is_text else "right", overflow="fold")
+    for row in rows:
+        load = f"{row['load_percent']:.1f}%"
+        buses.add_row(row["bus"], str(row["bit_rate"]), load, str(row["frames"]), _errors(row["errors"]))
+        for name, node in row["nodes"].items():
+            drive = row["drives"].get(name, {})
+            counts = [str(node[key]) for key in ("sent", "heard", "transmit_errors", "receive_errors")]
+            nodes.add_row(
+                name, str(drive.get("id", "")), node["state"], *counts, str(sum(node["errors"].values())),
+                Text(str(drive.get("state", ""))),
+            )  # fmt: skip
+    yield buses
+    yield nodes
+
+
+def _errors(errors: dict[str, int]) -> str:
+    return ", ".join(f"{count} {kind}" for kind, count in errors.items()) or "none"
+
+
+def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:
+    """Print the findings of a doctor, in their order. Raises Exit with 1: something is a problem."""
+    from hil.host.doctor import healthy
+
+    if as_json:
+        typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
+    else:
+        long_lines().print(doctor_view(findings))
+    if not healthy(findings):
+        raise typer.Exit(1)

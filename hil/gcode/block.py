@@ -3,7 +3,8 @@
 import re
 from typing import NamedTuple
 
-from hil.gcode.expressions import COMMENT, BadValue, Fault, KnownParameters, Values
+from hil.gcode.expressions import COMMENT, BadValue, Fault, Values
+from hil.gcode.state import ProgramState
 from hil.gcode.words import AXES, G_WORDS, M_WORDS, PLAIN, REFUSED_LETTERS, Group, Word
 from hil.vocab.near_words import did_you_mean
 
@@ -63,7 +64,7 @@ class Block:
         return "".join(letter for letter in AXES if letter in self.numbers)
 
 
-def read_block(code: str, parameters: KnownParameters) -> Block:
+def read_block(code: str, parameters: ProgramState) -> Block:
     """Read a line without blanks, comments and its ``/``."""
     block = Block()
     values = Values(code, parameters)

@@ -6,8 +6,9 @@ They are read from a line without blanks, in small letters.
 import math
 import re
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
+from hil.gcode.state import ProgramState
 from hil.vocab.near_words import did_you_mean, nearest
 
 LAST_PARAMETER = 5601
@@ -77,20 +78,10 @@ class Fault(NamedTuple):
     remedy: str
 
 
-class KnownParameters(Protocol):
-    """Machine as expressions see it."""
-
-    def numbered(self, number: int) -> float:
-        """Value of a parameter from 1 to ``LAST_PARAMETER``."""
-
-    def named(self, name: str) -> float | None:
-        """Value of a parameter with a name; None if there is none."""
-
-
 class Values:
     """Reads values from one line, from left to right."""
 
-    def __init__(self, text: str, parameters: KnownParameters) -> None:
+    def __init__(self, text: str, parameters: ProgramState) -> None:
         self.text = text
         self.index = 0
         self.faults: list[Fault] = []

@@ -7,10 +7,9 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from bridges.zenoh import inbox as inbox_module
-from bridges.zenoh.inbox import COMMANDS_WAITING, READINGS_WAITING, Inbox, Request, Urgency
+from bridges.zenoh.inbox import COMMANDS_WAITING, READINGS_WAITING, Inbox, Request, SourceLane, Urgency
 from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, expression
 from bridges.zenoh.sender import Sender
-from bridges.zenoh.source_lane import SourceLane
 
 VERBS, STATE = "axis/<device>/cmd/<verb>", "axis/<device>/state"
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from hil.cli.shown_numbers import fixed, shown_number
+from hil.cli.shown_words import fixed, shown_number
 from hil.cli.views import field_lines, status_view
 
 COUNTERS = ("rx_bytes", "tx_bytes", "dropped_bytes", "overrun_bytes", "clients")

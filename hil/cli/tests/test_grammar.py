@@ -12,9 +12,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from hil.cli.cli import app
 from hil.cli.command_classes import USAGE_ERROR
-from hil.cli.command_group import panel_of
+from hil.cli.command_group import app, panel_of
 from hil.cli.command_table import COMMANDS, PANELS
 from hil.cli.commands import CliCommand, commands
 

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from hil.cli import monitor
 from hil.cli.ask import BenchOptions
-from hil.cli.cli import app
+from hil.cli.command_group import app
 
 
 @pytest.mark.parametrize(

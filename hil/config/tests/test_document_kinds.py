@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from hil.cli.cli import app
+from hil.cli.command_group import app
 from hil.config import Catalogue, parse
 from hil.config.document_kinds import KINDS, OtherKindError, kind_of
 from hil.config.drive_map_text import read_drive_map

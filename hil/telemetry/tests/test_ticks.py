@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.telemetry.recording import Recording
-from hil.telemetry.text_plot import draw
-from hil.telemetry.ticks import round_ticks, shown_range
+from hil.telemetry.text_plot import draw, round_ticks, shown_range
 
 NUMBERS = st.floats(-1e6, 1e6)
 

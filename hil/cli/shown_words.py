@@ -1,6 +1,9 @@
-"""Numbers for people: 0 for what is as good as 0, and no sign before it."""
+"""Words for people: numbers (0 for what is as good as 0, and no sign before it), doors, echoes of adapters,
+and what to type first at a board that says nothing by itself."""
 
+from collections.abc import Mapping
 from struct import Struct
+from typing import Any
 
 _FLOAT = Struct("f")
 DUST = 1e-12
@@ -35,3 +38,26 @@ def _same_float(one: float, other: float) -> bool:
 def fixed(value: float | None, decimals: int) -> str:
     """Format a value with so many decimals; None is one that is not told."""
     return "-" if value is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
+def reached_at(status: Mapping[str, Any]) -> str:
+    """Say what a bridge has and where it is reached; once, where the former is a URL. ``status``: its own."""
+    root, doors = str(status["root"]), [*status["listen"], *status["connect"]]
+    return root if len(doors) == 1 and doors[0] in root else f"{root} at {', '.join(doors)}"
+
+
+def echo_words(echo: Mapping[str, str | int]) -> str:
+    """Say what is known of an adapter, and what came of it; of one without an echo the first alone."""
+    said = f"echo: {echo['state']}"
+    if echo["bytes"]:
+        said += f", {echo['bytes']} bytes that came back were dropped"
+    return f"{said}, {echo['collisions']} collisions" if echo["collisions"] else said
+
+
+def first_keys(greeting: str) -> str:
+    """Words for what to type to see something of a board that answers ``greeting``; empty without one."""
+    typed = greeting.rstrip("\r\n")
+    parts = [f"type {typed if typed.isprintable() else ascii(typed)}"] if typed else []
+    if greeting != typed:
+        parts.append("press Enter")
+    return " and ".join(parts)
