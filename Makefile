@@ -9,7 +9,7 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES)
 
-.PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check web-types lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -31,7 +31,11 @@ SIDE_BY_SIDE = $(BIN)/python -m pytest -q --dist loadfile --no-loadscope-reorder
 web: web/node_modules
 	cd web && npm run -s build
 
-# The page's unit tests, and whether what is built is what the sources make. Needs Node 20.
+# Types of what the door tells: commit what it writes.
+web-types: $(VENV)/.base
+	$(BIN)/python write_web_types.py
+
+# The page's lint and unit tests, and whether what is built is what the sources make. Needs Node 20.
 web-check: web/node_modules
 	cd web && npm -s run lint
 	cd web && npm -s test

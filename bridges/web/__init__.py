@@ -4,9 +4,10 @@
 ``http_door.py`` answers HTTP: it checks names (``host_names.py``) and users (``locks.py``,
 ``login_sessions.py``), and gives the page's files (``page_files.py``).
 ``page_connection.py`` is a connection, whose frames ``websocket_frames.py`` checks. ``open_pages.py`` has
-the pages, ``web_client.py`` is one page's WebSocket: ``web_messages.py`` reads what it asks, ``outbox.py``
-has what waits for it, ``streams.py`` and its neighbours what it watches, ``exports.py`` captures that go out,
-``web_terminals.py`` its terminals.
+the pages, ``web_client.py`` is one page's WebSocket: ``web_messages.py`` reads what it asks,
+``bench_words.py`` tells it of the bench in rows of ``page_rows.py``. ``outbox.py`` has what waits for it,
+``streams.py`` and its neighbours what it watches, ``exports.py`` captures that go out, ``web_terminals.py``
+its terminals.
 
 May import: bridges.can, hil.net, hil.registers, hil.vocab, hil.wire, the standard library, any package.
 """

@@ -3,14 +3,22 @@
 import asyncio
 from collections.abc import Iterable, Sequence
 from secrets import token_hex
-from typing import Any
+from typing import cast
 
 from bridges.web.outbox import LongText
+from bridges.web.page_rows import (
+    BenchRow,
+    DeviceRow,
+    OperationRow,
+    ParameterRow,
+    RoleName,
+    VerbRow,
+)
 from hil.vocab.desk_protocol import Description, Desk, DeviceInfo, Source
 from hil.vocab.faults import FAULT_KINDS, TARGETS
 from hil.vocab.operation import Operation
 from hil.vocab.parameters import Parameter
-from hil.vocab.verbs import Verb
+from hil.vocab.verbs import Role, Verb
 from hil.wire.json_pieces import json_text
 
 PROTOCOL = 1
@@ -43,7 +51,7 @@ class BenchWords:
 
     async def told(self, key: str, source: Source) -> LongText:
         """Message to a page of this user. ``key``: what it is, hello or changed."""
-        user = json_text({"user": source.name, "role": source.role.name.lower()})
+        user = json_text({"user": source.name, "role": _role(source.role)})
         shared = await self._shared()
         return LongText((f'{{"{key}":{user[:-1]},'.encode(), *shared), sum(map(len, shared)))
 
@@ -64,11 +72,11 @@ class BenchWords:
             devices.append(("," * (number > 1) + json_text(_device(name, device))).encode())
             if number % SLICE == 0:
                 await asyncio.sleep(0)
-        rest = json_text(_bench(here, self._version) | self._door)
+        rest = json_text({**_bench(here, self._version), **self._door})
         return (f'{rest[1:-1]},"devices":['.encode(), *devices, b"]}}")
 
 
-def _bench(here: Description, version: str) -> dict[str, Any]:
+def _bench(here: Description, version: str) -> BenchRow:
     return {
         "protocol": PROTOCOL,
         "version": version,
@@ -95,7 +103,7 @@ def _bench(here: Description, version: str) -> dict[str, Any]:
     }
 
 
-def _device(name: str, device: DeviceInfo) -> dict[str, Any]:
+def _device(name: str, device: DeviceInfo) -> DeviceRow:
     return {
         "name": name,
         "profile": device.profile,
@@ -117,42 +125,50 @@ def _device(name: str, device: DeviceInfo) -> dict[str, Any]:
     }
 
 
-def _verb(verb: Verb) -> dict[str, Any]:
+def _role(role: Role) -> RoleName:
+    return cast(RoleName, role.name.lower())
+
+
+def _verb(verb: Verb) -> VerbRow:
     return {
         "summary": verb.about,
-        "role": verb.role.name.lower(),
+        "role": _role(verb.role),
         "parameters": _parameters(verb.parameters),
     }
 
 
-def _operation(operation: Operation) -> dict[str, Any]:
+def _operation(operation: Operation) -> OperationRow:
     return {
         "target": operation.target.name.lower(),
         "target_summary": operation.target.value[1],
         "summary": operation.about,
-        "role": operation.role.name.lower(),
+        "role": _role(operation.role),
         "takes_time": operation.takes_time,
         "parameters": _parameters(operation.parameters),
     }
 
 
-def _parameters(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
+def _parameters(parameters: Iterable[Parameter]) -> list[ParameterRow]:
     return [_parameter(each) for each in parameters]
 
 
-def _parameter(parameter: Parameter) -> dict[str, Any]:
-    told: dict[str, Any] = {"name": parameter.name, "summary": parameter.about, "unit": parameter.unit}
-    if parameter.form:
-        told |= {"type": "other", "form": parameter.form.about}
-    elif parameter.choices:
-        told |= {"type": "choice", "choices": list(parameter.choices)}
-    elif parameter.is_text:
-        told |= {"type": "text", "maximum": parameter.maximum}
-    else:
-        bounds = {"minimum": parameter.minimum, "maximum": parameter.maximum, "limits": parameter.limits}
-        told |= {"type": "whole" if parameter.is_whole else "number", **bounds}
-    return told | {
+def _parameter(parameter: Parameter) -> ParameterRow:
+    told: ParameterRow = {
+        "name": parameter.name,
+        "summary": parameter.about,
+        "unit": parameter.unit,
+        "type": "whole" if parameter.is_whole else "number",
         "default": parameter.default,
         "is_optional": parameter.is_optional,
         "text": parameter.described(),
     }
+    if parameter.form:
+        told["type"], told["form"] = "other", parameter.form.about
+    elif parameter.choices:
+        told["type"], told["choices"] = "choice", list(parameter.choices)
+    elif parameter.is_text:
+        told["type"], told["maximum"] = "text", parameter.maximum
+    else:
+        told["minimum"], told["maximum"] = parameter.minimum, parameter.maximum
+        told["limits"] = parameter.limits
+    return told

@@ -19,8 +19,8 @@ MOST_ID = 1 << 53
 """Numbers of requests are below it: those that JavaScript has exactly."""
 NAME_CHARACTERS = 256
 MOST_FIELDS = 64
-_TERMINAL_HEAD = struct.Struct("<BBHI")
-_SAMPLES_HEAD = struct.Struct("<BBHIII")
+TERMINAL_HEAD = struct.Struct("<BBHI")
+SAMPLES_HEAD = struct.Struct("<BBHIII")
 
 
 class PageRequest(NamedTuple):
@@ -65,21 +65,21 @@ def read_terminal(data: bytes) -> tuple[int, bytes]:
     Raises:
         BadMessage: it is no such message.
     """
-    if len(data) < _TERMINAL_HEAD.size or data[0] != TERMINAL:
+    if len(data) < TERMINAL_HEAD.size or data[0] != TERMINAL:
         raise BadMessage(
             "a binary message is for a terminal: 2, 0, 0, 0, its number in four bytes, its bytes"
         )
-    return _TERMINAL_HEAD.unpack_from(data)[3], data[_TERMINAL_HEAD.size :]
+    return TERMINAL_HEAD.unpack_from(data)[3], data[TERMINAL_HEAD.size :]
 
 
 def terminal_message(number: int, data: bytes) -> bytes:
     """Encode what a terminal says."""
-    return _TERMINAL_HEAD.pack(TERMINAL, 0, 0, number) + data
+    return TERMINAL_HEAD.pack(TERMINAL, 0, 0, number) + data
 
 
 def samples_head(fields: int, watch: int, lost: int, rows: int) -> bytes:
     """Encode the head of a block of samples. ``lost``: of all of the watch so far."""
-    return _SAMPLES_HEAD.pack(SAMPLES, fields, 0, watch, lost & 0xFFFFFFFF, rows)
+    return SAMPLES_HEAD.pack(SAMPLES, fields, 0, watch, lost & 0xFFFFFFFF, rows)
 
 
 def _is_number(value: Any) -> bool:

@@ -9,6 +9,7 @@ from inspect import isawaitable
 from typing import Any
 
 from bridges.web.outbox import Outbox
+from bridges.web.page_rows import TerminalAnswer
 from bridges.web.web_messages import NAME, WHOLE, taken, terminal_message
 from hil.net.port_client import PortUnreachable, opened_port
 from hil.vocab.desk_protocol import Desk, Encoded, Source
@@ -138,7 +139,7 @@ class PageTerminals:
         self._last = 0
         self._is_closed = False
 
-    async def open(self, given: Mapping[str, Any]) -> dict[str, Any]:
+    async def open(self, given: Mapping[str, Any]) -> TerminalAnswer:
         """Open a terminal at a port; answers its number, and how many other clients the port has.
 
         Raises:

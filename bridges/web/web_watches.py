@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from bridges.web.outbox import LongText, Outbox
+from bridges.web.page_rows import WatchAnswer
 from bridges.web.shared_reading import SharedReading
 from bridges.web.streams import AxisSamples, PageStream, PassingItems, RunsProgress, ToldReading
 from bridges.web.web_messages import NAME, NAMES, NUMBER, WHOLE, taken
@@ -53,7 +54,7 @@ class PageWatches:
         """Number of samples and items that the page never got."""
         return self._lost_before + sum(stream.lost for _, _, stream in self._streams.values())
 
-    def open(self, given: Mapping[str, Any]) -> dict[str, Any]:
+    def open(self, given: Mapping[str, Any]) -> WatchAnswer:
         """Begin a watch; answers its number.
 
         Raises:

@@ -102,7 +102,7 @@ _STATUS: dict[str, Any] = (
     }
     | dict.fromkeys(("rate_hz", "sim_ns", "elapsed_ns", "ticks", "missed", "overruns"), int)
 )
-_ABSENT = object()
+ABSENT = object()
 """Form of a key that is not there."""
 _AT: dict[str, Any] = {"effective_at_ns": int}
 _RUN: dict[str, Any] = {
@@ -148,7 +148,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "faults": [_FAULT],
     "do": {str: (str, float, True, False, None, list, dict)},
     "verbs": [{"verb": str, "about": str, "parameters": {str: str}, "texts": [str]}],
-    "run": (_RUN, _PROBLEMS, {"run": str, "steps": int, "state": _ABSENT}),
+    "run": (_RUN, _PROBLEMS, {"run": str, "steps": int, "state": ABSENT}),
     "runs": [_RUN],
     "drawing": (
         {"problems": [str], "of": ("machine", "program")},
@@ -213,7 +213,7 @@ def _misfit_object(form: dict[Any, Any], value: Any, where: str) -> str:
             "",
         )
     for key, each in form.items():
-        if each is _ABSENT:
+        if each is ABSENT:
             if key in value:
                 return f"{where} has {key}"
             continue

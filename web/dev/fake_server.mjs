@@ -28,9 +28,9 @@ const FIELDS = [
   field("pin_step", "", "input step; of a servo D1", "i32"),
   field("pKp", "", "position loop, proportional gain", "f32", { is_settable: true }),
 ];
-const number = (name, about, unit, minimum, maximum, more = {}) => ({
+const number = (name, summary, unit, minimum, maximum, more = {}) => ({
   name,
-  about,
+  summary,
   type: "number",
   unit,
   minimum,
@@ -44,7 +44,7 @@ const VERBS = {
   mode: {
     summary: "choose what the set-point means",
     role: "operator",
-    parameters: [{ name: "mode", about: "of the control law", type: "choice", unit: "", choices: ["position", "velocity"], default: null }],
+    parameters: [{ name: "mode", summary: "of the control law", type: "choice", unit: "", choices: ["position", "velocity"], default: null }],
   },
   enable: { summary: "start the control loop", role: "operator", parameters: [] },
   gains: {
@@ -63,21 +63,28 @@ const device = (_, at) => ({
   name: NAMES[at] ?? `axis${at}`,
   profile: at % 2 ? "sac" : "mechaduino",
   is_real: at === 2,
+  is_seen: true,
   verbs: VERBS,
   fields: FIELDS,
   inputs: { step: "pin_step", dir: "" },
 });
 const DEVICES = Array.from({ length: COUNT }, device);
 const KINDS = [
-  { name: "byte_flip", layer: "byte", target: "port", about: "bits of bytes are inverted", parameters: [number("rate", "probability for each bit", "", 0, 1)] },
+  {
+    name: "byte_flip",
+    layer: "byte",
+    target: "port",
+    summary: "bits of bytes are inverted",
+    parameters: [number("rate", "probability for each bit", "", 0, 1)],
+  },
   {
     name: "shaft_load",
     layer: "physics",
     target: "shaft",
-    about: "a torque on the shaft",
+    summary: "a torque on the shaft",
     parameters: [number("torque_Nm", "positive towards larger counts", "Nm", -1000, 1000)],
   },
-  { name: "node_reset", layer: "node", target: "device", about: "the power goes and comes back, once", is_once: true, parameters: [] },
+  { name: "node_reset", layer: "node", target: "device", summary: "the power goes and comes back, once", is_once: true, parameters: [] },
 ];
 const shafts = new Map(DEVICES.map((each, at) => [each.name, { setpoint: 0, from: 0, at_s: 0, kp: 15, phase: at }]));
 const faults = [];

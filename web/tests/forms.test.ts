@@ -21,14 +21,14 @@ describe("check", () => {
   });
 
   it("leaves out what may be left out, and asks for the rest", () => {
-    const rows = [{ ...ANGLE }, { name: "seed", default: 0, is_whole: true, maximum: 9 }, { name: "coil", choices: ["A", "B"], default: "A" }];
+    const rows = [{ ...ANGLE }, { name: "seed", default: 0, type: "whole" as const, maximum: 9 }, { name: "coil", choices: ["A", "B"], default: "A" }];
     expect(checkAll(rows, { position_deg: "1", seed: "" })).toEqual({ values: { position_deg: 1 }, problems: {} });
     expect(Object.keys(checkAll(rows, { seed: "1.5", coil: "C" }).problems)).toEqual(["position_deg", "seed", "coil"]);
   });
 
   it("counts characters, not code units", () => {
-    expect(check({ name: "t", is_text: true, maximum: 2 }, "😀😀")).toEqual({ value: "😀😀" });
-    expect(check({ name: "t", is_text: true, maximum: 2 }, "abc")).toHaveProperty("problem");
+    expect(check({ name: "t", type: "text" as const, maximum: 2 }, "😀😀")).toEqual({ value: "😀😀" });
+    expect(check({ name: "t", type: "text" as const, maximum: 2 }, "abc")).toHaveProperty("problem");
   });
 });
 

@@ -63,6 +63,7 @@ describe("pins", () => {
     name: "u1",
     profile: "uno",
     is_real: false,
+    is_seen: true,
     verbs: {},
     fields,
     inputs,
@@ -103,7 +104,7 @@ describe("bounds", () => {
 it("angles of two zeros have two panes, and a set-point has the unit of its mode", () => {
   const field = (name: string, unit: string) => ({ name, unit, type: "f64", meaning: "", is_settable: false, is_state: false });
   const fields = [field("position_deg", "deg"), field("yw", "deg"), field("r", "deg"), field("velocity_rpm", "rpm"), field("mode", "")];
-  const servo = { name: "m1", profile: "p", is_real: false, verbs: {}, fields, inputs: {} };
+  const servo = { name: "m1", profile: "p", is_real: false, is_seen: true, verbs: {}, fields, inputs: {} };
   const chosen = fields.map((each) => each.name).filter((name) => name !== "mode");
   const names = (...modes: number[]) => panesOf(servo, chosen, modes).map((pane) => [pane.title, pane.unit, pane.fields.map((f) => f.name).join(" ")]);
   expect(names(120)).toEqual([

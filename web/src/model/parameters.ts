@@ -1,17 +1,20 @@
 /** Check of what is typed into a form, by the table's row: the same limits as the bench's. Pure. */
 
-import type { ParameterRow } from "./door";
+import type * as door from "./door";
 import { plain } from "./numbers";
+
+/** Parameter of a table, or of a form of the page, which has less. */
+export type ParameterRow = Pick<door.ParameterRow, "name"> & Partial<door.ParameterRow>;
 
 export type Form = "choice" | "text" | "flag" | "number" | "whole" | "json";
 
 export function formOf(row: ParameterRow): Form {
   if (row.choices && row.choices.length > 0) return "choice";
   const type = row.type ?? "";
-  if (row.is_text || /^(text|str|string)/.test(type)) return "text";
+  if (/^(text|str|string)/.test(type)) return "text";
   if (/^(flag|bool)/.test(type)) return "flag";
   if (/^(object|list|json|form|array)/.test(type)) return "json";
-  return row.is_whole || /^(whole|int|i32|i64)/.test(type) ? "whole" : "number";
+  return /^(whole|int|i32|i64)/.test(type) ? "whole" : "number";
 }
 
 /** Whether it may be left out. */

@@ -1,5 +1,6 @@
 /** What the link offers: watches and terminals, and who hears what they tell. */
 
+import type { TerminalAnswer, WatchKind } from "../model/door";
 import type { Refused } from "./protocol";
 
 export type LinkState = "connecting" | "open" | "lost" | "login";
@@ -20,7 +21,7 @@ export interface SampleSink {
 }
 
 export interface WatchRequest {
-  what: "samples" | "packets" | "frames" | "bytes" | "runs" | "status" | "faults";
+  what: WatchKind;
   target?: string;
   fields?: string[];
   rate_Hz?: number;
@@ -30,13 +31,6 @@ export interface WatchHandle {
   /** Number of the watch at the server, for `export`; 0: not begun. */
   readonly number: number;
   close(): void;
-}
-
-/** Answer to an opened port: its other clients, and its baud, as far as they are told. */
-export interface TerminalAnswer {
-  terminal: number;
-  clients?: number;
-  baud?: number;
 }
 
 export interface TerminalSink {

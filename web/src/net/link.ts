@@ -1,9 +1,9 @@
 /** The connection to the door. It comes back by itself; what was watched and open is watched and open again. */
 
 import { signal } from "@preact/signals";
-import type { LinkState, LoginKind, SampleSink, TerminalAnswer, TerminalHandle, TerminalSink, WatchHandle, WatchRequest } from "./channels";
-import type { Hello } from "../model/door";
-import { readBinary, readText, Refused, terminalFrames } from "./protocol";
+import type { LinkState, LoginKind, SampleSink, TerminalHandle, TerminalSink, WatchHandle, WatchRequest } from "./channels";
+import type { Operations, TerminalAnswer, WatchAnswer } from "../model/door";
+import { type Hello, readBinary, readText, Refused, terminalFrames } from "./protocol";
 
 interface Pending {
   resolve(answer: unknown): void;
@@ -71,8 +71,8 @@ export class Link {
   }
 
   /** Ask the bench for an operation of its table. Throws Refused. */
-  ask<T = unknown>(operation: string, target = "", given: Record<string, unknown> = {}): Promise<T> {
-    return this.request<T>({ do: "ask", operation, target, given });
+  ask<Name extends keyof Operations>(operation: Name, target = "", given?: Operations[Name]["given"]): Promise<Operations[Name]["answer"]> {
+    return this.request({ do: "ask", operation, target, given: given ?? {} });
   }
 
   /** Send a request of the protocol; answers its answer. Throws Refused, also where the connection goes. */
@@ -256,7 +256,7 @@ export class Link {
   private async begin(watching: Watching): Promise<void> {
     const socket = this.socket;
     try {
-      const answer = await this.request<{ watch: number }>({ do: "watch", ...watching.request });
+      const answer = await this.request<WatchAnswer>({ do: "watch", ...watching.request });
       if (socket !== this.socket) return;
       watching.number = answer.watch;
       if (watching.isClosed) this.endWatch(watching);

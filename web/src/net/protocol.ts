@@ -1,6 +1,25 @@
 /** The protocol between door and page: its types, and the decoding of frames. Pure: no socket here. */
 
-import type { DeviceRow, FaultKindRow, FieldRow, Hello, LineRow, ParameterRow, Role, VerbRow } from "../model/door";
+import {
+  type DeviceRow,
+  type FaultKindRow,
+  type FieldRow,
+  type Greeting,
+  type LineRow,
+  type ParameterRow,
+  type Role,
+  SAMPLES,
+  SAMPLES_HEAD,
+  TERMINAL,
+  TERMINAL_HEAD,
+  type VerbRow,
+} from "../model/door";
+
+/** Description of a bench as the page has it: its greeting, with the segments by name. */
+export interface Hello extends Omit<Greeting, "segments"> {
+  segments: string[];
+  lines: ReadonlyMap<string, LineRow>;
+}
 
 /** A refusal by the bench, or "gone": the connection went before the answer came. */
 export class Refused extends Error {
@@ -60,7 +79,7 @@ export function readHello(raw: unknown): Hello {
     lines: new Map(segments.map((line) => [line.name, line])),
     buses: texts(told["buses"]),
     ports: texts(told["ports"]),
-    operations: isObject(told["operations"]) ? told["operations"] : {},
+    operations: (isObject(told["operations"]) ? told["operations"] : {}) as Hello["operations"],
     fault_kinds: list<Json>(told["fault_kinds"]).filter(isObject).map(readFaultKind),
   };
 }
@@ -85,6 +104,7 @@ function readDevice(raw: Json): DeviceRow {
     name: text(raw["name"]),
     profile: text(raw["profile"]),
     is_real: raw["is_real"] === true,
+    is_seen: raw["is_seen"] !== false,
     verbs,
     fields: list<Json>(raw["fields"]).filter(isObject).map(readField),
     inputs: Object.fromEntries(Object.entries(isObject(raw["inputs"]) ? raw["inputs"] : {}).map(([pin, field]) => [pin, text(field)])),
@@ -105,7 +125,7 @@ function readField(raw: Json): FieldRow {
 function readParameters(raw: unknown): ParameterRow[] {
   return list<Json>(raw)
     .filter(isObject)
-    .map((row) => ({ ...row, name: text(row["name"]), about: text(row["summary"] ?? row["about"]) }) as ParameterRow);
+    .map((row) => ({ ...row, name: text(row["name"]), summary: text(row["summary"]) }) as ParameterRow);
 }
 
 function readFaultKind(raw: Json): FaultKindRow {
@@ -113,7 +133,8 @@ function readFaultKind(raw: Json): FaultKindRow {
     name: text(raw["name"]),
     layer: text(raw["layer"]),
     target: text(raw["target"]),
-    about: text(raw["about"] ?? raw["summary"] ?? raw["meaning"]),
+    on: text(raw["on"]),
+    summary: text(raw["summary"]),
     is_once: raw["is_once"] === true,
     parameters: readParameters(raw["parameters"]),
   };
@@ -149,11 +170,6 @@ export function readText(frame: string): ServerMessage {
   }
   return { kind: "unknown" };
 }
-
-const SAMPLES = 1;
-const TERMINAL = 2;
-const SAMPLES_HEAD = 16;
-const TERMINAL_HEAD = 8;
 
 /** Block of samples of a watch: `values` are rows of at_s and the fields. `lost`: samples since the beginning. */
 export interface SampleBlock {

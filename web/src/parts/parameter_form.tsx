@@ -1,8 +1,7 @@
 /** A form for the parameters of a verb, a fault or anything else that a table describes. */
 
 import { useId, useState } from "preact/hooks";
-import { check, checkAll, formOf, isOptional, limitsOf } from "../model/parameters";
-import type { ParameterRow } from "../model/door";
+import { check, checkAll, formOf, isOptional, limitsOf, type ParameterRow } from "../model/parameters";
 
 interface FormProps {
   rows: ParameterRow[];
@@ -82,7 +81,7 @@ interface FieldProps {
 
 function Field({ id, row, text, problem, onChange }: FieldProps) {
   const limits = limitsOf(row);
-  const hint = [row.about, limits, isOptional(row) && !("default" in row && row.default != null) ? "may be left out" : ""].filter(Boolean).join("; ");
+  const hint = [row.summary, limits, isOptional(row) && !("default" in row && row.default != null) ? "may be left out" : ""].filter(Boolean).join("; ");
   return (
     <div class="parameter">
       <label htmlFor={id}>

@@ -1,5 +1,5 @@
 import type { ComponentType } from "preact";
-import type { Hello } from "../model/door";
+import type { Hello } from "../net/protocol";
 
 /** A view: its part of the address, its tab's text, and the component that gets the rest of the address. */
 export interface ViewEntry {

@@ -17,7 +17,7 @@ export function useFieldValues(device: DeviceRow, every_ms = EVERY_MS): Record<s
     let isThere = true;
     const read = async () => {
       if (document.hidden || link.state.peek() !== "open") return;
-      const state = await link.ask<Record<string, number | null>>("state", device.name).catch(() => null);
+      const state = await link.ask("state", device.name).catch(() => null);
       if (state && isThere) setValues(state);
     };
     void read();

@@ -4,10 +4,10 @@ import { signal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 import uPlot from "uplot";
 import { shown } from "../../model/numbers";
-import { checkAll } from "../../model/parameters";
+import { checkAll, type ParameterRow } from "../../model/parameters";
 import { notifyError } from "../../parts/notices";
 import { palette } from "../../parts/palette";
-import type { DeviceRow, ParameterRow } from "../../model/door";
+import type { DeviceRow } from "../../model/door";
 import { may } from "../../store";
 import { theme } from "../../theme";
 import { useFieldValues } from "./fields";
@@ -25,8 +25,8 @@ export function hasGains(device: DeviceRow): boolean {
   return device.verbs["gains"] !== undefined && device.verbs["position"] !== undefined;
 }
 
-const STEP: ParameterRow = { name: "step_deg", unit: "deg", about: "how far", minimum: -3600, maximum: 3600, default: 10 };
-const LENGTH: ParameterRow = { name: "length_s", unit: "s", about: "recorded time after it", minimum: 0.05, maximum: 10, default: 0.5 };
+const STEP: ParameterRow = { name: "step_deg", unit: "deg", summary: "how far", minimum: -3600, maximum: 3600, default: 10 };
+const LENGTH: ParameterRow = { name: "length_s", unit: "s", summary: "recorded time after it", minimum: 0.05, maximum: 10, default: 0.5 };
 
 export function Gains({ device }: { device: DeviceRow }) {
   const rows = device.verbs["gains"]?.parameters ?? [];
@@ -88,7 +88,7 @@ export function Gains({ device }: { device: DeviceRow }) {
       <div class="row step-fields">
         {[STEP, LENGTH].map((row) => (
           <label key={row.name}>
-            {row.about}{" "}
+            {row.summary}{" "}
             <input
               class="mono is-number"
               inputMode="decimal"
@@ -126,7 +126,7 @@ interface GainProps {
 
 function GainField({ row, value, text, problem, onChange }: GainProps) {
   return (
-    <label title={row.about}>
+    <label title={row.summary}>
       <span class="mono">{row.name}</span>
       <input
         class="mono is-number"

@@ -27,7 +27,7 @@ export async function recordStep(device: DeviceRow, step_deg: number, length_s: 
   if (device.verbs["mode"]) await askVerb(device.name, "mode", { mode: "position" });
   if (device.verbs["enable"]) await askVerb(device.name, "enable", {});
   await new Promise((resolve) => setTimeout(resolve, STILL_ms));
-  const before = await link.ask<Record<string, number>>("state", device.name);
+  const before = await link.ask("state", device.name);
   const from = before[setpoint] ?? NaN;
   const rows: [number, number, number][] = [];
   const position = device.fields.some((field) => field.name === "yw") ? "yw" : "position_deg";

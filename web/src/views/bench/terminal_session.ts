@@ -50,10 +50,10 @@ export class TerminalSession {
     this.note.value = "opening";
     this.handle = link.open(this.port, {
       bytes: (bytes) => this.terminal.write(this.text.next(bytes)),
-      opened: ({ clients, baud }) => {
+      opened: ({ clients }) => {
         this.isOpen.value = true;
         const others = clients ? `, ${clients} other client${clients > 1 ? "s" : ""}` : "";
-        this.note.value = baud ? `open, ${baud} baud${others}` : `open${others}`;
+        this.note.value = `open${others}`;
       },
       closed: (why) => {
         this.isOpen.value = false;

@@ -3,7 +3,7 @@
 import { useEffect } from "preact/hooks";
 import { go } from "../../router";
 import { hello, may } from "../../store";
-import type { Hello } from "../../model/door";
+import type { Hello } from "../../net/protocol";
 import type { ViewEntry } from "../view";
 import { boardSession, type BoardSession } from "./board_session";
 import { ControlCard } from "./control_card";

@@ -1,10 +1,11 @@
 /** Faults: what is active, and the table of kinds as forms. */
 
+import type { ParameterRow } from "../../model/parameters";
 import { signal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { notify, notifyError } from "../../parts/notices";
 import { ParameterForm } from "../../parts/parameter_form";
-import type { FaultKindRow, ParameterRow } from "../../model/door";
+import type { FaultKindRow } from "../../model/door";
 import { activeFaults, benchTime_s, faultMarks, hello, link, may } from "../../store";
 import type { ViewEntry } from "../view";
 import { placesOf } from "./places";
@@ -92,8 +93,8 @@ function parametersText(parameters: Record<string, unknown>): string {
 
 /** Timing that every kind has, where the door's table leaves it out. */
 const TIMING: ParameterRow[] = [
-  { name: "start_s", about: "how long after the injection it begins", unit: "s", minimum: 0, maximum: 86400, default: 0 },
-  { name: "for_s", about: "how long it lasts; 0: until it is cleared", unit: "s", minimum: 0, maximum: 86400, default: 0 },
+  { name: "start_s", summary: "how long after the injection it begins", unit: "s", minimum: 0, maximum: 86400, default: 0 },
+  { name: "for_s", summary: "how long it lasts; 0: until it is cleared", unit: "s", minimum: 0, maximum: 86400, default: 0 },
 ];
 
 function Inject() {
@@ -118,7 +119,7 @@ function Inject() {
                   type="button"
                   class="mono"
                   aria-pressed={each === kind}
-                  title={each.about}
+                  title={each.summary}
                   onClick={() => (chosenKind.value = each.name)}
                 >
                   {each.name}
@@ -142,7 +143,7 @@ function KindForm({ kind }: { kind: FaultKindRow }) {
   const rows = hasTiming ? kind.parameters : [...kind.parameters, ...TIMING];
   const inject = async (values: Record<string, unknown>) => {
     try {
-      const answer = await link.ask<{ number?: number }>("inject", place, { fault: kind.name, parameters: values });
+      const answer = await link.ask("inject", place, { fault: kind.name, parameters: values });
       notify(`${kind.name} on ${place}${answer.number === undefined ? "" : `: number ${answer.number}`}`);
       if (kind.is_once) markOnce(kind.name, place);
     } catch (error) {
@@ -154,7 +155,7 @@ function KindForm({ kind }: { kind: FaultKindRow }) {
       <p>
         <strong class="mono">{kind.name}</strong>{" "}
         <span class="soft">
-          {kind.about}
+          {kind.summary}
           {kind.is_once && " (once)"}
         </span>
       </p>

@@ -1,6 +1,7 @@
 /** Places where a kind of fault can be: those of the bench that look right. The bench itself decides. Pure. */
 
-import type { FaultKindRow, Hello } from "../../model/door";
+import type { FaultKindRow } from "../../model/door";
+import type { Hello } from "../../net/protocol";
 
 /** List the addresses for a kind's target, the likely ones. Empty: any address may be typed. */
 export function placesOf(kind: FaultKindRow, bench: Hello): string[] {

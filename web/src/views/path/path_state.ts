@@ -164,8 +164,8 @@ export async function start(): Promise<void> {
 export async function startPart(number: number): Promise<void> {
   const part = drawing.peek()?.parts[number];
   if (!part) return;
-  const answer = await link.ask<Record<string, unknown>>("run", "", { text: part.text, file: "drawing", fresh: true });
-  if (answer["problems"] !== undefined) throw new Error(String(answer["problems"]).split("\n")[0]);
+  const answer = await link.ask("run", "", { text: part.text, file: "drawing", fresh: true });
+  if ("problems" in answer) throw new Error(answer.problems.split("\n")[0]);
   const begun = readRun(answer);
   if (begun) takeProgress(begun);
 }

@@ -23,7 +23,7 @@ function RunCard({ run }: { run: RunProgress }) {
   const { step, steps, planned_end_ns: end_ns } = run;
   const isUnderWay = run.state === "running" || run.state === "queued";
   const left_s = end_ns !== null ? Math.max(0, (end_ns - (status.value.sim_ns ?? 0)) / 1e9) : null;
-  const cancel = async (how: string) => {
+  const cancel = async (how: "grace" | "prejudice") => {
     try {
       const told = readRun(await link.ask("cancel_run", run.run, { how }));
       if (told) takeProgress(told);

@@ -1,6 +1,7 @@
 /** The run document that is being written, and what the bench said of it. It outlives the view. */
 
 import { computed, signal } from "@preact/signals";
+import type { Operations } from "../../model/door";
 import { type DocumentProblem, readProblems } from "../../model/problems";
 import { readRun } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
@@ -23,9 +24,9 @@ export const isChecked = computed(() => checkedText.value === text.value);
 export const isGood = computed(() => isChecked.value && found.value.length === 0);
 
 /** Ask for a run; what cannot be done as it is written is an answer with its problems. Throws other Refused. */
-async function askRun(given: Record<string, unknown>): Promise<Record<string, unknown>> {
+async function askRun(given: Operations["run"]["given"]): Promise<Record<string, unknown>> {
   try {
-    return await link.ask<Record<string, unknown>>("run", "", given);
+    return await link.ask("run", "", given);
   } catch (error) {
     if (!(error instanceof Refused) || error.code !== "bad_run") throw error;
     return { problems: error.problems.length ? error.problems : error.message };

@@ -5,7 +5,7 @@ import { signal } from "@preact/signals";
 import { notify, notifyError } from "../../parts/notices";
 import { go } from "../../router";
 import { hello, link, may } from "../../store";
-import type { Hello } from "../../model/door";
+import type { Hello } from "../../net/protocol";
 import type { ViewEntry } from "../view";
 import { saveFile } from "../../parts/files";
 import { FILTER_HELP, load, statistics, type WirePacket } from "./packet_log";
