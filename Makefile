@@ -149,9 +149,9 @@ kills: $(VENV)/.dev
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_packet.py -k fuzz
-	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/modbus_rtu -k fuzz
-	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/wire/modbus -k fuzz
-	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q bridges/modbus -k fuzz
+	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q bridges/modbus/protocol/tests/test_modbus_rtu.py -k fuzz
+	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q bridges/modbus/protocol --ignore=bridges/modbus/protocol/tests/test_modbus_rtu.py -k fuzz
+	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q bridges/modbus/door -k fuzz
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q bridges/can/frames -k fuzz
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q bridges/can/canopen/words -k fuzz
 	HIL_FUZZ=10000 $(BIN)/python -m pytest -q bridges/can/bus -k fuzz

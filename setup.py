@@ -146,8 +146,8 @@ setup(
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(
-            "hil.wire.modbus_rtu._crc16",
-            ["hil/wire/modbus_rtu/_crc16.pyx"],
+            "bridges.modbus.protocol._crc16",
+            ["bridges/modbus/protocol/_crc16.pyx"],
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(

@@ -23,11 +23,12 @@ import serial
 from _processes import daemon
 from _report import is_quick, report
 
-from hil.wire.modbus import mbap
-from hil.wire.modbus.client_side import encode as encode_request
-from hil.wire.modbus.client_side import read
-from hil.wire.modbus.pdu import Table
-from hil.wire.modbus_rtu.frame import encode, silence_ns
+from bridges.modbus.protocol import mbap
+from bridges.modbus.protocol.client_side import encode as encode_request
+from bridges.modbus.protocol.client_side import read
+from bridges.modbus.protocol.frame import encode
+from bridges.modbus.protocol.pdu import Table
+from hil.wire.line_silences import silence_ns
 
 RUNS = 5 if is_quick() else 11
 READS = 1_000 if is_quick() else 5_000

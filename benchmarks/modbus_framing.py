@@ -12,13 +12,14 @@ from collections.abc import Callable
 
 from _report import is_quick, report
 
+from bridges.modbus.protocol import mbap
+from bridges.modbus.protocol.client_side import encode as encode_request
+from bridges.modbus.protocol.client_side import read
+from bridges.modbus.protocol.frame import encode
+from bridges.modbus.protocol.pdu import Table, answer, parse
+from bridges.modbus.protocol.splitter import RtuSplitter
 from hil.vocab.time import SimTimeNs
-from hil.wire.modbus import mbap
-from hil.wire.modbus.client_side import encode as encode_request
-from hil.wire.modbus.client_side import read
-from hil.wire.modbus.pdu import Table, answer, parse
-from hil.wire.modbus_rtu.frame import encode, silence_ns
-from hil.wire.modbus_rtu.splitter import RtuSplitter
+from hil.wire.line_silences import silence_ns
 from hil.wire.serial_line import character_ns
 
 BAUD = 115200

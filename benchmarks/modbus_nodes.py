@@ -18,13 +18,13 @@ from pathlib import Path
 from _processes import Daemon, daemon, precise_cpu_s
 from _report import check_work, is_quick, report
 
+from bridges.modbus.protocol.client_side import encode as encode_request
+from bridges.modbus.protocol.client_side import read
+from bridges.modbus.protocol.frame import encode
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.protocol.poll_cycle import Poll, PollCycle
 from hil.net.control_client import ask
 from hil.vocab.line_format import FORMATS
-from hil.wire.modbus.client_side import encode as encode_request
-from hil.wire.modbus.client_side import read
-from hil.wire.modbus.pdu import Table
-from hil.wire.modbus_rtu.frame import encode
-from hil.wire.modbus_rtu.poll_cycle import Poll, PollCycle
 
 UNITS = 32
 PIECES = 2 if is_quick() else 10

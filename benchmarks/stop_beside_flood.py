@@ -22,8 +22,8 @@ import zenoh
 from _processes import HIL, daemon
 from _report import is_quick, report
 
+from bridges.modbus.protocol.mbap import encode
 from hil.net.control_client import ask
-from hil.wire.modbus.mbap import encode
 
 WANTED_S = 0.3
 STOPS = 40 if is_quick() else 200

@@ -7,7 +7,7 @@ reference) and ``make(options, desk) -> Bridge``. What a bridge must have is
 bench: through it a bridge asks for operations of the table, watches, and describes the bench. A bridge knows
 no board by name. ``docs/how-to/add-a-bridge.md`` writes one.
 
-Each may import: hil.net, hil.registers, hil.vocab, hil.wire, the standard library, any package.
+Each may import: hil.net, hil.vocab, hil.wire, the standard library, any package.
 
 Tests may import too: hil.testing.
 """

@@ -6,5 +6,5 @@ Simulated time is an argument.
 
 Each may import: hil.firmware, hil.vocab, hil.wire, the pure standard library, pathlib, typer.
 
-Tests may import too: hil.compose, hil.core, hil.sim, hil.testing.
+Tests may import too: bridges.modbus.protocol, hil.compose, hil.core, hil.sim, hil.testing.
 """

@@ -9,7 +9,7 @@ from e2e_support import Place, Server, config, free_port, until
 from echoing_line import EchoingLine
 from pymodbus.client import ModbusSerialClient
 
-from hil.wire.modbus_rtu.frame import encode
+from bridges.modbus.protocol.frame import encode
 
 BAUD = 19200
 SAC = {"profile": "sac", "flash": {}}

@@ -10,7 +10,7 @@ import pytest
 from e2e_support import PATIENCE_S, Place, Server, free_port
 from markdown_blocks import ROOT, block, blocks
 
-from hil.registers import layout
+from bridges.modbus.registers import layout
 
 NAME = "docs/how-to/modbus.md"
 PORT = "1502"

@@ -6,11 +6,11 @@ import tomllib
 import pytest
 from markdown_blocks import ROOT, block
 
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.registers.register_map import RegisterMap, register_map
 from hil.compose.find import find_catalogue
 from hil.core.kinds import KINDS
-from hil.registers.register_map import RegisterMap, register_map
 from hil.sim.twin_info import twin_info
-from hil.wire.modbus.pdu import Table
 
 PAGE = "docs/how-to/scada.md"
 TEXT = (ROOT / PAGE).read_text()

@@ -30,7 +30,7 @@ OF_BENCHES = {
 OF_SOME_BENCHES = {
     *("hil.config.can_model", "hil.config.drive_map_model", "hil.config.segment_model"),
     *("hil.vocab.bridge_protocol", "bridges.can.can_drive_address", "hil.wire.drive_address"),
-    *("hil.registers", "hil.wire.modbus", "hil.wire.modbus_rtu", "device_profiles.sac"),
+    *("bridges.modbus.registers", "bridges.modbus.protocol", "device_profiles.sac"),
 }
 """What a bench of one Mechaduino has not: bridges, real drives, maps, wires, segments, CAN buses."""
 

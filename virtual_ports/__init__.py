@@ -6,5 +6,5 @@ knows no device and no simulated time.
 
 Each may import: hil.net, hil.vocab, hil.wire, the standard library, any package.
 
-Tests may import too: hil.testing.
+Tests may import too: bridges.modbus.protocol, hil.testing.
 """

@@ -1,9 +1,9 @@
-"""Modbus: axes as units of Modbus TCP, with or without TLS, and of serial lines.
+"""Modbus: all that this bus alone has, from bytes on a line to registers of an axis.
 
-``modbus_bridge.py`` opens the door, ``door_options.py`` says how; ``door_units.py`` knows which unit is which
-axis, ``request_handler.py`` carries requests out at the desk, ``motion_ends.py`` awaits the ends of motions,
-``tcp_connections.py`` lets clients in, ``tcp_client.py`` answers one when ``hil.net.turns`` says so,
-``client_role.py`` reads certificates, ``certificate_files.py`` the door's own;
-``rtu_server.py`` has a serial line.
-The registers are those of ``hil.registers``, the protocol's own bytes those of ``hil.wire.modbus``.
+``protocol`` are requests and answers as bytes, on TCP and on a serial line; ``registers`` what a device shows
+and takes; ``unit_transaction.py`` carries a request to a unit out, for nodes and doors alike. ``door`` has
+axes as units of Modbus TCP, with or without TLS, and of serial lines; ``bridge.py`` is the bridge that it is,
+``cli.py`` its commands.
+
+May import: hil.net, hil.vocab, hil.wire, the standard library, any package.
 """

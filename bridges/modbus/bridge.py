@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from bridges.modbus.door_options import Options
+from bridges.modbus.door.door_options import Options
 
 if TYPE_CHECKING:
     from hil.vocab.bridge_protocol import Bridge
@@ -12,13 +12,13 @@ __all__ = ["Options", "make", "reference"]
 
 
 def make(options: Options, desk: "Desk") -> "Bridge":
-    from bridges.modbus.modbus_bridge import ModbusBridge
+    from bridges.modbus.door.modbus_bridge import ModbusBridge
 
     return ModbusBridge(options, desk)
 
 
 def reference() -> str:
     """Part of the reference about requests, exceptions and the register map's blocks."""
-    from bridges.modbus.modbus_bridge import reference as part
+    from bridges.modbus.door.modbus_bridge import reference as part
 
     return part()

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from bridges.modbus.cycle_command import cycle
+from bridges.modbus.door.cycle_command import cycle
 
 app = typer.Typer(
     name="modbus",
@@ -53,9 +53,9 @@ def print_map(
     """
     import os
 
+    from bridges.modbus.registers.map_rows import FORMATS, formatted
     from hil.net.benches_here import find
     from hil.net.control_client import ControlError, ask
-    from hil.registers.map_rows import FORMATS, formatted
 
     if form not in FORMATS:
         typer.echo(f"hil: --format {form}: formats are {', '.join(FORMATS)}", err=True)

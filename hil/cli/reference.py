@@ -6,6 +6,8 @@ from dataclasses import replace
 import typer
 
 from bridges.can.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, object_rows
+from bridges.modbus.registers.map_rows import formatted, map_rows
+from bridges.modbus.registers.units import unit_of
 from hil.cli.commands import HELP, commands
 from hil.cli.decoded_item import KEYS
 from hil.cli.exit_codes import EXIT_CODES
@@ -21,8 +23,6 @@ from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import KINDS
 from hil.operations.metrics import METRICS
 from hil.operations.table import OPERATIONS
-from hil.registers.map_rows import formatted, map_rows
-from hil.registers.units import unit_of
 from hil.runs.run_document import run_reference
 from hil.sim.twin_info import twin_info
 from hil.toolpath.machine import machine_reference

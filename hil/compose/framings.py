@@ -41,15 +41,15 @@ class Framings(Mapping[str, Framing]):
 
 def _common() -> dict[str, Framing]:
     """Framings that belong to no board; most benches have no line."""
+    from bridges.modbus.protocol.rtu_framing import MODBUS_RTU
     from hil.wire.bytes_framing import BYTES
-    from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
 
     return {MODBUS_RTU.name: MODBUS_RTU, BYTES.name: BYTES}
 
 
 def in_format(framing: Framing, line_format: LineFormat) -> Framing:
     """Framing on a line of this format: of those that are told apart by silence another one."""
-    from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU, modbus_rtu
+    from bridges.modbus.protocol.rtu_framing import MODBUS_RTU, modbus_rtu
 
     return modbus_rtu(line_format) if framing is MODBUS_RTU else framing
 
@@ -58,7 +58,7 @@ def framing_of(config: "SegmentConfig", boards: Iterable[Framing | None], catalo
     """Find the framing of a line: Modbus RTU if it has to, what a tap says, the first of the ``boards`` on it
     that says one, or bytes."""
     if config.speaks_modbus:
-        from hil.wire.modbus_rtu.rtu_framing import modbus_rtu
+        from bridges.modbus.protocol.rtu_framing import modbus_rtu
 
         return modbus_rtu(FORMATS[config.format])
     if said := next((tap.framing for tap in config.taps.values() if tap.framing), None):

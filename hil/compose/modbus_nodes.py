@@ -2,12 +2,12 @@
 
 from functools import partial
 
+from bridges.modbus.registers.device_identity import device_identity
+from bridges.modbus.registers.units import unit_of
 from hil import __version__
 from hil.config import Catalogue
 from hil.config.modbus_model import ModbusConfig
 from hil.config.station_names import node_name
-from hil.registers.device_identity import device_identity
-from hil.registers.units import unit_of
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group

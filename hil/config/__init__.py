@@ -2,12 +2,12 @@
 
 Belongs here: the configuration's model, its checks, its JSON Schema and reference, the difference between
 two configurations, and the reader of a Modbus drive's map. Pure: the caller reads the files and finds the
-profiles and ports (``Catalogue``), and which motors the core refuses. Of hil.sim, hil.wire and hil.registers
-it takes rules without state, so that a fault, a load or an address is refused here with a running bench's
-words.
+profiles and ports (``Catalogue``), and which motors the core refuses. Of hil.sim, hil.wire and the
+registers of Modbus it takes rules without state, so that a fault, a load or an address is refused here with a
+running bench's words.
 
-May import: bridges.can, hil.core, hil.registers, hil.sim, hil.vocab, hil.wire, the pure standard library,
-difflib, pathlib, posixpath, pydantic, pydantic_core, yaml.
+May import: bridges.can, bridges.modbus.protocol, bridges.modbus.registers, hil.core, hil.sim, hil.vocab,
+hil.wire, the pure standard library, difflib, pathlib, posixpath, pydantic, pydantic_core, yaml.
 
 Tests may import too: hil.cli, hil.compose, hil.live, hil.runs, hil.testing, hil.toolpath.
 """

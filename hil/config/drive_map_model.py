@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
+from bridges.modbus.protocol.identification import OBJECT_BYTES_MAX
+from bridges.modbus.protocol.pdu import ADDRESSES, Table
+from bridges.modbus.registers.drive_map import CONTROL, STATUS, TAKEN, TOLD
 from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
-from hil.registers.drive_map import CONTROL, STATUS, TAKEN, TOLD
-from hil.wire.modbus.identification import OBJECT_BYTES_MAX
-from hil.wire.modbus.pdu import ADDRESSES, Table
 
 VERSION = 1
 """Version of the format, ``modbus_map``."""

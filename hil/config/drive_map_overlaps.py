@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.registers.drive_map import Place
 from hil.config.document import Finding, KeyPath
-from hil.registers.drive_map import Place
-from hil.wire.modbus.pdu import Table
 
 _WORDS = {
     Table.INPUT_REGISTERS: "input",

@@ -6,16 +6,25 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from bridges.modbus.protocol.pdu import ADDRESSES
+from bridges.modbus.registers.cells import BIT
+from bridges.modbus.registers.drive_map import (
+    COMMANDS,
+    CONTROL,
+    IDENTITY,
+    STATUS,
+    TAKEN,
+    TOLD,
+    DriveMap,
+    Place,
+)
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.document_kinds import DRIVE_MAP, check_kind
 from hil.config.drive_map_model import TABLES, VERSION, MapText, PlaceText
 from hil.config.drive_map_overlaps import overlap_findings
 from hil.config.explain import findings_of, no_such
 from hil.config.yaml_text import document_from_yaml
-from hil.registers.cells import BIT
-from hil.registers.drive_map import COMMANDS, CONTROL, IDENTITY, STATUS, TAKEN, TOLD, DriveMap, Place
 from hil.vocab.near_words import did_you_mean
-from hil.wire.modbus.pdu import ADDRESSES
 
 _BIT_TABLES, _WRITABLE = ("discrete", "coil"), ("holding", "coil")
 _EXAMPLES = {

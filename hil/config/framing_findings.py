@@ -63,7 +63,7 @@ def _boards(
 
 def _modbus(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
     """Findings of nodes and a format; of a format that boards cannot have, ``modbus_findings`` tells."""
-    from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
+    from bridges.modbus.protocol.rtu_framing import MODBUS_RTU
 
     if isinstance(segment.get("modbus"), dict):
         yield ("segments", name, "modbus"), "modbus", MODBUS_RTU.name

@@ -28,10 +28,10 @@ from hil.vocab.ports import ADAPTER, UsbIdentity
 
 if TYPE_CHECKING:
     from bridges.can.can_drive_address import CanDriveAddress
+    from bridges.modbus.registers.drive_map import DriveMap
     from hil.config.can_model import CanConfig
     from hil.config.drive_map_model import MapText
     from hil.config.segment_model import SegmentConfig, WireConfig
-    from hil.registers.drive_map import DriveMap
     from hil.wire.drive_address import DriveAddress
 else:
 

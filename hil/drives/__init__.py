@@ -6,7 +6,8 @@ what doors see of it, ``drive_verbs.py`` what can be asked of it. Of a drive on 
 what is read and what a reading means, ``control_bits.py`` which words switch its bits; those on CAN are in
 ``canopen``. ``hil.live.drives`` carries this out.
 
-May import: hil.core, hil.registers, hil.vocab, hil.wire, the pure standard library.
+May import: bridges.modbus.protocol, bridges.modbus.registers, hil.core, hil.vocab, hil.wire,
+the pure standard library.
 
 Tests may import too: hil.config.
 """

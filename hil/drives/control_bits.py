@@ -4,8 +4,8 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hil.registers.drive_map import DriveMap, Place
-from hil.wire.modbus.pdu import Table
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.registers.drive_map import DriveMap, Place
 
 
 @dataclass(frozen=True)

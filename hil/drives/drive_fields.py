@@ -6,8 +6,8 @@ from functools import lru_cache
 from math import nan
 from struct import Struct
 
+from bridges.modbus.registers.drive_map import TAKEN, TOLD, DriveMap
 from hil.core.fields import FIELDS, OFFSETS
-from hil.registers.drive_map import TAKEN, TOLD, DriveMap
 from hil.vocab.desk_protocol import AxisField
 from hil.vocab.packed_fields import struct_of
 

@@ -1,6 +1,6 @@
 """Verbs of real drives, of one on Modbus those that its map allows. They have the words of a twin's."""
 
-from hil.registers.drive_map import DriveMap
+from bridges.modbus.registers.drive_map import DriveMap
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Effect, Verb
 

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from hil.registers.drive_map import DriveMap, Place
-from hil.wire.modbus.pdu import Span, Table
+from bridges.modbus.protocol.pdu import Span, Table
+from bridges.modbus.registers.drive_map import DriveMap, Place
 
 GAP_REGISTERS = 8
 """Maximum number of registers nobody wants between two that are read together: a request and its answer cost

@@ -5,8 +5,8 @@
 ``live_master.py`` that of SACs, ``live_modbus.py`` that of Modbus. ``path_run.py`` makes a run over a line of
 a plan of ``hil.toolpath``.
 
-May import: hil.discovery, hil.gcode, hil.host, hil.net, hil.toolpath, hil.vocab, hil.wire,
-the standard library, serial.
+May import: bridges.modbus.protocol, hil.discovery, hil.gcode, hil.host, hil.net, hil.toolpath, hil.vocab,
+hil.wire, the standard library, serial.
 
 Tests may import too: device_profiles, hil.testing.
 """

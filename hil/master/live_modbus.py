@@ -5,6 +5,8 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+from bridges.modbus.protocol.pdu import Request
+from bridges.modbus.protocol.sole_senders import sole_of_frame
 from hil.master.line_loop import LineLoop
 from hil.master.line_place import LATENCY_NS, bench_here, bench_tap, is_address, wait_until_heard
 from hil.master.line_port import LinePort
@@ -12,8 +14,6 @@ from hil.master.sans_io.modbus_master import RESPONSE_NS, ModbusMaster, UnitPoll
 from hil.master.sans_io.transaction import Transaction
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.echo import Echo
-from hil.wire.modbus.pdu import Request
-from hil.wire.sole_senders import sole_of_frame
 
 USUAL_BAUD = 19_200
 """Speed of a line of Modbus if nobody says another (MODBUS over Serial Line V1.02, 2.5.1)."""

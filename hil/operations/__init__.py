@@ -5,9 +5,9 @@ Each operation is carried out by one of the ``*_operations``, ``looking_on`` and
 parts that they need; health and metrics are readings of such parts. The control socket is a door as bridges
 are: it has the desk and nothing else. The side that asks there is ``hil.net.control_client``.
 
-May import: hil.compose, hil.config, hil.core, hil.drives, hil.firmware, hil.gcode, hil.host,
-hil.live, hil.net, hil.registers, hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire,
-the standard library.
+May import: bridges.modbus.protocol, bridges.modbus.registers, hil.compose, hil.config, hil.core, hil.drives,
+hil.firmware, hil.gcode, hil.host, hil.live, hil.net, hil.runs, hil.sim, hil.telemetry, hil.toolpath,
+hil.vocab, hil.wire, the standard library.
 
 Tests may import too: hil.client, hil.daemon, hil.testing.
 """

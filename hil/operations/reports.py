@@ -182,8 +182,10 @@ class Reports:
         return described(self.devices[asked.target].verbs)
 
     def registers(self, asked: Asked) -> dict[str, Any]:
-        from hil.registers.map_rows import map_rows  # only here: two hundredths of the start's time
-        from hil.registers.units import unit_of
+        from bridges.modbus.registers.map_rows import (
+            map_rows,  # only here: two hundredths of the start's time
+        )
+        from bridges.modbus.registers.units import unit_of
 
         return map_rows(unit_of(self.devices[asked.target]).map)
 

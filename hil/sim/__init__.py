@@ -6,7 +6,8 @@ the operating system.
 ``can`` has buses with their nodes and taps.
 ``inputs.py`` has the inputs from outside, ``input_log.py`` their log, ``faults`` the faults.
 
-May import: hil.core, hil.firmware, hil.registers, hil.vocab, hil.wire, the pure standard library.
+May import: bridges.modbus.protocol, bridges.modbus.registers, bridges.modbus.unit_transaction, hil.core,
+hil.firmware, hil.vocab, hil.wire, the pure standard library.
 
 Tests may import too: hil.live, hil.testing.
 """

@@ -10,7 +10,7 @@ May import: bridges.can, hil.compose, hil.config, hil.core, hil.discovery, hil.f
 hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, can, numpy, pytest,
 serial.
 
-Tests may import too: device_profiles, hil.live, hil.registers.
+Tests may import too: bridges.modbus.protocol, bridges.modbus.registers, device_profiles, hil.live.
 """
 
 from hil.compose.replay import Replayed, replay

@@ -74,7 +74,7 @@ class DeviceInfo:
     """Pins of the axis that may be driven, each by one of its names, in the order of their numbers; and the
     field that tells the pin's level, empty where none does."""
     own_map: object | None = None
-    """Map of registers of its own, a ``DriveMap`` of ``hil.registers.drive_map``; None: it has none, and its
+    """Map of registers of its own, a ``DriveMap`` of ``bridges.modbus.registers``; None: it has none, and its
     registers are made of its verbs and fields."""
 
     @property

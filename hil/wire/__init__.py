@@ -5,5 +5,5 @@ Everything here is pure: times are arguments or offsets in nanoseconds.
 
 May import: hil.vocab, the pure standard library.
 
-Tests may import too: hil.testing.
+Tests may import too: bridges.modbus.protocol, hil.testing.
 """

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from hil.vocab.framing import BurstItems, Item, Party, Transform
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.wire.modbus_rtu.frame import silence_ns
+from hil.wire.line_silences import silence_ns
 from hil.wire.serial_line import character_ns
 
 _LONGEST = 1024

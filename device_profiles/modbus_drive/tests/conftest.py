@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
+from bridges.modbus.protocol.client_side import Answer, encode, parse_answer, read, write
+from bridges.modbus.protocol.frame import encode as frame
+from bridges.modbus.protocol.pdu import Refused, Request, Table
 from hil.testing import Bench
-from hil.wire.modbus.client_side import Answer, encode, parse_answer, read, write
-from hil.wire.modbus.pdu import Refused, Request, Table
-from hil.wire.modbus_rtu.frame import encode as frame
 
 INPUT, HOLDING = Table.INPUT_REGISTERS, Table.HOLDING_REGISTERS
 UNIT = 1

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from hil.wire.modbus.client_side import ask_identification, mask_write, read, write_single
-from hil.wire.modbus.pdu import Table
+from bridges.modbus.protocol.client_side import ask_identification, mask_write, read, write_single
+from bridges.modbus.protocol.pdu import Table
 
 ENABLE, START, STOP, RESET, FOLLOW = 1, 2, 4, 8, 16
 CONTROL, FAULT_CODE = 4, 5

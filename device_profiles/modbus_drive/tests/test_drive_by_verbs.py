@@ -142,8 +142,8 @@ OWN = {
 
 
 def test_with_a_map_of_its_own_it_is_another_drive(master: Make) -> None:
-    from hil.wire.modbus.client_side import read, write, write_single
-    from hil.wire.modbus.pdu import Table
+    from bridges.modbus.protocol.client_side import read, write, write_single
+    from bridges.modbus.protocol.pdu import Table
 
     plc = master({"map": OWN})
     assert plc.told(0) == 2  # nothing there

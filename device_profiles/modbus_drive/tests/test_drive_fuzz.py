@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from hil.wire.modbus.client_side import Answer, mask_write, read, write, write_single
-from hil.wire.modbus.pdu import Refused, Request, Table
+from bridges.modbus.protocol.client_side import Answer, mask_write, read, write, write_single
+from bridges.modbus.protocol.pdu import Refused, Request, Table
 
 HOLDING, INPUT = Table.HOLDING_REGISTERS, Table.INPUT_REGISTERS
 CONTROL = 4

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import pytest
 
+from bridges.modbus.protocol.frame import encode
 from hil.cli.decoded_item import KEYS, as_lines
 from hil.cli.decoding import Decoder, LineChoice, decoded
 from hil.vocab.line_format import FORMATS
-from hil.wire.modbus_rtu.frame import encode, silence_ns
+from hil.wire.line_silences import silence_ns
 from hil.wire.pcapng import RAW, CaptureError, Interface, RecordKind, header, read, record
 from hil.wire.serial_line import character_ns
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.registers.cells import BIT
+from bridges.modbus.registers.drive_map import DriveMap, Place
 from hil.compose import find_catalogue
 from hil.config import BenchConfig, ConfigError, diff, from_dict, parse
 from hil.live.log_file import as_simulated
-from hil.registers.cells import BIT
-from hil.registers.drive_map import DriveMap, Place
-from hil.wire.modbus.pdu import Table
 
 CATALOGUE = find_catalogue()
 PROFILE = CATALOGUE.profiles["modbus_drive"]

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bridges.modbus.protocol.pdu import Span, Table
+from bridges.modbus.registers.cells import BIT
+from bridges.modbus.registers.drive_map import DriveMap, Place
 from hil.config.drive_map_text import read_drive_map
 from hil.core.fields import OFFSETS
 from hil.drives.control_bits import RegisterWrite, bits_write, value_write
 from hil.drives.drive_fields import map_fields, packed
 from hil.drives.drive_verbs import map_verbs
 from hil.drives.poll_plan import MOST_BITS, MOST_REGISTERS, PollPlan, spans_of
-from hil.registers.cells import BIT
-from hil.registers.drive_map import DriveMap, Place
-from hil.wire.modbus.pdu import Span, Table
 
 INPUT, HOLDING, COIL = Table.INPUT_REGISTERS, Table.HOLDING_REGISTERS, Table.COILS
 TEXT = """

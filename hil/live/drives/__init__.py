@@ -15,8 +15,8 @@ drive, ``can_session.py`` how it is greeted and watched.
 
 What they decide is in ``hil.drives``, which knows no clock and no socket.
 
-May import: bridges.can, hil.drives, hil.firmware, hil.live.configured, hil.net, hil.registers, hil.runs,
-hil.vocab, hil.wire, the standard library, can, pymodbus.
+May import: bridges.can, bridges.modbus.protocol, bridges.modbus.registers, hil.drives, hil.firmware,
+hil.live.configured, hil.net, hil.runs, hil.vocab, hil.wire, the standard library, can, pymodbus.
 
 Tests may import too: hil.config.
 """

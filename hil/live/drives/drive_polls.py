@@ -6,13 +6,13 @@ import math
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
+from bridges.modbus.protocol.pdu import Span, Table
 from hil.drives.drive_link import LOST_AFTER
 from hil.drives.poll_plan import GAP_REGISTERS, Reading, Words
 from hil.live.drives.asking import ASKING, IN_TURN, Garbled
 from hil.live.drives.modbus_client import Excepted, ModbusClient
 from hil.live.drives.real_drive import FOUND_S
 from hil.live.drives.register_drive import RegisterDrive
-from hil.wire.modbus.pdu import Span, Table
 
 SETTINGS_S = 1.0
 """Interval of reads of the parameters."""

@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from bridges.modbus.protocol.pdu import Span, Table, exception_words
+from bridges.modbus.protocol.sole_senders import sole_of_frame
 from hil.drives.control_bits import RegisterWrite
 from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost
 from hil.net.echo_guard import EchoGuard
@@ -18,8 +20,6 @@ from hil.net.transports import abort
 from hil.vocab.ports import EchoStats, Sole
 from hil.wire.drive_address import RtuPlace, TcpPlace
 from hil.wire.echo import Echo
-from hil.wire.modbus.pdu import Span, Table, exception_words
-from hil.wire.sole_senders import sole_of_frame
 
 if TYPE_CHECKING:
     from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient

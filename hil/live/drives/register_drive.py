@@ -6,6 +6,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.registers.drive_map import DriveMap
 from hil.drives.control_bits import RegisterWrite, bits_write, value_write
 from hil.drives.drive_fields import map_fields
 from hil.drives.drive_verbs import map_verbs
@@ -14,10 +16,8 @@ from hil.live.drives.asking import IN_TURN, Garbled, NoAnswer, PlaceLost
 from hil.live.drives.drive_line import DriveLine
 from hil.live.drives.modbus_client import Excepted, ModbusClient
 from hil.live.drives.real_drive import DrivePace, RealDrive, SentSetPoint
-from hil.registers.drive_map import DriveMap
 from hil.vocab.ports import EchoStats
 from hil.wire.drive_address import DriveAddress
-from hil.wire.modbus.pdu import Table
 
 TRIES = 2
 """Number of times that a write is sent, if it is not answered; a set-point of a stream is sent once."""

@@ -6,7 +6,7 @@ that a profile describes (``hil.vocab.line_node``), ``line_run.py`` carries out 
 ``modbus_master.py`` polls units of Modbus RTU, with requests in between. Times are arguments, in nanoseconds
 of one clock that never goes back.
 
-May import: hil.vocab, hil.wire, the pure standard library.
+May import: bridges.modbus.protocol, hil.vocab, hil.wire, the pure standard library.
 
 Tests may import too: device_profiles, hil.testing.
 """

@@ -9,15 +9,16 @@ Source: MODBUS over Serial Line V1.02, 2.4 and 2.5.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from bridges.modbus.protocol import pdu
+from bridges.modbus.protocol._crc16 import crc16
+from bridges.modbus.protocol.client_side import Answer, AnswerError, encode, parse_answer
+from bridges.modbus.protocol.frame import ADDRESSES, FRAME_BYTES_MAX, TO_ALL
+from bridges.modbus.protocol.pdu import Refused, Request
 from hil.master.sans_io.line_turns import LineTiming, LineTurns
 from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import NS_PER_MS
-from hil.wire.modbus import pdu
-from hil.wire.modbus.client_side import Answer, AnswerError, encode, parse_answer
-from hil.wire.modbus.pdu import Refused, Request
-from hil.wire.modbus_rtu._crc16 import crc16
-from hil.wire.modbus_rtu.frame import ADDRESSES, FRAME_BYTES_MAX, TO_ALL, silence_ns
+from hil.wire.line_silences import silence_ns
 
 EXCEPTION_BYTES = 5
 """Address, function, code, CRC: the shortest answer."""

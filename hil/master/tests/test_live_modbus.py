@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 
+from bridges.modbus.protocol.client_side import read, write
+from bridges.modbus.protocol.pdu import Table
 from hil.master import LineGone, LineUnreachable, Outcome, UnitPoll, open_modbus_line
 from hil.testing import ServedBench, live
-from hil.wire.modbus.client_side import read, write
-from hil.wire.modbus.pdu import Table
 
 pytestmark = pytest.mark.long
 PATIENCE_S = 60

@@ -5,5 +5,6 @@
 began has ended, ``answer_faults.py`` spoils answers. A node is an input of nothing: its inputs are the bytes
 on the wire.
 
-May import: hil.core, hil.registers, hil.sim, hil.vocab, hil.wire, the pure standard library.
+May import: bridges.modbus.protocol, bridges.modbus.registers, bridges.modbus.unit_transaction, hil.core,
+hil.sim, hil.vocab, hil.wire, the pure standard library.
 """

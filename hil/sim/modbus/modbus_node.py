@@ -4,6 +4,9 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from bridges.modbus.protocol.diagnostics import Diagnostics, report
+from bridges.modbus.protocol.frame import TO_ALL, encode
+from bridges.modbus.protocol.pdu import Function, Refused, Request, exception, parse
 from hil.sim.flight import flight_of, heard
 from hil.sim.modbus.answer_faults import AnswerFaults
 from hil.sim.modbus.register_server import CardAxis, RegisterServer
@@ -12,9 +15,6 @@ from hil.sim.raised_at import place_of
 from hil.vocab.framing import Item
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import Clock, SimTimeNs
-from hil.wire.modbus.diagnostics import Diagnostics, report
-from hil.wire.modbus.pdu import Function, Refused, Request, exception, parse
-from hil.wire.modbus_rtu.frame import TO_ALL, encode
 
 Passed = Callable[[str, SimTimeNs, bytes], None]
 """Told of a frame at a node: "board" (to it) or "client" (from it), when it began, and its bytes."""

@@ -3,13 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from bridges.modbus.protocol.identification import Identification
+from bridges.modbus.protocol.pdu import Refused, Request, exception
+from bridges.modbus.registers.control_word import Wanted
+from bridges.modbus.registers.exception_codes import code_and_reason
+from bridges.modbus.registers.halves import Halves
+from bridges.modbus.registers.register_unit import VerbStage
+from bridges.modbus.registers.registers_protocol import Registers
+from bridges.modbus.unit_transaction import at_once, unit_transaction
 from hil.core import CoreAxis
-from hil.registers.control_word import Wanted
-from hil.registers.exception_codes import code_and_reason
-from hil.registers.halves import Halves
-from hil.registers.register_unit import VerbStage
-from hil.registers.registers_protocol import Registers
-from hil.registers.unit_transaction import at_once, unit_transaction
 from hil.sim.axis_look import axis_look
 from hil.sim.device import Device
 from hil.sim.inputs import Do, Input, Pin, Reset, SetField
@@ -19,8 +21,6 @@ from hil.sim.verb_calls import Answer
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.time import Clock, SimTimeNs
 from hil.vocab.verbs import Effect, VerbRefused
-from hil.wire.modbus.identification import Identification
-from hil.wire.modbus.pdu import Refused, Request, exception
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,11 @@ from bisect import bisect_right
 from collections.abc import Callable
 from itertools import pairwise
 
+from bridges.modbus.protocol.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, Frame
 from hil.sim.flight import Flight
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
-from hil.wire.modbus_rtu.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, Frame, gap_ns, silence_ns
+from hil.wire.line_silences import gap_ns, silence_ns
 from hil.wire.serial_line import character_ns
 
 Ended = Callable[[SimTimeNs, SimTimeNs, bytes], None]

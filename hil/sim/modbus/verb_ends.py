@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from bridges.modbus.registers.control_word import Wanted
+from bridges.modbus.registers.register_unit import VerbStage
 from hil.core import CoreAxis
-from hil.registers.control_word import Wanted
-from hil.registers.register_unit import VerbStage
 from hil.sim.device import Device
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.vocab.time import Clock, SimTimeNs

@@ -4,12 +4,12 @@ import struct
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from bridges.modbus.protocol.client_side import Answer, encode, parse_answer
+from bridges.modbus.protocol.frame import Frame
+from bridges.modbus.protocol.frame import encode as frame
+from bridges.modbus.protocol.pdu import Request
 from hil.testing import Bench
 from hil.vocab.segment import SegmentEvent
-from hil.wire.modbus.client_side import Answer, encode, parse_answer
-from hil.wire.modbus.pdu import Request
-from hil.wire.modbus_rtu.frame import Frame
-from hil.wire.modbus_rtu.frame import encode as frame
 
 M1: dict[str, Any] = {"profile": "mechaduino", "flash": {"table": "identity"}}
 DEVICES: Mapping[str, Any] = {"m1": M1, "s1": {"profile": "sac"}}

@@ -2,9 +2,9 @@
 
 import pytest
 
+from bridges.modbus.protocol.frame import encode
 from hil.testing import Bench
 from hil.vocab.faults import FaultRefused
-from hil.wire.modbus_rtu.frame import encode
 
 CONFIG = {
     "bench": "f",

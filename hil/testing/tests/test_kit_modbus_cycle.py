@@ -3,14 +3,14 @@
 import pytest
 from modbus_line import M1, MASTER, Line, config
 
-from hil.registers import layout
+from bridges.modbus.protocol import client_side as client
+from bridges.modbus.protocol.frame import encode
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.protocol.poll_cycle import FUNCTIONS, Poll, PollCycle
+from bridges.modbus.registers import layout
 from hil.sim.inputs import Play
 from hil.testing import Bench
 from hil.vocab.line_format import FORMATS
-from hil.wire.modbus import client_side as client
-from hil.wire.modbus.pdu import Table
-from hil.wire.modbus_rtu.frame import encode
-from hil.wire.modbus_rtu.poll_cycle import FUNCTIONS, Poll, PollCycle
 
 AT = layout.PARAMETERS_AT + 8 * layout.PER_VERB
 HOLDING = Table.HOLDING_REGISTERS

@@ -5,15 +5,15 @@ import io
 import pytest
 from modbus_line import M1, MASTER, Line, config, f32
 
-from hil.registers import layout
+from bridges.modbus.protocol import client_side as client
+from bridges.modbus.protocol.frame import Frame, encode
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.registers import layout
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Play
 from hil.testing import Bench, replay
 from hil.vocab.faults import FAULT_KINDS, MODBUS_NODE, FaultRefused
-from hil.wire.modbus import client_side as client
-from hil.wire.modbus.pdu import Table
-from hil.wire.modbus_rtu.frame import Frame, encode
 
 READ = encode(1, 4, b"\0\0\0\1")
 GOOD = encode(1, 4, b"\2\0\1")

@@ -5,13 +5,14 @@ import struct
 import pytest
 from modbus_line import DEVICES, M1, MASTER, Line, config, f32
 
+from bridges.modbus.protocol import client_side as client
+from bridges.modbus.protocol.frame import Frame, encode
+from bridges.modbus.protocol.identification import ReadDeviceId
+from bridges.modbus.protocol.pdu import Code, Refused, Table
+from bridges.modbus.registers import layout
 from hil.core.fields import OFFSETS
-from hil.registers import layout
 from hil.testing import Bench
-from hil.wire.modbus import client_side as client
-from hil.wire.modbus.identification import ReadDeviceId
-from hil.wire.modbus.pdu import Code, Refused, Table
-from hil.wire.modbus_rtu.frame import Frame, encode, silence_ns
+from hil.wire.line_silences import silence_ns
 from hil.wire.serial_line import character_ns
 
 HOLDING, INPUT, COILS, BITS = (

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterable
 
+from bridges.modbus.protocol.frame import encode
+from bridges.modbus.protocol.sole_senders import sole_of_frame
 from hil.vocab.ports import EchoState
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.echo import Echo
-from hil.wire.modbus_rtu.frame import encode, silence_ns
+from hil.wire.line_silences import silence_ns
 from hil.wire.serial_line import character_ns
-from hil.wire.sole_senders import sole_of_frame
 
 BAUD = 19200
 READ = encode(1, 4, bytes((0, 0, 0, 2)))

@@ -5,10 +5,10 @@ from echo_rig import BAUD, READ, READ_ANSWER, TO_ALL, WRITE, EchoLine, pieces
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bridges.modbus.protocol.frame import encode
 from hil.vocab.ports import EchoState, Sole
 from hil.vocab.time import NS_PER_MS
 from hil.wire.echo import LATE_NS, MISSES, PROOFS, Echo
-from hil.wire.modbus_rtu.frame import encode
 from hil.wire.serial_line import character_ns
 
 LATE = [0, 1 * NS_PER_MS, 16 * NS_PER_MS, 60 * NS_PER_MS]

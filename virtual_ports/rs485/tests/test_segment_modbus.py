@@ -2,8 +2,9 @@
 
 from wire_rig import Wire, characters_ns
 
-from hil.wire.modbus_rtu.frame import encode, silence_ns
-from hil.wire.modbus_rtu.rtu_framing import MODBUS_RTU
+from bridges.modbus.protocol.frame import encode
+from bridges.modbus.protocol.rtu_framing import MODBUS_RTU
+from hil.wire.line_silences import silence_ns
 
 BAUD = 38400
 SILENCE_NS = silence_ns(BAUD)

@@ -10,6 +10,7 @@ from typing import Any
 from foreign_drives import drive_map
 
 from bridges.can.can_drive_address import CanDriveAddress, CanPlace
+from bridges.modbus.registers.drive_map import DriveMap
 from hil.live.drives.can_control import CanControl
 from hil.live.drives.can_drive import CanDrive, CanSpec
 from hil.live.drives.drive_axes import Drives
@@ -17,7 +18,6 @@ from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.real_drive import DrivePace
 from hil.live.drives.register_control import RegisterControl
 from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
-from hil.registers.drive_map import DriveMap
 from hil.wire.drive_address import drive_address
 
 PATIENCE_S = 10.0

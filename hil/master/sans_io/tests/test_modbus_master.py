@@ -2,14 +2,14 @@
 
 import pytest
 
+from bridges.modbus.protocol.client_side import read, write, write_single
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.protocol.poll_cycle import Poll, PollCycle
 from hil.master.sans_io.modbus_master import ModbusMaster, UnitPoll
 from hil.master.sans_io.transaction import Outcome
 from hil.testing.line_masters import attend
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import FOREVER, NS_PER_MS
-from hil.wire.modbus.client_side import read, write, write_single
-from hil.wire.modbus.pdu import Table
-from hil.wire.modbus_rtu.poll_cycle import Poll, PollCycle
 
 TAP = "bus0.master"
 EVEN = LineFormat("8E1", "E", 1, 11)

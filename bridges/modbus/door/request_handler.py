@@ -1,0 +1,118 @@
+"""Requests to units, carried out at the desk, and their answers. The same for all lines and connections."""
+
+import asyncio
+import logging
+from collections import Counter
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, field
+from inspect import isawaitable
+from typing import Any
+
+from bridges.modbus.door.door_units import DoorUnit, DoorUnits
+from bridges.modbus.door.motion_ends import MotionEnds
+from bridges.modbus.protocol.identification import Identification
+from bridges.modbus.protocol.pdu import Code, Refused, Request, exception, parse
+from bridges.modbus.registers.control_word import Wanted
+from bridges.modbus.registers.exception_codes import code_and_reason
+from bridges.modbus.registers.halves import Halves
+from bridges.modbus.unit_transaction import LOOK, Transaction, at_once, unit_transaction
+from hil.net.limits import Limit
+from hil.vocab.desk_protocol import AxisLook, Desk, Source
+from hil.vocab.verbs import VerbRefused
+
+log = logging.getLogger("hil")
+
+
+@dataclass(eq=False)
+class Asker:
+    """Client of the door. What it has written of a value, and not yet the rest, is its own."""
+
+    source: Source
+    halves: dict[DoorUnit, Halves] = field(default_factory=dict)
+
+
+class RequestHandler:
+    """Requests to the units of a bench. ``carried_out``: operations that were; ``exceptions``: by code."""
+
+    def __init__(self, desk: Desk, units: DoorUnits, identify: Callable[[DoorUnit], Identification]) -> None:
+        self._desk, self._units, self._identity = desk, units, identify
+        self._ends = MotionEnds(desk)
+        self._limits: dict[Code, Limit] = {}
+        self.requests = self.carried_out = 0
+        self.exceptions: Counter[str] = Counter()
+
+    def answer(self, asker: Asker, number: int, pdu: bytes) -> bytes | Coroutine[Any, Any, bytes]:
+        """Carry out a request to the unit of a number; answers as ``answer_of``."""
+        try:
+            unit = self._units.find(number)
+        except Refused as error:
+            self.requests += 1
+            return self._refuse(asker, number, pdu[0], error)
+        return self.answer_of(asker, unit, pdu)
+
+    def answer_of(self, asker: Asker, unit: DoorUnit, pdu: bytes) -> bytes | Coroutine[Any, Any, bytes]:
+        """Carry out a request to a unit; answers the PDU for the client, an exception where it is refused.
+        What is written may take time."""
+        self.requests += 1
+        try:
+            request = parse(pdu)
+            if request.write or request.mask:
+                return self._awaited(asker, unit, request)
+            return at_once(self._steps(asker, unit, request), lambda: self._look(asker, unit), _no_operation)
+        except (Refused, VerbRefused) as error:
+            return self._refuse(asker, unit.number, pdu[0], error)
+
+    def _steps(self, asker: Asker, unit: DoorUnit, request: Request) -> Transaction:
+        halves = asker.halves.setdefault(unit, {})
+        return unit_transaction(request, unit.registers, halves, lambda: self._identity(unit))
+
+    async def _awaited(self, asker: Asker, unit: DoorUnit, request: Request) -> bytes:
+        steps = self._steps(asker, unit, request)
+        try:
+            step = next(steps)
+            while True:
+                if step is LOOK:
+                    step = steps.send(self._look(asker, unit))
+                    continue
+                try:
+                    await self._carry_out(asker, unit, step)
+                except VerbRefused as refusal:
+                    step = steps.throw(refusal)
+                else:
+                    step = next(steps)
+        except StopIteration as done:
+            pdu: bytes = done.value
+            return pdu
+        except (Refused, VerbRefused) as error:
+            return self._refuse(asker, unit.number, request.function, error)
+
+    def _refuse(self, asker: Asker, number: int, function: int, error: Refused | VerbRefused) -> bytes:
+        code, why = code_and_reason(error)
+        self.exceptions[f"{code:02}"] += 1
+        self._tell(code, f"bridges.modbus: {asker.source.name}: unit {number}: exception {code:02}: {why}")
+        return exception(function, code)
+
+    def _look(self, asker: Asker, unit: DoorUnit) -> AxisLook:
+        look: AxisLook = self._desk.ask(asker.source, "look", unit.info.name, {})
+        return look
+
+    async def _carry_out(self, asker: Asker, unit: DoorUnit, wanted: Wanted) -> None:
+        result = self._desk.ask(asker.source, wanted.operation, unit.info.name, wanted.given)
+        if isawaitable(result):
+            result = await result
+        self.carried_out += 1
+        self._ends.follow(unit, wanted, asker.source, result)
+
+    def _tell(self, code: Code, why: str) -> None:
+        if (limit := self._limits.get(code)) is None:
+            limit = self._limits[code] = Limit(log.info, asyncio.get_running_loop())
+        limit.reached(why)
+
+    async def close(self) -> None:
+        for limit in self._limits.values():
+            limit.close()
+        await self._ends.close()
+
+
+def _no_operation(wanted: Wanted) -> None:
+    raise AssertionError(f"a reading asks for {wanted}")

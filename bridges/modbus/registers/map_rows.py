@@ -1,0 +1,65 @@
+"""A register map in rows, for the control socket, and its formats: table, CSV, Markdown and JSON."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from bridges.modbus.registers.registers_protocol import UnitMap
+
+COLUMNS = ("table", "address", "registers", "type", "access", "name", "unit", "about")
+FORMATS = ("table", "csv", "markdown", "json")
+
+
+def map_rows(of: UnitMap) -> dict[str, Any]:
+    """Rows of a map, in the order of tables and addresses."""
+    rows = [
+        {
+            "table": cell.table.name.lower(),
+            "address": cell.address,
+            "registers": cell.width,
+            "type": cell.type,
+            "name": cell.name,
+            "unit": cell.unit,
+            "about": cell.about,
+            "is_writable": cell.is_writable,
+        }
+        for cell in of.cells
+    ]
+    head = {"device": of.info.name, "profile": of.info.profile, "version": of.version, "crc": of.crc}
+    return {**head, "notes": list(of.notes), "rows": rows}
+
+
+def formatted(answer: Mapping[str, Any], form: str) -> Iterator[str]:
+    """Write a map as lines. ``form``: one of ``FORMATS``."""
+    if form == "json":
+        yield json.dumps(answer, indent=1)
+        return
+    cells = [_cells(row) for row in answer["rows"]]
+    if form == "csv":
+        yield ",".join(COLUMNS)
+        yield from (",".join(map(_quoted, row)) for row in cells)
+        return
+    if form == "markdown":
+        yield f"| {' | '.join(COLUMNS)} |"
+        yield f"|{'---|' * len(COLUMNS)}"
+        yield from (f"| {' | '.join(text.replace('|', chr(92) + '|') for text in row)} |" for row in cells)
+        return
+    of = f"{answer['device']}, a {answer['profile']}"
+    yield f"{of}: map version {answer['version']}, CRC {answer['crc']:08x}"
+    yield from _table([COLUMNS, *cells])
+    yield from (f"note: {note}" for note in answer["notes"])
+
+
+def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+    shown = {**row, "access": "rw" if row["is_writable"] else "r"}
+    return tuple(" ".join(str(shown[column]).split()) for column in COLUMNS)
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\n') else text
+
+
+def _table(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)][:-1]
+    for row in rows:
+        yield "  ".join([*(text.ljust(width) for text, width in zip(row, widths, strict=False)), row[-1]])
