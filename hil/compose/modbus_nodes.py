@@ -2,6 +2,8 @@
 
 from functools import partial
 
+from bridges.modbus.card.modbus_node import ModbusNode
+from bridges.modbus.card.register_server import CardAxis
 from bridges.modbus.registers.device_identity import device_identity
 from bridges.modbus.registers.units import unit_of
 from hil import __version__
@@ -11,8 +13,6 @@ from hil.config.station_names import node_name
 from hil.sim.bench import BenchRuntime
 from hil.sim.device import Device
 from hil.sim.group import Group
-from hil.sim.modbus.modbus_node import ModbusNode
-from hil.sim.modbus.register_server import CardAxis
 from hil.sim.settable import setting_problem
 from hil.sim.twin_info import info_of
 from hil.vocab.address import address_of

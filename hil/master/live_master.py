@@ -5,7 +5,6 @@ from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from bridges.modbus.protocol.sole_senders import sole_by
 from hil.master.line_loop import LineLoop
 from hil.master.line_place import LinePlace, find_line
 from hil.master.line_port import LinePort
@@ -15,6 +14,7 @@ from hil.master.sans_io.node_rows import NodeEvent, NodeRow
 from hil.master.sans_io.run_items import RunReport
 from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.wire.echo import Echo
+from hil.wire.sole_senders import sole_by
 
 
 class LiveMaster(LineLoop):

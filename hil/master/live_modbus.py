@@ -5,8 +5,8 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.pdu import Request
-from bridges.modbus.protocol.sole_senders import sole_of_frame
 from hil.master.line_loop import LineLoop
 from hil.master.line_place import LATENCY_NS, bench_here, bench_tap, is_address, wait_until_heard
 from hil.master.line_port import LinePort

@@ -2,12 +2,10 @@
 the operating system.
 
 ``bench.py`` composes it and gives each input its one time; ``group.py`` advances what shares a time;
-``device.py`` is a board, ``uart.py`` its serial interface, ``segment_tap.py`` a tap, ``modbus`` a node;
-``can`` has buses with their nodes and taps.
+``device.py`` is a board, ``uart.py`` its serial interface, ``segment_tap.py`` a tap.
 ``inputs.py`` has the inputs from outside, ``input_log.py`` their log, ``faults`` the faults.
 
-May import: bridges.modbus.protocol, bridges.modbus.registers, bridges.modbus.unit_transaction, hil.core,
-hil.firmware, hil.vocab, hil.wire, the pure standard library.
+May import: hil.core, hil.firmware, hil.vocab, hil.wire, the pure standard library.
 
 Tests may import too: hil.live, hil.testing.
 """

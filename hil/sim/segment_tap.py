@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 
-from bridges.modbus.protocol.sole_senders import sole_by
 from hil.sim.flight import heard
 from hil.sim.inputs import Bytes, Input, Play
 from hil.vocab.framing import Item
@@ -13,6 +12,7 @@ from hil.vocab.ports import SoleOf
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.serial_line import character_ns
+from hil.wire.sole_senders import sole_by
 
 TAP_ROOM_BYTES = 256
 """Maximum from a client that is not on the wire yet; more waits at the client."""

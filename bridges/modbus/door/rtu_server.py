@@ -14,9 +14,9 @@ from typing import Any
 from bridges.modbus.door.door_units import DoorUnit, DoorUnits
 from bridges.modbus.door.request_handler import Asker, RequestHandler
 from bridges.modbus.protocol.diagnostics import Diagnostics, report
+from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, TO_ALL, Frame, encode
 from bridges.modbus.protocol.pdu import Function, Refused, Request, exception, parse
-from bridges.modbus.protocol.sole_senders import sole_of_frame
 from hil.net.silence_timer import SilenceTimer
 from hil.vocab.desk_protocol import Source
 from hil.vocab.ports import EchoPort, EchoStats, Port

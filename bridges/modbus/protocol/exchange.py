@@ -6,6 +6,8 @@ an answer to it, is the answer.
 
 from bridges.modbus.protocol._crc16 import crc16
 from bridges.modbus.protocol.frame import FRAME_BYTES_MIN, TO_ALL
+from hil.vocab.ports import Sole
+from hil.wire.sole_senders import IsHere
 
 _EXCEPTION = 0x80
 _EXCEPTION_FRAME_BYTES = FRAME_BYTES_MIN + 1
@@ -36,3 +38,12 @@ def is_answered_alike(raw: bytes) -> bool:
     if function & _EXCEPTION or function in _ANSWERED_OTHERWISE:
         return False
     return function not in _READS or (len(raw) == _READ_FRAME_BYTES and is_answer(raw, raw))
+
+
+def sole_of_frame(data: bytes, is_here: IsHere) -> Sole | None:
+    """Say it of a frame of Modbus RTU: some answers equal their questions."""
+    if len(data) < FRAME_BYTES_MIN or crc16(data):
+        return None
+    if data[0] == TO_ALL or not is_answered_alike(data):
+        return Sole.ALONE
+    return Sole.HERE if is_here(data[0]) else Sole.UNSURE

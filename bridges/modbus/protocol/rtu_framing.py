@@ -2,11 +2,14 @@
 
 from functools import cache
 
+from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.frame import FRAME_BYTES_MIN, TO_ALL, Frame, Malformed
 from bridges.modbus.protocol.splitter import RtuSplitter
 from hil.vocab.framing import EVERYBODY, Item, Party, Transform
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
+from hil.vocab.ports import Sole
 from hil.wire.byte_faults import Chance
+from hil.wire.sole_senders import IsHere
 
 
 class ModbusRtu:
@@ -62,6 +65,10 @@ class ModbusRtu:
 
     def answers(self, burst: bytes, address: int) -> tuple[tuple[int, bytes], ...]:
         return ()
+
+    def sole(self, data: bytes, is_here: IsHere) -> Sole | None:
+        """Answer whether another station may send a frame soon: some answers equal their questions."""
+        return sole_of_frame(data, is_here)
 
 
 MODBUS_RTU = ModbusRtu()

@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.pdu import Span, Table, exception_words
-from bridges.modbus.protocol.sole_senders import sole_of_frame
 from hil.drives.control_bits import RegisterWrite
 from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost
 from hil.net.echo_guard import EchoGuard

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Iterable
 
+from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.frame import encode
-from bridges.modbus.protocol.sole_senders import sole_of_frame
 from hil.vocab.ports import EchoState
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.echo import Echo

@@ -4,13 +4,13 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from bridges.modbus.card.answer_faults import AnswerFaults
+from bridges.modbus.card.register_server import CardAxis, RegisterServer
+from bridges.modbus.card.rtu_receiver import RtuReceiver
 from bridges.modbus.protocol.diagnostics import Diagnostics, report
 from bridges.modbus.protocol.frame import TO_ALL, encode
 from bridges.modbus.protocol.pdu import Function, Refused, Request, exception, parse
 from hil.sim.flight import flight_of, heard
-from hil.sim.modbus.answer_faults import AnswerFaults
-from hil.sim.modbus.register_server import CardAxis, RegisterServer
-from hil.sim.modbus.rtu_receiver import RtuReceiver
 from hil.sim.raised_at import place_of
 from hil.vocab.framing import Item
 from hil.vocab.segment import HeardCharacter, Segment

@@ -6,10 +6,10 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bridges.modbus.card.rtu_receiver import RtuReceiver
 from bridges.modbus.protocol.frame import Frame, encode
 from bridges.modbus.protocol.splitter import RtuSplitter
 from hil.sim.flight import Flight, heard
-from hil.sim.modbus.rtu_receiver import RtuReceiver
 from hil.vocab.line_format import FORMATS
 from hil.wire.line_silences import gap_ns, silence_ns
 from hil.wire.serial_line import character_ns

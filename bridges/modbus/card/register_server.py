@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from bridges.modbus.card.verb_ends import VerbEnds
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.protocol.pdu import Refused, Request, exception
 from bridges.modbus.registers.control_word import Wanted
@@ -15,7 +16,6 @@ from hil.core import CoreAxis
 from hil.sim.axis_look import axis_look
 from hil.sim.device import Device
 from hil.sim.inputs import Do, Input, Pin, Reset, SetField
-from hil.sim.modbus.verb_ends import VerbEnds
 from hil.sim.motion_end import begun_motion
 from hil.sim.verb_calls import Answer
 from hil.vocab.desk_protocol import AxisLook

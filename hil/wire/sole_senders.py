@@ -1,11 +1,8 @@
 """Bytes that go out on a line of packets, and whether another station may send the same soon."""
 
 from collections.abc import Callable
+from typing import Protocol, runtime_checkable
 
-from bridges.modbus.protocol._crc16 import crc16
-from bridges.modbus.protocol.exchange import is_answered_alike
-from bridges.modbus.protocol.frame import FRAME_BYTES_MIN, TO_ALL
-from bridges.modbus.protocol.rtu_framing import ModbusRtu
 from hil.vocab.framing import Framing
 from hil.vocab.ports import Sole, SoleOf
 from hil.vocab.time import SimTimeNs
@@ -15,20 +12,18 @@ IsHere = Callable[[int], bool]
 _ANY_BAUD = 9600
 
 
+@runtime_checkable
+class KnowsSenders(Protocol):
+    """Framing that tells itself who may send the same, where its packets do not name their senders."""
+
+    def sole(self, data: bytes, is_here: IsHere) -> Sole | None: ...
+
+
 def sole_by(framing: Framing, is_here: IsHere) -> SoleOf:
     """Make what says it of bytes on a line with this framing."""
-    if isinstance(framing, ModbusRtu):
-        return lambda data: sole_of_frame(data, is_here)
+    if isinstance(framing, KnowsSenders):
+        return lambda data: framing.sole(data, is_here)
     return lambda data: sole_of_packets(framing, data)
-
-
-def sole_of_frame(data: bytes, is_here: IsHere) -> Sole | None:
-    """Say it of a frame of Modbus RTU: some answers equal their questions."""
-    if len(data) < FRAME_BYTES_MIN or crc16(data):
-        return None
-    if data[0] == TO_ALL or not is_answered_alike(data):
-        return Sole.ALONE
-    return Sole.HERE if is_here(data[0]) else Sole.UNSURE
 
 
 def sole_of_packets(framing: Framing, data: bytes) -> Sole | None:
