@@ -182,8 +182,8 @@ class Signs(_HouseContract):
     def _circle_of(self, signs: dict[str, dict[str, frozenset[str]]]) -> Iterator[str]:
         rooms: dict[str, set[str]] = {}
         for door, sign in signs.items():
-            here = _room(door)
-            allowed = {_room(name) for name in sign.get(MAY, ()) if _root(name) in self.house.roots}
+            here = _room_of(door, signs)
+            allowed = {_room_of(name, signs) for name in sign.get(MAY, ()) if _root(name) in self.house.roots}
             rooms.setdefault(here, set()).update(allowed - {here})
         try:
             TopologicalSorter(rooms).prepare()
@@ -259,6 +259,12 @@ def _longest(name: str, known: set[str]) -> str:
 
 def _root(module: str) -> str:
     return module.partition(".")[0]
+
+
+def _room_of(name: str, signs: dict[str, dict[str, frozenset[str]]]) -> str:
+    """Room of a circle: of a bridge, whose folder has a whole protocol's world, the signed folder in it."""
+    inner = [door for door in signs if MAY in signs[door] and is_within(name, door)]
+    return max(inner, key=len) if _root(name) == "bridges" and inner else _room(name)
 
 
 def _room(module: str) -> str:

@@ -26,7 +26,7 @@ PAGES = [
     *sorted((ROOT / "docs/how-to").glob("*.md")),
 ]
 IDS = [page.stem for page in PAGES]
-NO_MODULES = {"hil.bridges", "hil.ports", "hil.profiles", "hil.service"}
+NO_MODULES = {"hil.bridges", "hil.buses", "hil.ports", "hil.profiles", "hil.service"}
 """Groups of entry points, and a unit of systemd."""
 SAID = {"health", "rt", "limits", "master"}
 """Words with a colon that are no keys: of `hil status`, of a check, a tap's name."""

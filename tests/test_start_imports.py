@@ -28,8 +28,9 @@ OF_BENCHES = {
     *("virtual_ports.pty.pty_port",),
 }
 OF_SOME_BENCHES = {
-    *("hil.config.can_model", "hil.config.drive_map_model", "hil.config.segment_model"),
-    *("hil.vocab.bridge_protocol", "bridges.can.can_drive_address", "hil.wire.drive_address"),
+    *("bridges.can.can_model", "bridges.can.can_buses", "hil.config.segment_model"),
+    *("hil.config.drive_map_model", "bridges.can.address.can_drive_address", "hil.wire.drive_address"),
+    *("hil.vocab.bridge_protocol",),
     *("bridges.modbus.registers", "bridges.modbus.protocol", "device_profiles.sac"),
 }
 """What a bench of one Mechaduino has not: bridges, real drives, maps, wires, segments, CAN buses."""

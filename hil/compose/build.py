@@ -149,7 +149,7 @@ def empty_bench(
     ``LEAST_AXES``, so that a reload can add some, and for the groups of lines without stations."""
     axes = sum(places_of(device, catalogue) for device in config.devices.values())
     room = max(2 * axes, LEAST_AXES)
-    return BenchRuntime(config.bench, Core(room + len(config.segments) + len(config.can)), store, around)
+    return BenchRuntime(config.bench, Core(room + len(config.bus_wires())), store, around)
 
 
 def places_of(device: DeviceConfig, catalogue: Catalogue) -> int:
@@ -170,10 +170,9 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
         bench.core.wire((axis(source), output), (axis(target), input_name))
     for segment_name, wire_config in config.segments.items():
         _add_segment(bench, segment_name, wire_config, catalogue)
-    if config.can:
-        from hil.compose.can_buses import add_buses  # most benches start without CAN
-
-        add_buses(bench, config, catalogue)
+    for bus in catalogue.buses:
+        if config.wires_of(bus.key):
+            bus.add(bench, config, catalogue)
 
 
 def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalogue: Catalogue) -> None:

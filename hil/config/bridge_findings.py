@@ -1,7 +1,7 @@
 """Checks of bridges: their options by the models of their kinds, and beside the rest of the configuration."""
 
 import json
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
@@ -56,22 +56,23 @@ def read_bridges(
 
 
 def bridge_findings(
-    options: Options, devices: Mapping[str, Any], profiles: Mapping[str, ProfileInfo], buses: Collection[str]
+    options: Options, value: Mapping[str, Any], profiles: Mapping[str, ProfileInfo]
 ) -> list[Finding]:
-    """Findings of bridges on this bench. ``devices``: as they were written; ``profiles``: of all of them;
-    ``buses``: names of the CAN buses."""
+    """Findings of bridges on this bench. ``value``: the configuration; ``profiles``: of all of its devices.
+    A bridge that names wires has those of its own bus."""
     from hil.vocab.bridge_protocol import BridgeOptions, BusOptions
 
     axes = [
         axis
-        for name, raw in devices.items()
+        for name, raw in value["devices"].items()
         for axis in _axes(name, profiles[name], is_real=raw.get("at") is not None)
     ]
+    wires = {name: each if isinstance(each := value.get(name), dict) else {} for name in options}
     on_buses = [
         _finding(name, problem)
         for name, each in options.items()
         if isinstance(each, BusOptions)
-        for problem in each.bus_problems(buses)
+        for problem in each.bus_problems(wires[name])
     ]
     return on_buses + [
         _finding(name, problem)

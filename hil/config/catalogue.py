@@ -17,6 +17,7 @@ from hil.config.yaml_text import document_from_yaml
 from hil.core.kinds import KINDS
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
+from hil.vocab.bus import BusKind
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
 from hil.vocab.parameters import plain
@@ -220,6 +221,10 @@ class Catalogue:
     """Reads the text of a file that a configuration names. Raises OSError or UnicodeDecodeError."""
     framings: Mapping[str, Framing] = field(default_factory=dict)
     """Framings of lines by name."""
+    buses: tuple[BusKind, ...] = ()
+    """Kinds of buses."""
+    bus_problems: tuple[Problem, ...] = ()
+    """Problems of kinds of buses that cannot be used."""
 
     def problems(self, profile: str) -> Sequence[Problem]:
         """Problems of a board, which this imports; none for a board that can be used, or that is unknown."""

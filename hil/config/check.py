@@ -7,7 +7,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from hil.config.bridge_findings import BRIDGES, bridge_findings, file_findings, read_bridges
-from hil.config.can_findings import can_findings
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_device import DeviceCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
@@ -18,7 +17,7 @@ from hil.config.fault_findings import fault_findings
 from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
 from hil.config.modbus_findings import modbus_findings
-from hil.config.model import BenchConfig
+from hil.config.model import BenchConfig, bench_model
 from hil.config.motor_findings import motor_findings
 from hil.config.path_values import is_path
 from hil.config.port_model import SERIAL
@@ -60,17 +59,17 @@ def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = Fa
     catalogue, wrong_paths = _with_path(document, catalogue)
     value, found, profiles, elsewhere = _completed(document, catalogue)
     findings = [*document.findings, *wrong_paths, *found]
+    model = bench_model(catalogue.buses)
     config: BenchConfig | None = None
     try:
-        config = BenchConfig.model_validate(value)
+        config = model.model_validate(value)
     except ValidationError as error:
-        findings += findings_of(error, BenchConfig, (), document)
+        findings += findings_of(error, model, (), document)
     if profiles is not None:
-        findings += _findings_between(value, profiles)
+        findings += _findings_between(value, profiles, catalogue)
         findings += framing_findings(value, profiles, catalogue)
     if opens_bridges and isinstance(value, dict) and isinstance(bridges := value.get(BRIDGES), dict):
-        buses = each if isinstance(each := value.get("can"), dict) else {}
-        findings += bridge_findings(bridges, value["devices"], profiles, buses) if profiles else []
+        findings += bridge_findings(bridges, value, profiles) if profiles else []
         findings += file_findings(bridges)
     if config is not None and not findings:
         findings += motor_findings(config, catalogue)
@@ -120,10 +119,9 @@ def _completed(
     if catalogue.path:
         given = {**given, PROFILE_PATH: list(catalogue.path)}
     value = {**given, "devices": given["devices"] | {name: each.completed for name, each in devices.items()}}
-    if isinstance(segments := given.get("segments"), dict):
-        value["segments"] = {name: _with_taps("segments", name, raw, ports) for name, raw in segments.items()}
-    if isinstance(buses := given.get("can"), dict):
-        value["can"] = {name: _with_taps("can", name, raw, ports) for name, raw in buses.items()}
+    for key in bench_model(catalogue.buses).bus_keys:
+        if isinstance(wires := given.get(key), dict):
+            value[key] = {name: _with_taps(key, name, raw, ports) for name, raw in wires.items()}
     for name, raw in given["devices"].items():
         if isinstance(raw, dict) and isinstance(at := raw.get("at"), str):
             ports.real(name, ("devices", name, "at"), at)
@@ -133,12 +131,13 @@ def _completed(
     findings = [*ports.findings, *findings, *ports.clashes(given.get("runtime_dir"), given.get("bench"))]
     profiles = {name: device.profile for name, device in devices.items() if device.profile}
     are_all = profiles and len(profiles) == len(given["devices"])
-    elsewhere = list(dict.fromkeys(problem for device in devices.values() for problem in device.problems))
+    of_devices = (problem for device in devices.values() for problem in device.problems)
+    elsewhere = list(dict.fromkeys([*of_devices, *catalogue.bus_problems]))
     return value, findings, profiles if are_all else None, elsewhere
 
 
 def _with_taps(key: str, name: str, line: Any, ports: PortsCheck) -> Any:
-    """Complete a segment or a CAN bus, by the key under which it stands, with its taps' ports."""
+    """Complete a segment or another wire, by the key under which it stands, with its taps' ports."""
     taps = line.get("taps") if isinstance(line, dict) else None
     if not isinstance(taps, dict):
         return line
@@ -155,7 +154,9 @@ def _with_taps(key: str, name: str, line: Any, ports: PortsCheck) -> Any:
     return {**line, "taps": done}
 
 
-def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]) -> Iterator[Finding]:
+def _findings_between(
+    value: dict[str, Any], profiles: Mapping[str, ProfileInfo], catalogue: Catalogue
+) -> Iterator[Finding]:
     """Findings between devices."""
     devices = value["devices"]
     real = {name for name, raw in devices.items() if raw.get("at") is not None}
@@ -168,8 +169,9 @@ def _findings_between(value: dict[str, Any], profiles: Mapping[str, ProfileInfo]
     }
     yield from joint_findings(value, profiles, real)
     yield from modbus_findings(value.get("segments"), profiles, real)
-    yield from can_findings(value, profiles, real)
-    yield from fault_findings(value, profiles, real, full)
+    for bus in catalogue.buses:
+        yield from bus.findings(value, profiles, real)
+    yield from fault_findings(value, profiles, real, full, catalogue.buses)
     yield from same_at(devices)
 
 

@@ -62,7 +62,7 @@ def _faults(bench: BenchConfig, device: str) -> dict[str, str]:
 
 def _faults_elsewhere(bench: BenchConfig) -> dict[str, str]:
     """Faults of segments, buses and taps; those of joined devices are among the devices' own."""
-    places = (*bench.segments, *bench.can)
+    places = bench.bus_wires()
     return {f"faults of {place}": text for place in places for text in _faults(bench, place).values()}
 
 

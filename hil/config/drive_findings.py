@@ -54,8 +54,8 @@ def drive_findings(
 
 def _address(path: KeyPath, raw: dict[str, Any], profile: ProfileInfo, at: str) -> Finding | None:
     """Finding about an address, or a map that is missing."""
-    from bridges.can.can_drive_address import EXAMPLES as CAN_EXAMPLES
-    from bridges.can.can_drive_address import is_can_address
+    from bridges.can.address.can_drive_address import EXAMPLES as CAN_EXAMPLES
+    from bridges.can.address.can_drive_address import is_can_address
     from hil.wire.drive_address import EXAMPLES, is_drive_address
 
     here, name = (*path, "at"), profile.name

@@ -1,16 +1,17 @@
 """Checks of a configuration's faults, against the table of kinds and the bench."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding
 from hil.config.explain import shown, suggestion
-from hil.config.station_names import canopen_addresses, node_addresses, station_addresses
+from hil.config.station_names import node_addresses, station_addresses
 from hil.core.kinds import KINDS
 from hil.sim.given_fault import fault_of
 from hil.vocab import faults
 from hil.vocab.address import DeviceParts, owner_of
+from hil.vocab.bus import BusKind
 
 REAL_REMEDY = "leave this key out: a fault of its line is there from the start until it is cleared"
 
@@ -20,11 +21,15 @@ def fault_findings(
     devices: Mapping[str, ProfileInfo],
     real: Collection[str],
     full: Collection[str],
+    buses: Iterable[BusKind],
 ) -> Iterator[Finding]:
     """Findings about the faults of a configuration. ``devices``: those whose profile is known; ``real``: real
-    boards; ``full``: addresses of axes with the full plant."""
+    boards; ``full``: addresses of axes with the full plant; ``buses``: kinds that there are."""
     entries = value.get("faults")
     places = _places(value, devices, real, full)
+    for bus in buses:
+        for name, wire in _mappings(value.get(bus.key)):
+            places |= {each: set(kinds) for each, kinds in bus.fault_places(name, wire, devices).items()}
     for index, entry in enumerate(entries if isinstance(entries, list) else ()):
         if not isinstance(entry, dict):
             continue
@@ -78,11 +83,6 @@ def _places(
             if owner_of(station) not in real:
                 for address in station_addresses(station, devices):
                     places.setdefault(address, set()).update((faults.STATION, faults.ON_LINE))
-    for name, bus in _mappings(value.get("can")):
-        on_bus = [f"{name}.{tap}" for tap in _names(bus.get("taps"))]
-        places |= {each: {faults.ON_LINE, faults.CAN_NODE} for each in on_bus}
-        places |= {each: {faults.ON_LINE, faults.CAN_NODE} for each in canopen_addresses(bus, devices)}
-        places[name] = {faults.LINE}
     return places
 
 

@@ -1,8 +1,9 @@
 """Model of a bench's configuration, checked. The field descriptions are the reference's text."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BaseModel,
@@ -10,6 +11,7 @@ from pydantic import (
     ConfigDict,
     Field,
     SerializeAsAny,
+    create_model,
 )
 
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo, map_text
@@ -23,22 +25,17 @@ from hil.config.real_places import real_address
 from hil.config.shaft_load import LoadConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
+from hil.vocab.bus import BusKind
 from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import ADAPTER, UsbIdentity
 
 if TYPE_CHECKING:
-    from bridges.can.can_drive_address import CanDriveAddress
+    from bridges.can.address.can_drive_address import CanDriveAddress
     from bridges.modbus.registers.drive_map import DriveMap
-    from hil.config.can_model import CanConfig
     from hil.config.drive_map_model import MapText
     from hil.config.segment_model import SegmentConfig, WireConfig
     from hil.wire.drive_address import DriveAddress
 else:
-
-    def _can() -> type[BaseModel]:
-        from hil.config.can_model import CanConfig
-
-        return CanConfig
 
     def _segment() -> type[BaseModel]:
         from hil.config.segment_model import SegmentConfig
@@ -50,9 +47,7 @@ else:
 
         return WireConfig
 
-    CanConfig, SegmentConfig, WireConfig, MapText = (
-        Annotated[Any, Later(load)] for load in (_can, _segment, _wire, map_text)
-    )
+    SegmentConfig, WireConfig, MapText = (Annotated[Any, Later(load)] for load in (_segment, _wire, map_text))
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
@@ -237,7 +232,7 @@ class DeviceConfig(DefaultsModel):
         """Node on a CAN bus of a real drive; None: it is none."""
         if not self.at:
             return None
-        from bridges.can.can_drive_address import can_drive_address, is_can_address
+        from bridges.can.address.can_drive_address import can_drive_address, is_can_address
 
         return can_drive_address(self.at) if is_can_address(self.at) else None
 
@@ -322,7 +317,10 @@ class FaultConfig(BaseModel):
 
 
 class BenchConfig(StrictModel):
-    """A daemon's whole set-up."""
+    """A daemon's whole set-up. ``bench_model`` adds the keys of the kinds of buses."""
+
+    bus_keys: ClassVar[tuple[str, ...]] = ("segments",)
+    """Keys under which wires with stations stand."""
 
     bench: Name = Field(description="The bench's name: a letter a-z and up to 31 more of a-z, 0-9, _ and -.")
     devices: Mapping[Name, DeviceConfig] = Field(
@@ -338,10 +336,6 @@ class BenchConfig(StrictModel):
         default={},
         description="RS485 wires, each under a name of its own: what one station sends, the others hear."
         " Devices on one segment share one simulated time.",
-    )
-    can: Mapping[Name, CanConfig] = Field(
-        default={},
-        description="CAN buses, each under a name of its own. Devices on one bus share one simulated time.",
     )
     faults: list[FaultConfig] = Field(
         default=[],
@@ -381,19 +375,27 @@ class BenchConfig(StrictModel):
         default=None, description="Where the boards' non-volatile memory is kept; null: the daemon's choice."
     )
 
+    def wires_of(self, key: str) -> Mapping[str, Any]:
+        """Wires of a kind of bus by name, each of the model of its kind."""
+        of_kind: Mapping[str, Any] = getattr(self, key)
+        return of_kind
+
+    def bus_wires(self) -> dict[str, Any]:
+        """Segments, and the wires of all kinds of buses, by name."""
+        return {name: wire for key in self.bus_keys for name, wire in self.wires_of(key).items()}
+
     def joints(self) -> list[tuple[str, ...]]:
-        """Devices that share their time, by wire, by segment and by CAN bus."""
+        """Devices that share their time, by wire between pins, by segment and by bus."""
         wired = [tuple(owner_of(axis) for axis, _ in wire.ends()) for wire in self.wires]
-        segments = (each.members() for each in self.segments.values())
-        return [*wired, *segments, *(each.members() for each in self.can.values())]
+        return [*wired, *(each.members() for each in self.bus_wires().values())]
 
     def tap_ports(self) -> dict[str, PortConfig]:
-        """Ports of the taps of segments and CAN buses, by their addresses."""
-        of_segments = {
-            (name, tap): each.port for name, of in self.segments.items() for tap, each in of.taps.items()
+        """Ports of the taps of segments and buses, by their addresses."""
+        return {
+            str(Address(name, tap)): each.port
+            for name, wire in self.bus_wires().items()
+            for tap, each in wire.taps.items()
         }
-        of_buses = {(name, tap): each.port for name, of in self.can.items() for tap, each in of.taps.items()}
-        return {str(Address(*label)): port for label, port in (of_segments | of_buses).items()}
 
     @property
     def twins(self) -> dict[str, DeviceConfig]:
@@ -413,3 +415,17 @@ class BenchConfig(StrictModel):
     def real(self) -> dict[str, DeviceConfig]:
         """The real boards, drives among them."""
         return {name: device for name, device in self.devices.items() if device.at is not None}
+
+
+@lru_cache
+def bench_model(buses: tuple[BusKind, ...]) -> type[BenchConfig]:
+    """Make the model with the keys of these kinds of buses."""
+    if not buses:
+        return BenchConfig
+    keys: dict[str, Any] = {
+        bus.key: (Mapping[Name, Annotated[Any, Later(bus.model)]], Field(default={}, description=bus.about))
+        for bus in buses
+    }
+    made = create_model("BenchConfig", __base__=BenchConfig, __module__=__name__, **keys)
+    made.bus_keys = (*BenchConfig.bus_keys, *keys)
+    return made

@@ -11,7 +11,7 @@ from hil.wire.address_keys import AddressRefused
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 if TYPE_CHECKING:  # most benches have no real drive: what reads their addresses is imported for one
-    from bridges.can.can_drive_address import CanDriveAddress
+    from bridges.can.address.can_drive_address import CanDriveAddress
     from hil.wire.drive_address import DriveAddress
 
 FORMS = (
@@ -35,7 +35,7 @@ def real_address(value: Any) -> Any:
 
 def is_real_drive(text: str) -> bool:
     """True if a text is meant as the address of a drive, on Modbus or on CAN."""
-    from bridges.can.can_drive_address import is_can_address
+    from bridges.can.address.can_drive_address import is_can_address
     from hil.wire.drive_address import is_drive_address
 
     return is_drive_address(text) or is_can_address(text)
@@ -62,7 +62,7 @@ def same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:
 
 
 def _read(at: str) -> "DriveAddress | CanDriveAddress":
-    from bridges.can.can_drive_address import can_drive_address
+    from bridges.can.address.can_drive_address import can_drive_address
     from hil.wire.drive_address import drive_address, is_drive_address
 
     return drive_address(at) if is_drive_address(at) else can_drive_address(at)
@@ -91,7 +91,7 @@ class _OnLines:
     def check(
         self, path: KeyPath, name: str, drive: "DriveAddress | CanDriveAddress", rate: object
     ) -> Iterator[Finding]:
-        from bridges.can.can_drive_address import CanDriveAddress
+        from bridges.can.address.can_drive_address import CanDriveAddress
         from hil.wire.drive_address import RtuPlace
 
         where = drive.place.where

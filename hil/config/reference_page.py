@@ -47,15 +47,12 @@ def reference(catalogue: Catalogue) -> str:
         keys_table(definitions["ModbusConfig"]),
         "## Taps: `segments.<name>.taps.<name>`",
         keys_table(definitions["TapConfig"]),
-        "## CAN buses: `can.<name>`",
-        keys_table(definitions["CanConfig"]),
-        "## CANopen nodes: `can.<name>.nodes.<axis>`",
-        "The node id alone, or a mapping.",
-        keys_table(definitions["CanNodeConfig"]),
-        "Each of `switches`:",
-        keys_table(definitions["SwitchConfig"]),
-        "## Taps of a CAN bus: `can.<name>.taps.<name>`",
-        keys_table(definitions["CanTapConfig"]),
+        *(
+            part
+            for bus in catalogue.buses
+            for text, name in bus.sections
+            for part in (text, keys_table(definitions[name]))
+        ),
         "## Ports: `devices.<name>.port`",
         "Either the kind's name alone, or a mapping of `kind` and the options below; so are `network` and"
         " each of `ports`.",

@@ -7,14 +7,14 @@ from pydantic import BaseModel
 
 from hil.config.catalogue import AxisInfo, AxisParameter, Catalogue, ProfileInfo, usable
 from hil.config.check_ports import DEFAULT_PORT
-from hil.config.model import BenchConfig
+from hil.config.model import bench_model
 from hil.vocab.address import NAME_PATTERN
 
 
 def schema(catalogue: Catalogue) -> dict[str, object]:
     """Make the schema of what ``parse`` takes with this catalogue. Checks that need arithmetic across keys
     (supply ranges, two ports in one place) are left to ``parse``."""
-    result: dict[str, Any] = BenchConfig.model_json_schema()
+    result: dict[str, Any] = bench_model(catalogue.buses).model_json_schema()
     definitions: dict[str, Any] = result["$defs"]
     for replaced in ("PortConfig", "BaseModel"):
         definitions.pop(replaced, None)
@@ -28,7 +28,7 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
         {"enum": sorted(ports)},
         *(_port(kind, model, definitions) for kind, model in sorted(ports.items())),
     ]
-    taps = [definitions[name] for name in ("TapConfig", "CanTapConfig")]
+    taps = [each for name, each in definitions.items() if name.endswith("TapConfig")]
     for port in (properties["port"], *(tap["properties"]["port"] for tap in taps)):
         port |= {"default": DEFAULT_PORT, "anyOf": copy.deepcopy(kinds)}
         port.pop("$ref", None)
@@ -42,10 +42,6 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
     properties["ports"]["patternProperties"] = {NAME_PATTERN: {"anyOf": copy.deepcopy(kinds)}}
     for tap in taps:
         tap.pop("required", None)
-    nodes = definitions["CanConfig"]["properties"]["nodes"]
-    nodes["additionalProperties"] = {
-        "anyOf": [{"type": "integer", "minimum": 1, "maximum": 127}, nodes["additionalProperties"]]
-    }
     result["properties"]["bridges"] |= {
         "additionalProperties": False,
         "properties": {

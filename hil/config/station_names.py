@@ -37,15 +37,12 @@ def station_addresses(station: str, devices: Mapping[str, ProfileInfo]) -> Itera
 def node_addresses(segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[str]:
     """Addresses of the Modbus nodes of a segment of a configuration, those with a device that is there."""
     modbus = segment.get("modbus")
-    yield from _nodes(modbus.get("units") if isinstance(modbus, dict) else None, devices, MODBUS)
+    yield from nodes_of(modbus.get("units") if isinstance(modbus, dict) else None, devices, MODBUS)
 
 
-def canopen_addresses(bus: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[str]:
-    """Addresses of the CANopen nodes of a bus of a configuration, those with a device that is there."""
-    yield from _nodes(bus.get("nodes"), devices, CANOPEN)
-
-
-def _nodes(by_axis: object, devices: Mapping[str, ProfileInfo], kind: str) -> Iterator[str]:
+def nodes_of(by_axis: object, devices: Mapping[str, ProfileInfo], kind: str) -> Iterator[str]:
+    """Addresses of the cards of axes of a configuration, those with a device that is there. ``kind``: as
+    ``node_name`` has it."""
     for axis in by_axis if isinstance(by_axis, dict) else ():
         device, part = address_of(str(axis))
         if device in devices and (not part or part in devices[device].axes):

@@ -1,4 +1,4 @@
-"""Packages that others installed beside hil, by their entry points: boards, ports and bridges."""
+"""Packages that others installed beside hil, by their entry points: boards, ports, bridges and buses."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -6,7 +6,7 @@ from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 
-BOARDS, PORTS, BRIDGES = "hil.profiles", "hil.ports", "hil.bridges"
+BOARDS, PORTS, BRIDGES, BUSES = "hil.profiles", "hil.ports", "hil.bridges", "hil.buses"
 """Groups of entry points; the value of one is a package, as in ``pinger = "lab_boards.pinger"``."""
 
 
@@ -27,7 +27,7 @@ def installed(group: str) -> Mapping[str, tuple[EntryPoint, ...]]:
 def every_point() -> Mapping[str, tuple[EntryPoint, ...]]:
     """Entry points of hil's groups, by group; the files of all packages are read once."""
     found = entry_points()
-    return {group: tuple(found.select(group=group)) for group in (BOARDS, PORTS, BRIDGES)}
+    return {group: tuple(found.select(group=group)) for group in (BOARDS, PORTS, BRIDGES, BUSES)}
 
 
 def folder_of(point: EntryPoint) -> Path:

@@ -27,7 +27,7 @@ def as_simulated(config: BenchConfig) -> dict[str, Any]:
         if device["at"]:
             for key in EMULATED_KEYS:
                 device.pop(key)
-    for line in (*dumped["segments"].values(), *dumped["can"].values()):
+    for line in (wire for key in config.bus_keys for wire in dumped[key].values()):
         for tap in line["taps"].values():
             tap["port"] = "memory"
     return dumped

@@ -9,7 +9,6 @@ import pytest
 
 from hil.compose.find import find_catalogue
 from hil.config import parse
-from hil.config.can_model import SwitchConfig
 from hil.config.drive_map_model import PlaceText
 from hil.config.port_model import USUAL_BAUD
 from hil.config.schema import schema
@@ -88,6 +87,5 @@ def test_null_is_a_default_as_is_the_key_left_out(given: str) -> None:
     assert {device.model_dump()[key] for key in ("poll_interval_ms", "setpoint_rate_Hz")} == {None}
 
 
-def test_a_bit_and_a_cam_have_no_default_of_a_value_and_of_a_pin() -> None:
+def test_a_bit_has_no_default_of_a_value() -> None:
     assert PlaceText.model_validate({"coil": 1, "scale": None}).model_fields_set == {"coil"}
-    assert SwitchConfig.model_validate({"above_deg": 1.0}).model_dump()["active"] is None

@@ -64,7 +64,9 @@ def plan_start(config: BenchConfig, folder: Path, catalogue: Catalogue, files: N
     Raises:
         Refused: memories or tables cannot be used; all of them are named.
     """
-    nothing = config.model_copy(update={"devices": {}, "wires": [], "segments": {}, "can": {}, "faults": []})
+    nothing = config.model_copy(
+        update={"devices": {}, "wires": [], "faults": [], **{key: {} for key in config.bus_keys}}
+    )
     return _plan(nothing, config, diff(nothing, config), folder, catalogue, files, is_start=True)
 
 

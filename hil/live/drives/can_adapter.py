@@ -18,7 +18,7 @@ from queue import Empty, SimpleQueue
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any
 
-from bridges.can.can_drive_address import CanPlace
+from bridges.can.address.can_drive_address import CanPlace
 from bridges.can.frames.can_frame import CanFrame
 from hil.live.drives.asking import PlaceLost
 

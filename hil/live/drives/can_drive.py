@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from bridges.can.can_drive_address import CanDriveAddress
+from bridges.can.address.can_drive_address import CanDriveAddress
 from bridges.can.canopen.can_ids import ERROR_CONTROL, RPDO, SDO_REQUEST
 from bridges.can.canopen.master.drive_state import EmergencyLog, fault_text, reading_of
 from bridges.can.canopen.master.drive_units import GivenUnits

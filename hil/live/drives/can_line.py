@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import Protocol
 
-from bridges.can.can_drive_address import CanPlace
+from bridges.can.address.can_drive_address import CanPlace
 from bridges.can.canopen.can_ids import EMCY, ERROR_CONTROL, SDO_ANSWER, SYNC, TPDO
 from bridges.can.canopen.canopen_codes import NmtState
 from bridges.can.canopen.master.node_watch import HEARTBEAT_NS

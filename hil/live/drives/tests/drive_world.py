@@ -9,7 +9,7 @@ from typing import Any
 
 from foreign_drives import drive_map
 
-from bridges.can.can_drive_address import CanDriveAddress, CanPlace
+from bridges.can.address.can_drive_address import CanDriveAddress, CanPlace
 from bridges.modbus.registers.drive_map import DriveMap
 from hil.live.drives.can_control import CanControl
 from hil.live.drives.can_drive import CanDrive, CanSpec

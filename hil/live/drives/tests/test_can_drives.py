@@ -12,7 +12,7 @@ import pytest
 from drive_world import DriveWorld, in_drive_world
 from scripted_can_drive import UNITS_PER_TURN, ScriptedDrive, virtual_bus
 
-from bridges.can.can_drive_address import CanPlace
+from bridges.can.address.can_drive_address import CanPlace
 from hil.live.drives.can_drive import CanDrive
 from hil.live.drives.drive_control import DriveControl
 from hil.vocab.path import PathPiece

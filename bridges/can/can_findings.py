@@ -8,9 +8,10 @@ from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
 from hil.config.joint_findings import no_twin_finding
-from hil.config.station_names import CANOPEN
+from hil.config.station_names import CANOPEN, nodes_of
 from hil.core.kinds import KINDS
 from hil.vocab.address import DeviceParts, address_of, no_input, no_part
+from hil.vocab.faults import CAN_NODE, LINE, ON_LINE
 
 Devices = Mapping[str, ProfileInfo]
 MOST_NODES = 256
@@ -38,6 +39,14 @@ def can_findings(value: Mapping[str, Any], devices: Devices, real: Collection[st
                 yield Finding(("can", name), message, "put some of them on another bus", at_key=True)
             may_share = bus.get("duplicate_ids") is True
             yield from _nodes(name, nodes, devices, real, taken, may_share=may_share)
+
+
+def fault_places(name: str, bus: Mapping[str, Any], devices: Devices) -> dict[str, set[str]]:
+    """Targets of faults of a bus, itself and its stations, with their kinds."""
+    taps = bus.get("taps")
+    on_bus = [f"{name}.{tap}" for tap in taps] if isinstance(taps, dict) else []
+    on_bus += nodes_of(bus.get("nodes"), devices, CANOPEN)
+    return {each: {ON_LINE, CAN_NODE} for each in on_bus} | {name: {LINE}}
 
 
 def _nodes(

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
 from hil.config.port_model import Name, PortConfig
@@ -64,6 +66,15 @@ class CanTapConfig(StrictModel):
     port: PortConfig = Field(description="Its port, as a device's `port`.")
 
 
+class _OrId:
+    """Mark of a node in place of which its id alone may stand."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [{"type": "integer", "minimum": 1, "maximum": 127}, handler(schema)]}
+
+
 def _node(value: Any) -> Any:
     """Read ``5`` as ``{id: 5}``."""
     return {"id": value} if isinstance(value, int) and not isinstance(value, bool) else value
@@ -78,7 +89,7 @@ class CanConfig(StrictModel):
         le=MOST_BIT_RATE,
         description="Bits per second on this bus.",
     )
-    nodes: Mapping[str, Annotated[CanNodeConfig, BeforeValidator(_node)]] = Field(
+    nodes: Mapping[str, Annotated[CanNodeConfig, BeforeValidator(_node), _OrId()]] = Field(
         default={},
         description="Axes on this bus as CANopen drives, by axis: the node id, as in `{m1: 5}`, or a mapping"
         " of `id` and `switches`. A node is `m1.canopen`; an axis has one.",

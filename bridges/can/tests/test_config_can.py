@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from bridges.can.can_model import SwitchConfig
 from hil.compose import find_catalogue
 from hil.config import ConfigError, diff, from_dict, parse
 from hil.config.schema import schema
@@ -166,3 +167,7 @@ def test_the_schema_takes_a_node_s_id_alone() -> None:
     for nodes, is_good in (({"m1": 5}, True), ({"m1": {"id": 5}}, True), ({"m1": 128}, False)):
         given = bench | {"can": {"c": {"nodes": nodes, "taps": {"x": {}}}}}
         assert validator.is_valid(given) == is_good, nodes
+
+
+def test_a_cam_has_no_default_of_a_pin() -> None:
+    assert SwitchConfig.model_validate({"above_deg": 1.0}).model_dump()["active"] is None

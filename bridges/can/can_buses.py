@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from functools import partial
 from zlib import crc32
 
+from bridges.can.can_model import CanConfig, CanNodeConfig, SwitchConfig
 from bridges.can.canopen.cia402.profile_drive import ProfileDrive
 from bridges.can.canopen.node.communication_entries import Identity
 from bridges.can.cards.bench_bus import BenchBus
@@ -12,7 +13,6 @@ from bridges.can.cards.canopen_card import CanOpenCard, CardSpec
 from bridges.can.cards.card_motor import CardMotor, Rating
 from bridges.can.cards.drive_switches import Cam, PinSwitch, Switch
 from hil.config import BenchConfig, Catalogue
-from hil.config.can_model import CanConfig, CanNodeConfig, SwitchConfig
 from hil.config.station_names import CANOPEN, node_name
 from hil.core import AxisKind
 from hil.core.kinds import KINDS
@@ -28,7 +28,7 @@ REVISION = 0x0001_0000
 
 def add_buses(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue) -> None:
     """Put the buses into the bench, with their nodes and taps in the order of the configuration."""
-    for name, of in config.can.items():
+    for name, of in config.wires_of(BenchBus.kind).items():
         _add_bus(bench, name, of, config, catalogue)
 
 

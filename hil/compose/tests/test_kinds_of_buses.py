@@ -1,0 +1,79 @@
+"""Kinds of buses: one that hil does not have, beside those that it has."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from hil.compose import find_catalogue
+from hil.config import BenchConfig, Catalogue, ConfigError, from_dict, schema
+from hil.config.document import Finding
+from hil.config.explain import StrictModel
+from hil.vocab.bus import BusKind
+from hil.vocab.problem import Problem
+
+DEVICES = {"m1": {"profile": "mechaduino"}, "m2": {"profile": "mechaduino"}}
+
+
+class RingConfig(StrictModel):
+    """A ring."""
+
+    taps: Mapping[str, Any] = {}
+    devices: Sequence[Any] = ()
+
+    def members(self) -> tuple[str, ...]:
+        return tuple(self.devices)
+
+
+RING = BusKind(
+    key="rings",
+    about="Rings.",
+    model=lambda: RingConfig,
+    findings=lambda config, devices, real: [
+        Finding(("rings", name), "this ring is empty", "put a device on it")
+        for name, ring in (config.get("rings") or {}).items()
+        if not ring.get("devices")
+    ],
+    fault_places=lambda name, ring, devices: {name: {"line"}},
+    add=lambda bench, config, catalogue: None,
+    sections=(("## Rings: `rings.<name>`", "RingConfig"),),
+)
+
+
+@pytest.fixture
+def catalogue() -> Catalogue:
+    found = find_catalogue()
+    return replace(found, buses=(*found.buses, RING))
+
+
+def read(catalogue: Catalogue, **keys: object) -> BenchConfig:
+    return from_dict({"bench": "t", "devices": DEVICES, **keys}, catalogue)
+
+
+def test_its_key_joins_devices_and_has_targets_of_faults(catalogue: Catalogue) -> None:
+    noise = {"fault": "wire_noise", "target": "r", "rate": 0.1}
+    config = read(catalogue, rings={"r": {"devices": ("m1", "m2")}}, faults=[noise])
+    assert config.joints() == [("m1", "m2")]
+    assert list(config.bus_wires()) == ["r"]
+
+
+def test_its_findings_are_problems(catalogue: Catalogue) -> None:
+    with pytest.raises(ConfigError, match="this ring is empty"):
+        read(catalogue, rings={"r": {}})
+
+
+def test_its_key_is_unknown_without_it() -> None:
+    with pytest.raises(ConfigError, match="rings"):
+        read(find_catalogue(), rings={"r": {"devices": ("m1",)}})
+
+
+def test_schema_has_its_key(catalogue: Catalogue) -> None:
+    properties: Any = schema(catalogue)["properties"]
+    assert properties["rings"]["description"] == "Rings."
+
+
+def test_a_kind_that_cannot_be_used_is_a_problem() -> None:
+    problem = Problem("the bus ring", 0, 0, "it is broken", "mend it")
+    with pytest.raises(ConfigError, match="it is broken"):
+        read(replace(find_catalogue(), bus_problems=(problem,)))
