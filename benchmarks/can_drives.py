@@ -115,7 +115,7 @@ def virtual(drives: int, rate_hz: int) -> tuple[tuple[int, int], float]:
         runtime, spent_s = bench._runtime, 0.0
         for piece in range(seconds):
             rows = [(at_ns, line.hex()) for at_ns, line in cycles(drives, rate_hz, piece * rate_hz, rate_hz)]
-            runtime.give(runtime.taps["can0.slcan0"], Play(tuple(rows)))
+            runtime.apply_to(runtime.taps["can0.slcan0"], Play(tuple(rows)))
             began_s = time.process_time()
             bench.run(1000)
             spent_s += time.process_time() - began_s

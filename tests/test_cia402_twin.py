@@ -120,7 +120,7 @@ def test_a_stream_of_targets_is_the_path_of_a_run() -> None:
     for target in targets(count):
         path.append(PathPiece(1_000_000, r, (target / UNITS - r) / 1e-3))
         r = target / UNITS
-    run._runtime.take("m1", Follow(0, (*path, PathPiece(0, r))))
+    run._runtime.apply_input("m1", Follow(0, (*path, PathPiece(0, r))))
     worst_deg = 0.0
     for streamed_now in seen:
         run.run(1)

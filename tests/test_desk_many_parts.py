@@ -201,7 +201,7 @@ def test_a_reload_exchanges_all_parts_of_a_board(tmp_path: Path) -> None:
         assert (await ask("state", "arm.elbow"))["position_deg"] < 20
 
         async def sampled() -> bool:
-            watch.take()
+            watch.flush()
             return len(samples) > 10
 
         await until(sampled, "samples of the new axis")

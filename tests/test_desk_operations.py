@@ -193,7 +193,7 @@ def test_what_is_watched_comes_until_it_is_closed(using: Using) -> None:
         runs: list[str] = []
         run = ask.desk.watch(VIEWER, Watched.RUNS, "", lambda progress: runs.append(progress["state"]))
         await ask.until_ready("m1")
-        watch.take()
+        watch.flush()
         assert {len(packed) for packed in samples} == {PACKED_BYTES}
         await ask("type", "s1", text=r"vd\r")
         await ask("run", text="run: r\naxes: {s1: {}}\nsteps: [{dwell_s: 0.01}]\n")

@@ -33,7 +33,7 @@ class TwinMotor:
         self.paths: list[tuple[int, Path]] = []
 
     def _give(self, given: Input) -> None:
-        self._runtime.take(self._name, given)
+        self._runtime.apply_input(self._name, given)
 
     def look(self) -> MotorLook:
         said = self._runtime.snapshot(self._name)

@@ -52,7 +52,7 @@ def _add_node(
     device = bench.devices[owner]
     label, short = device.axes.label(owner, part), device.axes.short(part)
     switches = _switches(config, device.axes[short].kind)
-    motor = CardMotor(device, short, group, partial(bench.carry_out, label), switches, rating)
+    motor = CardMotor(device, short, group, partial(bench.apply_unlogged, label), switches, rating)
     product = crc32(device.profile.encode())
     serial = crc32(f"{bench.name}/{label}".encode())
     spec = CardSpec(

@@ -96,7 +96,7 @@ class AxisSamples:
 
     def take(self, now_s: float) -> bytes | None:
         """Block of the rows since the last turn."""
-        self._watch.take()
+        self._watch.flush()
         if not self._rows:
             return None
         rows = self._rows
@@ -108,7 +108,7 @@ class AxisSamples:
         return block
 
     def drop(self) -> None:
-        self._watch.take()
+        self._watch.flush()
         self._dropped += len(self._rows) // (1 + self._columns)
         del self._rows[:]
 

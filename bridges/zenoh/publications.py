@@ -125,7 +125,7 @@ class _Told:
 
     def flush(self) -> None:
         if self._watch is not None:
-            self._watch.take()
+            self._watch.flush()
 
     def _end(self) -> None:
         if self._watch is not None:

@@ -38,7 +38,7 @@ class RunAxis:
         self._delay_ns = line_delay_ns
         self._typed_deg, self._rate_deg_per_s = 0.0, 0.0
 
-    def take(self) -> Dialogue[None]:
+    def acquire(self) -> Dialogue[None]:
         """Switch to position mode and the loop on, in one write: no step acts on another mode's number."""
         self.commanded_deg = None
         yield from _drain(READINGS_NS + self._delay_ns)
@@ -80,7 +80,7 @@ class RunAxis:
 
 def enable() -> Dialogue[None]:
     """Switch the loop on, in position mode, where the shaft is."""
-    yield from RunAxis().take()
+    yield from RunAxis().acquire()
 
 
 def disable() -> Dialogue[None]:

@@ -32,7 +32,7 @@ class RunAxis:
         self._pulses = 0
         self._pulses_per_rev = self._slow_rpm = 1
 
-    def take(self) -> Dialogue[None]:
+    def acquire(self) -> Dialogue[None]:
         """Reset warmly, ending all motion: parameters from the EEPROM come into force, the queue stays."""
         self.commanded_deg = None
         terminal = BoardTerminal()
@@ -95,4 +95,4 @@ class RunAxis:
 
 def reset() -> Dialogue[None]:
     """Reset warmly: parameters from the EEPROM come into force, the queue stays."""
-    yield from RunAxis().take()
+    yield from RunAxis().acquire()

@@ -48,6 +48,6 @@ def _card_axis(
         short,
         lambda: unit_of(info, is_low_first=is_low_first),
         device_identity(unit_of(info).map, bench.name, __version__),
-        partial(bench.carry_out, label),
+        partial(bench.apply_unlogged, label),
         lambda field, value: setting_problem(bench.faults, device, field, value, part),
     )

@@ -160,7 +160,7 @@ def replay_log(read: InputLog) -> Replayed:
             runtime.roster.group_of(logged.device).advance(logged.at_ns)
             continue
         with suppress(VerbRefused):  # it was refused then, too
-            runtime.take(logged.device, logged.input, logged.at_ns)
+            runtime.apply_input(logged.device, logged.input, logged.at_ns)
     # What was sent is logged with its time on the line, which a paced line reaches later than its group: the
     # run ended when the last piece was printed, and not when its last byte would have been on the line.
     going_on = True

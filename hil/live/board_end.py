@@ -85,7 +85,7 @@ class BoardEnd:
     def hold(self, is_held: bool) -> None:
         """Ignored: the board's line says when there is room again."""
 
-    def take(self, data: bytes) -> None:
+    def feed(self, data: bytes) -> None:
         self.typed_bytes += len(data)
         self._to_board.carry(data)
 
@@ -145,7 +145,7 @@ class BoardEnd:
         """Send bytes to the board, as a client's. Raises DialogueError: a run has the board."""
         if self.is_held:
             raise DialogueError(f"{self.name}: a run has this board; cancel it, or wait for its end")
-        self.take(data)
+        self.feed(data)
 
     async def talk(self, dialogue: Dialogue[Result]) -> Result:
         """Carry out a dialogue with the board; one at a time.

@@ -13,7 +13,7 @@ class Holds:
         self._places = places
         self._runs: dict[str, tuple[str, ...]] = {}
 
-    def take(self, run: str, axes: Iterable[str]) -> None:
+    def reserve(self, run: str, axes: Iterable[str]) -> None:
         """Give a run that was accepted the axes at these addresses until ``release``."""
         self._runs[run] = tuple(axes)
 

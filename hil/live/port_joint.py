@@ -23,7 +23,7 @@ class End(Protocol):
     def hold(self, is_held: bool) -> None:
         """Hold clients' bytes from now on, or no more; the end calls ``Joint.refresh`` when there is room."""
 
-    def take(self, data: bytes) -> None:
+    def feed(self, data: bytes) -> None:
         """Take bytes of clients, never more than ``room()``."""
 
     def refresh(self) -> None:
@@ -91,7 +91,7 @@ class Joint(Generic[EndKind]):
 
     def received(self, data: bytes) -> None:
         """Take bytes from a client: they take effect now."""
-        self.end.take(data)
+        self.end.feed(data)
 
     def drained(self) -> None:
         if self._end:

@@ -64,14 +64,14 @@ class UartEnd:
         if is_held and self._uart.room_ns(self.bench.now_ns) < FOREVER:
             self.lines.schedule(self)
 
-    def take(self, data: bytes) -> None:
+    def feed(self, data: bytes) -> None:
         self.joint.tell("board", data)
         if self._uart.baud:
             client_format = self.joint.client_format()
             name = "" if client_format is EIGHT_N_1 else client_format.name
-            self.bench.give(self.device, Bytes(data, self.joint.port.client_baud(), self.name, name))
+            self.bench.apply_to(self.device, Bytes(data, self.joint.port.client_baud(), self.name, name))
         else:
-            self.bench.give(self.device, Bytes(data, None, self.name))
+            self.bench.apply_to(self.device, Bytes(data, None, self.name))
 
     def refresh(self) -> None:
         self.joint.refresh()
@@ -79,7 +79,7 @@ class UartEnd:
 
     def client_left(self, baud: int | None) -> None:
         if self.native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
-            self.bench.give(self.device, Reset())
+            self.bench.apply_to(self.device, Reset())
 
     def _tell_power(self, is_on: bool) -> None:
         """Tell a port that is a part of the board of its power. With each power-up it was off before."""
@@ -104,7 +104,7 @@ class UartEnd:
             VerbRefused: too much that was typed before waits still.
         """
         if self._uart.baud is not None:
-            return self.bench.give(self.device, Bytes(data, None, self.name))
+            return self.bench.apply_to(self.device, Bytes(data, None, self.name))
         if len(self._typed) + len(data) > TYPED_BYTES:
             raise VerbRefused("not_now", f"{len(self._typed)} bytes that were typed before wait still")
         self._typed += data
@@ -116,7 +116,7 @@ class UartEnd:
             return self.bench.now_ns
         piece = bytes(self._typed[:room])
         del self._typed[:room]
-        at_ns = self.bench.give(self.device, Bytes(piece, None, self.name))
+        at_ns = self.bench.apply_to(self.device, Bytes(piece, None, self.name))
         self._go_on_typing()
         return at_ns
 
@@ -216,9 +216,9 @@ class TapEnd:
         if is_held:
             self._lines.schedule(self)
 
-    def take(self, data: bytes) -> None:
+    def feed(self, data: bytes) -> None:
         self._joint.tell("board", data)
-        self._bench.give(self.tap, Bytes(data, self._joint.port.client_baud()))
+        self._bench.apply_to(self.tap, Bytes(data, self._joint.port.client_baud()))
 
     def refresh(self) -> None:
         self._joint.refresh()
@@ -243,7 +243,7 @@ class TapEnd:
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
         due_ns = self.tap.next_ns
-        if due_ns <= now_ns and (data := self.tap.take(min(now_ns, self._bench.known_ns(self.tap.name)))):
+        if due_ns <= now_ns and (data := self.tap.drain(min(now_ns, self._bench.known_ns(self.tap.name)))):
             self._joint.send(data)
         room_ns = self.tap.room_ns
         if self._is_held and room_ns > now_ns:

@@ -62,7 +62,7 @@ class BoardOperations:
             return self._drives.do(asked.target, "reset", {})
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, "reset")
-        return Done(self._sim.give(self._twin(asked.target), Reset()), {})
+        return Done(self._sim.apply_to(self._twin(asked.target), Reset()), {})
 
     def pin(self, asked: Asked, pin: str, level: float) -> Done:
         """Drive an input pin, whatever the firmware does: a level at a pin is there."""
@@ -131,7 +131,7 @@ class BoardOperations:
             raise VerbRefused("failed", f"{device.failed}; {remedy}")
         if place := self._places.uarts.get(device.uarts.label(name, uart)):
             return Done(place.end.type(data), {})
-        return Done(self._sim.give(device, Bytes(data, port=device.uarts.short(uart))), {})
+        return Done(self._sim.apply_to(device, Bytes(data, port=device.uarts.short(uart))), {})
 
     def do(
         self, asked: Asked, verb: Verb, parameters: Mapping[str, float | str]
@@ -142,7 +142,7 @@ class BoardOperations:
         if asked.target in self._places.boards:
             return self._by_dialogue(asked.target, verb.name)
         device, part = self._twin(asked.target), address_of(asked.target).part
-        return Done(*self._sim.do(device, verb.name, parameters, part))
+        return Done(*self._sim.do_verb(device, verb.name, parameters, part))
 
     async def _by_dialogue(self, name: str, verb: str) -> Done:
         profile = self._configured.config.devices[name].profile
@@ -176,7 +176,7 @@ class BoardOperations:
             raise VerbRefused(
                 "no_place", f"there is no tap {asked.target!r}; {meant(asked.target, list(taps))}"
             )
-        return Done(self._sim.give(taps[asked.target], Play(rows)), {})
+        return Done(self._sim.apply_to(taps[asked.target], Play(rows)), {})
 
     def state(self, asked: Asked) -> dict[str, float | None]:
         """State of an axis; None for what is no number."""
@@ -236,7 +236,7 @@ class BoardOperations:
         return self._sim.roster.axis(asked.target)
 
     def _give(self, asked: Asked, given: Input, answer: Mapping[str, Any] | None = None) -> Done:
-        return Done(self._sim.take(asked.target, given)[0], answer or {})
+        return Done(self._sim.apply_input(asked.target, given)[0], answer or {})
 
 
 def _train(rows: list[Any]) -> Train:

@@ -22,13 +22,13 @@ class ChannelOperations:
         """Put a channel's node on a bus; answers its address, and how many frames it takes now."""
         if problem := channel_problem(self._sim, asked.target, node):
             raise VerbRefused("no_place", problem)
-        at_ns = self._sim.take(asked.target, Attach(node))[0]
+        at_ns = self._sim.apply_input(asked.target, Attach(node))[0]
         label = str(Address(asked.target, node))
         return Done(at_ns, {"node": label, "free": self._node(label).free})
 
     def detach(self, asked: Asked) -> Done:
         """Take a channel's node off its bus."""
-        return Done(self._sim.give(self._node(asked.target), Detach()), {})
+        return Done(self._sim.apply_to(self._node(asked.target), Detach()), {})
 
     def transmit(self, asked: Asked, frames: list[str]) -> Done:
         """Send frames from a channel's node; answers how many were refused, and how many it takes now."""
@@ -36,7 +36,7 @@ class ChannelOperations:
         if problem := node.frames_problem(frames):
             raise VerbRefused("bad_parameter", problem)
         before = node.refused
-        at_ns = self._sim.give(node, Frames(tuple(frames)))
+        at_ns = self._sim.apply_to(node, Frames(tuple(frames)))
         answer: dict[str, Any] = {"refused": node.refused - before, "free": node.free}
         return Done(at_ns, answer)
 

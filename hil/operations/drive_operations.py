@@ -94,7 +94,7 @@ class DriveSamples:
         self._drive, self._interval_ns, self._call = control.drive, interval_ns, call
         self._told_ns, self._was_there = -1.0, False
 
-    def take(self) -> None:
+    def flush(self) -> None:
         """Hand over the state, if it is a new one, and the interval is over."""
         reading, is_there = self._drive.reading, self._drive.link.is_there
         if reading is None:

@@ -168,7 +168,7 @@ class _Calls:
     def __init__(self, end: Callable[[], None]) -> None:
         self.close = end
 
-    def take(self) -> None:
+    def flush(self) -> None:
         """Do nothing: everything has been told."""
 
 
@@ -186,7 +186,7 @@ class Samples:
     def lost(self) -> int:
         return self._subscription.lost
 
-    def take(self) -> None:
+    def flush(self) -> None:
         self._sampler.poll_axis(self._subscription.axis)
         for packed in self._subscription.take_packed():
             self._call(packed)

@@ -158,7 +158,7 @@ class TwinAxis:
     def _give(self, given: Input) -> None:
         if problem := input_problem(self._bench, self._name, given):
             raise VerbRefused("bad_parameter", problem)
-        self._bench.take(self._name, given, on_refused=self._refused_later(given))
+        self._bench.apply_input(self._name, given, on_refused=self._refused_later(given))
 
     def _refused_later(self, given: Input) -> Callable[[VerbRefused], None]:
         def refused(refusal: VerbRefused) -> None:

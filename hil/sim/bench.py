@@ -1,6 +1,6 @@
 """A built bench: core, groups and devices, in real or in virtual time.
 
-Every input goes through ``BenchRuntime.take``, which fixes its effective time once, and logs it.
+Every input goes through ``BenchRuntime.apply_input``, which fixes its effective time once, and logs it.
 """
 
 from collections import Counter
@@ -208,7 +208,7 @@ class BenchRuntime:
     def _answered(self, device: Device, durable: bool) -> bool:
         is_here = self.devices.get(device.name) is device
         if is_here:
-            self.give(device, CommitDone(durable))
+            self.apply_to(device, CommitDone(durable))
         return is_here
 
     # ---- inputs ----
@@ -222,7 +222,7 @@ class BenchRuntime:
         if self.log:
             self.log.write(logged)
 
-    def take(
+    def apply_input(
         self,
         target: str,
         given: Input,
@@ -267,17 +267,20 @@ class BenchRuntime:
             self._later.note(device, part, given)
         return group.apply(device, given, part)
 
-    def give(self, to: Device | ClientTap, given: Input, part: str = "") -> SimTimeNs:
-        """Let an input take effect now, as ``take``; answers its effective time. ``part``: name of the axis
-        that it is for."""
+    def apply_to(self, to: Device | ClientTap, given: Input, part: str = "") -> SimTimeNs:
+        """Let an input take effect now; answers its effective time. ``part``: name of the axis it is for."""
         target = to.axes.label(to.name, part) if isinstance(to, Device) else to.name
-        return self.take(target, given)[0]
+        return self.apply_input(target, given)[0]
 
-    def do(
+    def do_verb(
         self, device: Device, verb: str, parameters: Mapping[str, float | str], part: str = ""
     ) -> tuple[SimTimeNs, Answer]:
-        """Carry out a verb of the device's table now, as ``take``. ``part``: name of the axis asked."""
-        return self.take(device.axes.label(device.name, part), Do(verb, tuple(parameters.items())))
+        """Carry out a verb of the device's table now. ``part``: name of the axis asked.
+
+        Raises:
+            VerbRefused: it was not carried out.
+        """
+        return self.apply_input(device.axes.label(device.name, part), Do(verb, tuple(parameters.items())))
 
     def inject(self, fault: Fault) -> int:
         """Begin a fault; answers its number.
@@ -287,7 +290,7 @@ class BenchRuntime:
         """
         self.faults.check(fault, with_others=True)
         number = self.faults.new_number()
-        self.take(fault.target, Inject(number, fault.kind, tuple(fault.parameters.items())))
+        self.apply_input(fault.target, Inject(number, fault.kind, tuple(fault.parameters.items())))
         return number
 
     def clear_fault(self, number: int) -> None:
@@ -296,14 +299,14 @@ class BenchRuntime:
         Raises:
             FaultRefused: there is none of this number.
         """
-        self.take(self.faults.listed(number).target, Clear(number))
+        self.apply_input(self.faults.listed(number).target, Clear(number))
 
-    def carry_out(self, target: str, given: Input) -> Answer:
+    def apply_unlogged(self, target: str, given: Input) -> Answer:
         """Let what the simulated world itself does to a device, as a node does, take effect at the time that
         its group has reached: no input from outside, and in no log. Returns a verb's answer.
 
         Raises:
-            VerbRefused: as ``take``.
+            VerbRefused: as ``apply_input``.
         """
         group = self.roster.group_of(target)
         return self._apply(group, target, given, group.now_ns, lambda refusal: None)

@@ -8,7 +8,7 @@ from hil.vocab.time import SimTimeNs
 
 
 class ClientTap(Protocol):
-    """Tap of a segment, or of a CAN bus. What it says to a client waits, with its times, until ``take``."""
+    """Tap of a segment, or of a CAN bus. What it says to a client waits, with its times, until ``drain``."""
 
     name: str
     listeners: list[Callable[[], None]]
@@ -32,7 +32,7 @@ class ClientTap(Protocol):
     def room_ns(self) -> SimTimeNs:
         """Time at which there is room, as far as time alone brings it."""
 
-    def take(self, until_ns: int) -> bytes:
+    def drain(self, until_ns: int) -> bytes:
         """Take what is for the client up to a time."""
 
     @property

@@ -21,7 +21,7 @@ TAP_ROOM_BYTES = 256
 @dataclass(eq=False)
 class Tap:
     """Station without a board. What a client sends goes on the wire at once and in order; ``heard`` keeps
-    what the wire says, with its times, until ``take``."""
+    what the wire says, with its times, until ``drain``."""
 
     name: str
     segment: Segment
@@ -113,7 +113,7 @@ class Tap:
         """Time at which half of what may wait has gone out."""
         return SimTimeNs(max(0, self._free_ns - character_ns(TAP_ROOM_BYTES // 2, self.baud_now, self._bits)))
 
-    def take(self, until_ns: int) -> bytes:
+    def drain(self, until_ns: int) -> bytes:
         out = bytearray()
         while self.heard and self.heard[0][0] <= until_ns:
             out.append(self.heard.popleft()[1])

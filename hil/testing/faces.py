@@ -100,7 +100,7 @@ class TapFace:
 
     def read(self) -> bytes:
         """Read what was complete on the wire since the last call."""
-        return self._tap.take(self._runtime.now_ns)
+        return self._tap.drain(self._runtime.now_ns)
 
     def read_timed(self) -> list[tuple[SimTimeNs, int]]:
         """Read as ``read``: the time at which each character was complete, and the character."""
@@ -146,7 +146,7 @@ def _give(runtime: BenchRuntime, to: Device | ClientTap, given: Input, part: str
     target = to.axes.label(to.name, part) if isinstance(to, Device) else to.name
     if problem := input_problem(runtime, target, given):
         raise ValueError(problem)
-    runtime.take(target, given)
+    runtime.apply_input(target, given)
 
 
 def _do(
@@ -157,7 +157,7 @@ def _do(
     if known is None or not (known.run or known.types):
         names = [name for name, each in device.verbs.items() if each.run or each.types]
         raise VerbRefused("no_verb", f"there is no {verb!r} here; {meant(verb, names)}")
-    at_ns, answer = runtime.do(device, verb, known.filled(parameters), part)
+    at_ns, answer = runtime.do_verb(device, verb, known.filled(parameters), part)
     return dict(answer) | {"effective_at_ns": at_ns}
 
 

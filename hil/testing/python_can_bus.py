@@ -44,7 +44,7 @@ class PythonCanBus(can.BusABC):
         self._lock = threading.RLock()
         self._heard: deque[can.Message] = deque()
         self._node = f"{bus}.{node}"
-        runtime.take(bus, Attach(node))
+        runtime.apply_input(bus, Attach(node))
         sender = runtime.taps[self._node]
         assert isinstance(sender, ChannelNode)
         self._sender = sender
@@ -70,7 +70,7 @@ class PythonCanBus(can.BusABC):
         with self._lock:
             before = self._sender.refused
             if self._runtime.log:
-                self._runtime.take(self._node, Frames((str(frame),)))
+                self._runtime.apply_input(self._node, Frames((str(frame),)))
             else:  # an input without its notes, which take longer than it
                 self._sender.put((frame,))
             if self._sender.refused > before:
@@ -98,7 +98,7 @@ class PythonCanBus(can.BusABC):
         super().shutdown()
         if self._hear in self._on.watchers:
             self._on.watchers.remove(self._hear)
-            self._runtime.take(self._node, Detach())
+            self._runtime.apply_input(self._node, Detach())
 
     def _hear(self, event: BusEvent) -> None:
         if event.frame and event.node != self._node:

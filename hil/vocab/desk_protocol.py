@@ -111,7 +111,7 @@ class Watch(Protocol):
     def lost(self) -> int:
         """Number of samples lost for lack of room, since the beginning."""
 
-    def take(self) -> None:
+    def flush(self) -> None:
         """Hand over the samples that wait, in time's order; all else is told as it happens."""
 
     def close(self) -> None:

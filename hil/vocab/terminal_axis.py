@@ -18,11 +18,11 @@ class TerminalAxis(Protocol):
 
     kind: ClassVar[Literal["servo", "stepper"]]
     taken_by: ClassVar[str]
-    """The verb that ``take`` stands for."""
+    """The verb that ``acquire`` stands for."""
     commanded_deg: float | None
     """Set-point as the board confirmed it; None: unknown."""
 
-    def take(self) -> Dialogue[None]:
+    def acquire(self) -> Dialogue[None]:
         """Make the board ready for motion, at rest, and learn where it is."""
 
     def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:

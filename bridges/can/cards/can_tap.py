@@ -80,14 +80,14 @@ class CanTap:
     def room_ns(self) -> SimTimeNs:
         return SimTimeNs(self._moved_ns + STUCK_NS if len(self._queue) == QUEUE_FRAMES else 0)
 
-    def take(self, until_ns: int) -> bytes:
+    def drain(self, until_ns: int) -> bytes:
         out = bytearray()
         while self._said and self._said[0][0] <= until_ns:
             out += self._said.popleft()[1]
         return bytes(out)
 
     def take_timed(self, until_ns: int) -> list[tuple[int, bytes]]:
-        """Take as ``take``, each piece with its time."""
+        """Take as ``drain``, each piece with its time."""
         pieces = []
         while self._said and self._said[0][0] <= until_ns:
             pieces.append(self._said.popleft())

@@ -82,7 +82,7 @@ class ChannelNode(ClientChannel):
     def room_ns(self) -> SimTimeNs:
         return FOREVER
 
-    def take(self, until_ns: int) -> bytes:
+    def drain(self, until_ns: int) -> bytes:
         return b""
 
     @property

@@ -38,7 +38,7 @@ class Watching:
         self.waiting: list[bytes] = []
         self.lost = 0
 
-    def take(self) -> None:
+    def flush(self) -> None:
         waiting, self.waiting = self.waiting, []
         for packed in [*waiting, *self._desk.endless]:
             self.call(packed)

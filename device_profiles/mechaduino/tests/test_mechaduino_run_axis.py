@@ -25,7 +25,7 @@ def taken(*typed: bytes) -> tuple[Bench, RunAxis]:
         bench.port("m1").write(text)
         bench.run(50)
     axis = RunAxis()
-    bench.talk("m1", axis.take())
+    bench.talk("m1", axis.acquire())
     return bench, axis
 
 
@@ -125,7 +125,7 @@ def test_what_a_board_does_not_confirm_is_an_error(answers: list[bytes], said: s
     axis = RunAxis()
 
     def both() -> Dialogue[None]:
-        yield from axis.take()
+        yield from axis.acquire()
         yield from axis.follow(WAY, 10**12, PERIOD_NS)
 
     with pytest.raises(DialogueError, match=said):

@@ -17,7 +17,7 @@ def taken(baud: int = 38400) -> tuple[Bench, RunAxis]:
     bench = Bench({"bench": "b", "devices": {"s1": {"profile": "sac", "baud": baud}}})
     bench.run(2000)
     axis = RunAxis()
-    bench.talk("s1", axis.take())
+    bench.talk("s1", axis.acquire())
     return bench, axis
 
 
@@ -49,7 +49,7 @@ def test_a_board_that_was_taken_counts_from_where_it_stands() -> None:
         assert axis.commanded_deg == pytest.approx(pulses * 0.9)
         state = bench.axis("s1").snapshot()
         assert (state.motion_state, state.commanded_deg) == (0, pytest.approx(pulses * 0.9))
-    bench.talk("s1", axis.take())
+    bench.talk("s1", axis.acquire())
     assert axis.commanded_deg == 0.0
 
 
@@ -67,7 +67,7 @@ def test_microsteps_and_steps_of_a_turn_are_the_boards_own() -> None:
     bench, axis = taken()
     for line in ("$CJ4", "$Ca400"):
         bench.talk("s1", typed(line))
-    bench.talk("s1", axis.take())
+    bench.talk("s1", axis.acquire())
     go(bench, axis, 90.0)
     assert bench.axis("s1").snapshot().pulses == 400 * 16 // 4
 
@@ -91,7 +91,7 @@ def test_it_is_stopped_wherever_it_is(how: Any, after_ms: float) -> None:
     assert (state.pulses > 0) == (after_ms > 250)
     assert state.pulses < 2000
     assert axis.commanded_deg is None
-    bench.talk("s1", axis.take())
+    bench.talk("s1", axis.acquire())
     go(bench, axis, 9.0)
     assert bench.axis("s1").snapshot().pulses == state.pulses + 10
 

@@ -83,34 +83,34 @@ def written() -> str:
         return runtime.inject(fault_refusal(kind, target, given))
 
     later(0)
-    runtime.give(s1, Bytes(b"m30v60\r"))
-    runtime.give(m1, Bytes(b"Z", 9600))
+    runtime.apply_to(s1, Bytes(b"m30v60\r"))
+    runtime.apply_to(m1, Bytes(b"Z", 9600))
     later(5)
-    runtime.give(m1, Pin("D0", 1))
-    runtime.give(m1, SetField("load_torque_Nm", 0.01))
-    runtime.give(m1, ScriptEncoder(((0, 5), (10**9, 77)), True))
-    runtime.give(m1, ScriptEncoder((), False))
-    runtime.give(m1, Drive(generate(20, 20_000)))
-    runtime.do(m1, "enable", m1.verbs["enable"].filled({}))
+    runtime.apply_to(m1, Pin("D0", 1))
+    runtime.apply_to(m1, SetField("load_torque_Nm", 0.01))
+    runtime.apply_to(m1, ScriptEncoder(((0, 5), (10**9, 77)), True))
+    runtime.apply_to(m1, ScriptEncoder((), False))
+    runtime.apply_to(m1, Drive(generate(20, 20_000)))
+    runtime.do_verb(m1, "enable", m1.verbs["enable"].filled({}))
     later(5)
-    runtime.do(m1, "move_abs", m1.verbs["move_abs"].filled({"position_deg": 5.0}))
-    runtime.give(m1, Follow(0, (PathPiece(10**7, 1.0, 2.0), PathPiece(0, 1.02))))
-    runtime.give(m1, Follow(1, (PathPiece(10**7, 1.0, 2.0), PathPiece(0, 1.02)), is_joined=True))
+    runtime.do_verb(m1, "move_abs", m1.verbs["move_abs"].filled({"position_deg": 5.0}))
+    runtime.apply_to(m1, Follow(0, (PathPiece(10**7, 1.0, 2.0), PathPiece(0, 1.02))))
+    runtime.apply_to(m1, Follow(1, (PathPiece(10**7, 1.0, 2.0), PathPiece(0, 1.02)), is_joined=True))
     numbers = [
         fault("byte_flip", "m1", rate=0.01),
         fault("shaft_load", "s1", torque_Nm=0.01, for_s=0.01),
         fault("node_babble", "s2.network", every_ms=5, bytes=3),
         fault("byte_drop", "s1.network", rate=0.5),
     ]
-    runtime.give(tap, Bytes(b"\x02hello\x03\0"))
-    runtime.give(tap, Play(((0, "02"), (3_000_000, "0304"))))
+    runtime.apply_to(tap, Bytes(b"\x02hello\x03\0"))
+    runtime.apply_to(tap, Play(((0, "02"), (3_000_000, "0304"))))
     later(10)
     for number in numbers:
         if number in runtime.faults.active:
             runtime.clear_fault(number)
-    runtime.give(s1, Reset())
+    runtime.apply_to(s1, Reset())
     later(10)
-    runtime.give(m1, Bytes(b"e"))
+    runtime.apply_to(m1, Bytes(b"e"))
     later(30)
     assert around.log
     around.log.end()

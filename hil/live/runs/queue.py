@@ -223,7 +223,7 @@ class RunQueue:
         """Remember a run in the place of one of its name that has ended."""
         self.progress.pop(entry.name, None)
         self._entries[entry.name], self.progress[entry.name] = entry, entry.progress
-        self._holds.take(entry.name, entry.devices)
+        self._holds.reserve(entry.name, entry.devices)
         self._digests[entry.name] = _digest(entry.text)
 
     # ---- beginning and ending ----

@@ -53,7 +53,7 @@ class RealAxes:
         """
         board = self._board(name)
         if board and verb == board.taken_by:
-            await board.take()
+            await board.acquire()
             return
         if board:
             board.forget()

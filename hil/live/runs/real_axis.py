@@ -66,10 +66,10 @@ class RealAxis:
         """Verb by which the daemon takes control of the board."""
         return self._terminal.taken_by
 
-    async def take(self) -> None:
+    async def acquire(self) -> None:
         """Take control of the board. Raises DialogueError: it is away, or does not answer as it should."""
         self._known_as = None
-        await self.through.talk(self._terminal.take())
+        await self.through.talk(self._terminal.acquire())
         self._known_as = self._line()
 
     def forget(self) -> None:

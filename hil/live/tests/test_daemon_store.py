@@ -42,7 +42,7 @@ async def put_away_in_a_commit(folder: Path, log: Path) -> Device:
         bench = bench_runtime(config, catalogue, memories, store, around)
         device = bench.devices["s0"]
         bench.advance(READY_NS)
-        bench.give(device, Bytes(b"qs\ry" * 400))
+        bench.apply_to(device, Bytes(b"qs\ry" * 400))
         while not device.is_committing:
             bench.advance(SimTimeNs(bench.now_ns + STEP_NS))
         await store.end()

@@ -242,7 +242,7 @@ def test_a_port_that_is_a_part_of_the_board_is_told_of_its_power() -> None:
     port = UsbPort()
     joint = joined(bench, device, port, native_usb=True)
     assert port.powers == [True]
-    bench.runtime.give(device, Reset())
+    bench.runtime.apply_to(device, Reset())
     assert port.powers == [True, False, True]
     device.power.switch("no power", bench.runtime.now_ns)
     assert port.powers[3:] == [False, False]
@@ -351,20 +351,20 @@ def test_a_broken_firmware_stops_its_device_alone(how: Callable[[], Main], why: 
     bench = Bench(Around(on_failed=lambda device: told.append(device.failed)))
     broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
     bench.until(1000)
-    bench.runtime.give(broken, Bytes(b"a!b"))
+    bench.runtime.apply_to(broken, Bytes(b"a!b"))
     assert broken.failed is not None
     assert broken.failed.startswith(why)
     assert told == [broken.failed]
-    bench.runtime.give(broken, Bytes(b"c"))
-    bench.runtime.give(sound, Bytes(b"d"))
+    bench.runtime.apply_to(broken, Bytes(b"c"))
+    bench.runtime.apply_to(sound, Bytes(b"d"))
     bench.until(10**9)
     assert sound.failed is None
     assert bench.heard == [("m1", 1000, b"a"), ("m2", 1000, b"d")]
     assert broken.due_ns == FOREVER
     assert told == [broken.failed]
     # Power off and on, and it works until the next !
-    bench.runtime.give(broken, Reset())
-    bench.runtime.give(broken, Bytes(b"e"))
+    bench.runtime.apply_to(broken, Reset())
+    bench.runtime.apply_to(broken, Bytes(b"e"))
     assert broken.failed is None
     assert bench.heard[-1] == ("m1", 10**9, b"e")
 
@@ -387,5 +387,5 @@ def test_a_firmware_that_fails_in_its_interrupt_stops_its_device_alone() -> None
     assert broken.failed
     assert broken.failed.startswith(why)
     assert broken.axis.snapshot().loop_on == 0
-    bench.runtime.give(sound, Bytes(b"d"))
+    bench.runtime.apply_to(sound, Bytes(b"d"))
     assert bench.heard == [("m2", 10**8, b"d")]

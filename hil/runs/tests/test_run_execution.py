@@ -287,7 +287,7 @@ def test_what_others_gave_for_later_and_is_refused_is_no_fault_of_the_run() -> N
     execution = made.execute(run({"move": {"m1": 90.0}}, {"dwell_s": 1.0}, axes={"m1": {}, "s1": {}}))
     made.axis("s1").do("move_abs", position_deg=90.0, velocity_rpm=60.0)
     move = Do("move_abs", (("position_deg", 0.0), ("velocity_rpm", 60.0)), made.now_ns + 20_000_000)
-    made._runtime.give(made._runtime.devices["s1"], move)
+    made._runtime.apply_to(made._runtime.devices["s1"], move)
     to_end(made, execution.run())
     assert execution.progress.state == "done", execution.progress.why
 

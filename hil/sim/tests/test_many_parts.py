@@ -122,7 +122,7 @@ def rig() -> Rig:
 
 def test_each_uart_has_bytes_of_its_own(rig: Rig) -> None:
     for uart in ("", "logger", "bus"):
-        rig.runtime.give(rig.arm, Bytes(b"x", port=uart))
+        rig.runtime.apply_to(rig.arm, Bytes(b"x", port=uart))
     rig.run(10)
     assert sorted(rig.heard) == [("arm", "main:x;"), ("arm.bus", "bus:x;"), ("arm.logger", "logger:x;")]
     assert [line.get("port") for line in rig.inputs()] == [None, "logger", "bus"]
@@ -136,8 +136,8 @@ def test_each_axis_has_an_address(rig: Rig) -> None:
 
 
 def test_what_is_for_an_axis_reaches_this_one_alone(rig: Rig) -> None:
-    rig.runtime.take("arm.elbow", SetField("load_torque_Nm", 0.01))
-    rig.runtime.give(rig.arm, Pin("D2", 1), "elbow")
+    rig.runtime.apply_input("arm.elbow", SetField("load_torque_Nm", 0.01))
+    rig.runtime.apply_to(rig.arm, Pin("D2", 1), "elbow")
     loads = [rig.value(axis, "load_torque_Nm") for axis in rig.runtime.roster.axes]
     assert loads == [0.0, 0.01, 0.0]
     assert [line["device"] for line in rig.inputs()] == ["arm.elbow", "arm.elbow"]
@@ -147,10 +147,10 @@ def test_what_is_for_an_axis_reaches_this_one_alone(rig: Rig) -> None:
 
 
 def test_a_verb_of_an_axis_is_told_which(rig: Rig) -> None:
-    rig.runtime.take("arm", Do("aim", (("r", 1.0),)))
-    assert rig.runtime.take("arm.elbow", Do("aim", (("r", 2.0),)))[1] == {"r": 2.0}
+    rig.runtime.apply_input("arm", Do("aim", (("r", 1.0),)))
+    assert rig.runtime.apply_input("arm.elbow", Do("aim", (("r", 2.0),)))[1] == {"r": 2.0}
     assert [rig.value(axis, "r") for axis in ("arm", "arm.elbow")] == [1.0, 2.0]
-    rig.runtime.take("arm.elbow", Follow(0, (PathPiece(10**6, 3.0), PathPiece(0, 3.0))))
+    rig.runtime.apply_input("arm.elbow", Follow(0, (PathPiece(10**6, 3.0), PathPiece(0, 3.0))))
     rig.arm.axes["elbow"].loop(True)
     rig.run(5)
     assert [rig.value(axis, "r") for axis in ("arm", "arm.elbow")] == [1.0, 3.0]
@@ -171,7 +171,7 @@ def test_a_verb_at_the_wrong_place(
     given = {"aim": (("r", 1.0),), "pin": (("pin", "D0"), ("level", 1))}.get(verb, ())
     monkeypatch.setattr(BenchRuntime, "check_input", staticmethod(lambda bench, logged: None))
     with pytest.raises(VerbRefused) as caught:
-        rig.runtime.take(target, Do(verb, given))
+        rig.runtime.apply_input(target, Do(verb, given))
     assert str(caught.value) == why
 
 
@@ -179,16 +179,16 @@ def test_a_stream_of_set_points_ends_for_its_own_axis() -> None:
     rig = Rig(timeout_ms=20)
     rig.run(1)
     for _ in range(3):
-        rig.runtime.take("arm.elbow", Do("aim", (("r", 2.0),)))
+        rig.runtime.apply_input("arm.elbow", Do("aim", (("r", 2.0),)))
         rig.run(10)
-    rig.runtime.take("arm", Do("aim", (("r", 1.0),)))
+    rig.runtime.apply_input("arm", Do("aim", (("r", 1.0),)))
     rig.run(15)
     assert [rig.value(axis, "r") for axis in ("arm", "arm.elbow")] == [1.0, -1.0]
     assert rig.arm.notes == {"set-points of elbow": "no set-point for 20 ms: hold (1 times)"}
     rig.run(10)
     assert rig.value("arm", "r") == -1.0
     assert rig.arm.setpoints.starved == 2
-    rig.runtime.take("arm.elbow", Do("aim", (("r", 2.0),)))
+    rig.runtime.apply_input("arm.elbow", Do("aim", (("r", 2.0),)))
     assert "set-points of elbow" not in rig.arm.notes
 
 
@@ -229,19 +229,19 @@ def test_an_interrupt_says_which_axis_it_is_of(rig: Rig) -> None:
 
 def test_a_later_verb_is_cancelled_by_what_ends_its_axis(rig: Rig) -> None:
     for axis, r in (("arm", 1.0), ("arm.elbow", 2.0)):
-        rig.runtime.take(axis, Do("aim", (("r", r),), rig.runtime.now_ns + 5 * NS_PER_MS))
+        rig.runtime.apply_input(axis, Do("aim", (("r", r),), rig.runtime.now_ns + 5 * NS_PER_MS))
     rig.run(10)
     assert [rig.value(axis, "r") for axis in ("arm", "arm.elbow")] == [1.0, 2.0]
     for axis in ("arm", "arm.elbow"):
-        rig.runtime.take(axis, Do("aim", (("r", 9.0),), rig.runtime.now_ns + 5 * NS_PER_MS))
-    rig.runtime.take("arm", Do("park"))
+        rig.runtime.apply_input(axis, Do("aim", (("r", 9.0),), rig.runtime.now_ns + 5 * NS_PER_MS))
+    rig.runtime.apply_input("arm", Do("park"))
     rig.run(10)
     assert [rig.value(axis, "r") for axis in ("arm", "arm.elbow")] == [1.0, 2.0]
 
 
 def test_a_board_without_axes_runs(rig: Rig) -> None:
     pinger = rig.runtime.devices["pinger"]
-    rig.runtime.give(pinger, Bytes(b"?"))
+    rig.runtime.apply_to(pinger, Bytes(b"?"))
     rig.run(1)
     assert rig.heard == [("pinger", "main:?;")]
     with pytest.raises(KeyError):
@@ -257,8 +257,8 @@ def test_a_board_without_uarts_runs(rig: Rig) -> None:
     rig.run(5)
     drive = rig.runtime.devices["drive"]
     assert (drive.uarts.first, list(drive.uarts), drive.failed) == ("", [], None)
-    rig.runtime.take("drive", SetField("load_torque_Nm", 0.01))
-    rig.runtime.give(drive, Pin("D3", 1))
+    rig.runtime.apply_input("drive", SetField("load_torque_Nm", 0.01))
+    rig.runtime.apply_to(drive, Pin("D3", 1))
     rig.run(5)
     assert (rig.value("drive", "load_torque_Nm"), drive.failed) == (0.01, None)
     hang = rig.runtime.inject(fault_refusal("node_hang", "brick", {}))
@@ -277,7 +277,7 @@ def test_a_board_without_uarts_runs(rig: Rig) -> None:
 def test_a_firmware_that_looks_for_a_uart_that_is_not_there_stops_alone(rig: Rig) -> None:
     rig._add("drive", {}, {"axis": AxisPlan(PARAMETERS, law="mechaduino")}, None)
     rig.run(1)
-    rig.runtime.take("drive", Pin("D2", 1))  # its firmware says so at its first UART
+    rig.runtime.apply_input("drive", Pin("D2", 1))  # its firmware says so at its first UART
     rig.run(1)
     assert str(rig.runtime.devices["drive"].failed).startswith("KeyError")
     assert rig.arm.failed is None

@@ -72,7 +72,7 @@ class Bench:
     def give(self, given: Bytes | CommitDone | Reset) -> bytes:
         """Give an input, and return what is sent within 5 ms after it."""
         self.heard = b""
-        self.runtime.give(self.device, given)
+        self.runtime.apply_to(self.device, given)
         self.runtime.advance(SimTimeNs(self.runtime.now_ns + 5 * MS))
         return self.heard
 

@@ -72,13 +72,13 @@ class RealTime:
 
 
 WAYS: dict[str, Callable[[RealTime], object]] = {
-    "bytes": lambda real: real.runtime.give(real.device, Bytes(b"x")),
+    "bytes": lambda real: real.runtime.apply_to(real.device, Bytes(b"x")),
     "a client's bytes": lambda real: real.joint.received(b"x"),
-    "a pin": lambda real: real.runtime.give(real.device, Pin("D3", 1)),
-    "a field": lambda real: real.runtime.give(real.device, SetField("load_torque_Nm", 0.0)),
-    "a reset": lambda real: real.runtime.give(real.device, Reset()),
-    "an answer of the store": lambda real: real.runtime.give(real.device, CommitDone(True)),
-    "a verb": lambda real: real.runtime.give(real.device, Do("beep", ())),
+    "a pin": lambda real: real.runtime.apply_to(real.device, Pin("D3", 1)),
+    "a field": lambda real: real.runtime.apply_to(real.device, SetField("load_torque_Nm", 0.0)),
+    "a reset": lambda real: real.runtime.apply_to(real.device, Reset()),
+    "an answer of the store": lambda real: real.runtime.apply_to(real.device, CommitDone(True)),
+    "a verb": lambda real: real.runtime.apply_to(real.device, Do("beep", ())),
     "a fault": lambda real: real.runtime.inject(fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})),
     "a fault's end": lambda real: real.runtime.clear_fault(real.fault),
     "a look": lambda real: real.runtime.snapshot("m1"),

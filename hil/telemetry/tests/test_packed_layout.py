@@ -37,7 +37,7 @@ def test_each_field_is_where_the_table_says(profile: str, verbs: list[tuple[str,
     device = bench.devices["d"]
     bench.advance(ms(4500))
     for verb, given in verbs:
-        bench.do(device, verb, device.verbs[verb].filled(given))
+        bench.do_verb(device, verb, device.verbs[verb].filled(given))
     bench.watch("d", 0, 1_000_000, 1000)
     seen: dict[str, set[float]] = {name: set() for name in device.axis.kind.fields}
     for _ in range(200):

@@ -29,7 +29,7 @@ class _Watching:
     def __init__(self, desk: "RecordingDesk") -> None:
         self._desk = desk
 
-    def take(self) -> None:
+    def flush(self) -> None:
         """Nothing waits."""
 
     def close(self) -> None:

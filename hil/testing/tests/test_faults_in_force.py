@@ -118,7 +118,7 @@ def test_motions_that_were_to_come_end_with_the_power(bench: Bench, kind: str | 
     at_ns = bench.now_ns + 4_000_000_000
     verb = bench._runtime.devices["m1"].verbs["enable"]
     do = Do(verb.name, tuple(verb.filled({}).items()), SimTimeNs(at_ns))
-    bench._runtime.give(bench._runtime.devices["m1"], do)
+    bench._runtime.apply_to(bench._runtime.devices["m1"], do)
     if kind:
         bench.fault(kind, "m1", for_s=0.1)
     bench.run(ms=6000)

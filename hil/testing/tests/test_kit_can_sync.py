@@ -93,7 +93,7 @@ def test_a_stream_of_targets_is_a_run_to_the_bit_of_what_counts(canbus) -> None:
             next_deg = target(number, cycle) / 1000
             path.append(PathPiece(NS_PER_MS, r, (next_deg - r) / 1e-3))
             r = next_deg
-        run.bench._runtime.take(it.axis, Follow(probe.ends_ns[0], (*path, PathPiece(0, r))))
+        run.bench._runtime.apply_input(it.axis, Follow(probe.ends_ns[0], (*path, PathPiece(0, r))))
     worst_deg = 0.0
     for at_ns, wanted in seen:
         run.bench.run_until(at_ns / NS_PER_MS)

@@ -160,7 +160,7 @@ def test_bursts_are_sent_at_their_times(bench: Bench) -> None:
     canbus = bench.canbus()
     bench.run(ms=1)
     runtime, began_ns = bench._runtime, bench.now_ns
-    runtime.give(runtime.taps[TAP], Play(((0, b"t1230\r".hex()), (5_000_000, b"t1240\r".hex()))))
+    runtime.apply_to(runtime.taps[TAP], Play(((0, b"t1230\r".hex()), (5_000_000, b"t1240\r".hex()))))
     bench.run(ms=10)
     bits = frame_bits(CanFrame(0x124))
     assert canbus.read()[1].at_ns == began_ns + 5_000_000 + bits * BIT_NS

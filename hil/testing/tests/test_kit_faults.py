@@ -284,7 +284,7 @@ def test_faults_stand_in_the_log(tmp_path):
         bench.fault("byte_flip", "s1", rate=0.02, seed=5)
         bench.fault("node_babble", "bus0.master", start_s=0.5, for_s=1.0)
         fault = bench.fault("node_clash", "bus0", address=85)
-        bench._runtime.give(bench._runtime.devices["s1"], Bytes(b"q\r"))
+        bench._runtime.apply_to(bench._runtime.devices["s1"], Bytes(b"q\r"))
         bench.tap("bus0.master").write(encode(85, 1, b"v99"))
         bench.run(ms=1000)
         fault.clear()

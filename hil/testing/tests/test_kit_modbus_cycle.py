@@ -42,7 +42,7 @@ def test_a_segment_takes_the_reckoned_times(baud: int, form: str, response_ms: f
         line = Line(bench)
         from_ns, runtime = bench.now_ns, bench._runtime
         rows = tuple((each.start_ns, raw.hex()) for each, raw in zip(times, frames, strict=True))
-        runtime.give(runtime.taps[MASTER], Play(rows))
+        runtime.apply_to(runtime.taps[MASTER], Play(rows))
         bench.run(ms=cycle.summary()["cycle_ns"] / 1e6)
         assert line.bench.segment("bus0").counters(0)["errors"] == {}
     wire = [(each.at_ns - from_ns, each.who, len(each.raw)) for each in line.wire]
@@ -64,7 +64,7 @@ def test_a_nanosecond_sooner_the_next_request_is_not_told_apart() -> None:
         with Bench(config({"m1": M1})) as bench:
             bench.run(ms=4000)
             runtime = bench._runtime
-            runtime.give(runtime.taps[MASTER], Play(((0, raw), (second.start_ns - early_ns, raw))))
+            runtime.apply_to(runtime.taps[MASTER], Play(((0, raw), (second.start_ns - early_ns, raw))))
             bench.run(ms=100)
             assert bench.segment("bus0").counters(0)["errors"] == errors
 

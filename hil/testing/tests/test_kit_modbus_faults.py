@@ -144,7 +144,7 @@ def test_a_collision_of_two_answers(line: Line) -> None:
     """Two masters ask at once: nobody understands anything; then everybody does again."""
     runtime = line.bench._runtime
     other = encode(2, 4, b"\0\0\0\1")
-    runtime.give(runtime.taps[MASTER], Play(((0, READ.hex()),)))
+    runtime.apply_to(runtime.taps[MASTER], Play(((0, READ.hex()),)))
     segment = runtime.roster.wires["bus0"]
     runtime.roster.group_of("m2").at(
         line.bench.now_ns + 2_000_000,

@@ -287,7 +287,7 @@ def test_a_master_at_another_speed_is_not_understood(line: Line) -> None:
 
     runtime = line.bench._runtime
     for baud in (9600, 38400):
-        runtime.give(runtime.taps[MASTER], Bytes(encode(1, 17), baud))
+        runtime.apply_to(runtime.taps[MASTER], Bytes(encode(1, 17), baud))
         line.bench.run(ms=100)
     assert line.master.read() == b""
     assert line.send(encode(1, 17)) != b""

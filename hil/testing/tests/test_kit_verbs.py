@@ -69,19 +69,19 @@ def logged_run(path: Path, chunk_ms: float | None = None) -> tuple[Any, int]:
         for at_ms, what in sorted(events, key=lambda event: event[0]):
             until(at_ms)
             if isinstance(what, bytes):
-                runtime.give(runtime.devices["m1"], Bytes(what))
+                runtime.apply_to(runtime.devices["m1"], Bytes(what))
                 continue
             _, name, verb, parameters = what
             device = runtime.devices[name]
             try:
-                at_ns, _ = runtime.do(device, verb, device.verbs[verb].filled(parameters))
+                at_ns, _ = runtime.do_verb(device, verb, device.verbs[verb].filled(parameters))
                 assert at_ns == ms(at_ms)
             except VerbRefused:
                 refused += 1
         until(41_000)
-        runtime.give(runtime.devices["m1"], Reset())
+        runtime.apply_to(runtime.devices["m1"], Reset())
         until(44_500)
-        runtime.give(runtime.devices["m1"], Bytes(b"p"))
+        runtime.apply_to(runtime.devices["m1"], Bytes(b"p"))
         until(45_000)
     return runtime.devices, refused
 
