@@ -253,7 +253,7 @@ def test_a_node_that_is_bus_off_is_lost_and_comes_back(place: Place) -> None:
 
 def test_who_has_no_drive_does_not_import_python_can() -> None:
     program = (
-        "import sys, hil.daemon, hil.live.drives.drive_axes, hil.operations.make_desk\n"
+        "import sys, hil.daemon, hil.live.devices.drive_device, hil.operations.make_desk\n"
         "print([name for name in sys.modules if name.partition('.')[0] in ('can', 'msgpack')])"
     )
     assert subprocess.check_output([sys.executable, "-c", program], text=True) == "[]\n"

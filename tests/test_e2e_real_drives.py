@@ -230,7 +230,7 @@ def test_a_reload_exchanges_the_drives_that_changed_and_no_others(pair: Pair) ->
 
 def test_who_has_no_drive_does_not_import_pymodbus() -> None:
     program = (
-        "import sys, hil.daemon, hil.live.drives.drive_axes, hil.operations.make_desk\n"
+        "import sys, hil.daemon, hil.live.devices.drive_device, hil.operations.make_desk\n"
         "print([name for name in sys.modules if name.startswith('pymodbus')])"
     )
     assert subprocess.check_output([sys.executable, "-c", program], text=True) == "[]\n"

@@ -22,6 +22,7 @@ TWICE = {
     "Axis": "an axis as its firmware, as runs and as the client for scripts see it",
     "Bench": "the faces of a bench in the client for scripts and in the test kit",
     "Options": "hil looks for it in each kind of port and bridge",
+    "Device": "the contract at run time, and the emulated board behind a twin",
     "Desk": "the contract, and what carries it out",
     "Segment": "the contract, and what carries it out",
     "RunAxis": "an axis of a run, and what a real board is to one",

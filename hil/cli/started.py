@@ -75,13 +75,10 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         nodes = ", ".join(f"{card.name} is node {card.node_id}" for card in cards[:MOST_NODES])
         more = f" and {len(cards) - MOST_NODES} more" if len(cards) > MOST_NODES else ""
         lines.append(f"\n{name}: CAN bus, {bus.bus.bit_rate} bit/s" + (f"; {nodes}{more}" if cards else ""))
-    for name, real in serving.live.places.boards.items():
-        away = "" if real.end.line.stats().clients else " (away, tried again each second)"
-        lines.append(f"\n{name}: the board at {real.end.line.address}{away}, through {real.port.address}")
-    for name, control in serving.live.places.drives.items():
-        link = control.drive.link
-        away = "" if link.is_there else f" ({link.state}, tried again)"
-        lines.append(f"\n{name}: the drive at {control.drive.address}{away}; {axis} {name}")
+    for name, at in serving.live.devices.items():
+        if at.where:
+            seen = f"; {axis} {name}" if at.info("").is_seen else ""
+            lines.append(f"\n{name}: {at.where}{seen}")
     for kind, bridge in serving.live.bridges.items():
         status = bridge.status()
         lines.append(f"\n{kind}: {reached_at(status)}")

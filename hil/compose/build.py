@@ -13,11 +13,11 @@ from hil.core import Core
 from hil.firmware.idle import Idle
 from hil.host.regular_file import read_regular
 from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
-from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
+from hil.sim.twin import Device
 from hil.vocab.address import Address
 from hil.vocab.line_format import FORMATS
 from hil.vocab.profile import MemoryFile, Profile

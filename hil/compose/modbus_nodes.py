@@ -11,9 +11,9 @@ from hil.config import Catalogue
 from hil.config.modbus_model import ModbusConfig
 from hil.config.station_names import node_name
 from hil.sim.bench import BenchRuntime
-from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.settable import setting_problem
+from hil.sim.twin import Device
 from hil.sim.twin_info import info_of
 from hil.vocab.address import address_of
 from hil.vocab.segment import Segment

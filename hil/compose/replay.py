@@ -15,12 +15,12 @@ from hil.config import from_dict
 from hil.config.explain import StrictModel
 from hil.host.regular_file import open_regular
 from hil.sim.bench import Around, BenchRuntime
-from hil.sim.device import Device
 from hil.sim.firmware_guard import LoggedStops
 from hil.sim.group import Group
 from hil.sim.input_check import input_problem
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
 from hil.sim.inputs import CommitDone, InputLogError, Logged, Stopped
+from hil.sim.twin import Device
 from hil.vocab.address import address_of
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused

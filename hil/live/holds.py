@@ -1,16 +1,16 @@
 """Holds on devices that have to stay as they are: by runs, and by dialogues with real boards."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
-from hil.live.places import Places
 from hil.vocab.address import owner_of
+from hil.vocab.device import Device
 
 
 class Holds:
     """Devices by the runs that have axes of them, or wait for these."""
 
-    def __init__(self, places: Places) -> None:
-        self._places = places
+    def __init__(self, known: Mapping[str, Device]) -> None:
+        self._known = known
         self._runs: dict[str, tuple[str, ...]] = {}
 
     def reserve(self, run: str, axes: Iterable[str]) -> None:
@@ -26,9 +26,9 @@ class Holds:
 
     def problems(self, devices: Iterable[str]) -> list[str]:
         """Reasons why these devices cannot be exchanged now, a line for each."""
-        leaving, boards = list(devices), self._places.boards
+        leaving = list(devices)
         taken = {owner_of(axis): run for axis, run in self.taken().items()}
-        talking = [name for name in leaving if name in boards and boards[name].end.is_busy]
+        talking = [name for name in leaving if name in self._known and self._known[name].is_talking]
         return [
             f"{name} is in run {taken[name]}: wait for its end, or cancel it"
             for name in leaving

@@ -17,7 +17,8 @@ from hil.live.bridges import Bridges
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
 from hil.live.core_thread import turn
-from hil.live.drives.drive_axes import DriveAxes
+from hil.live.devices.bench_devices import DeviceAxes, Devices
+from hil.live.devices.twin_device import TwinHome
 from hil.live.fault_registry import FaultRegistry
 from hil.live.guard import BREADCRUMB, StepGuard
 from hil.live.holds import Holds
@@ -28,11 +29,9 @@ from hil.live.places import Places
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.part import Parts
 from hil.live.runs.queue import RunQueue
-from hil.live.runs.real_axes import AllAxes, RealAxes
 from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
-from hil.runs import TwinAxes
 from hil.sim.bench import Around, BenchRuntime
 from hil.sim.input_log import InputLogWriter
 from hil.vocab.axis import Axes
@@ -63,6 +62,7 @@ class LiveBench:
 
     configured: Configured
     sim: BenchRuntime
+    devices: Devices
     places: Places
     commits: Commits
     faults: FaultRegistry
@@ -77,14 +77,12 @@ class LiveBench:
 
 @dataclass(frozen=True)
 class LiveRuns:
-    """Parts for a bench's runs: its own runs, its parts in those of others, and its axes, of which ``real``
-    has those of real boards."""
+    """Parts for a bench's runs: its own runs, its parts in those of others, and its axes."""
 
     queue: RunQueue
     parts: Parts
     others: OtherBenches
     axes: Axes
-    real: RealAxes
 
 
 def make_live(
@@ -111,7 +109,8 @@ def make_live(
     def context(label: str) -> PortContext:
         return PortContext(config.bench, label, at.runtime, at.port_group)
 
-    places, bridges, notes = Places(), Bridges(context), dict[str, str]()
+    devices, places, bridges, notes = Devices(), Places(), Bridges(context), dict[str, str]()
+    stack.push_async_callback(devices.close)
     stack.push_async_callback(places.close)
     guard = StepGuard(at.state / BREADCRUMB, config.speed)
     stack.callback(guard.close)
@@ -123,29 +122,40 @@ def make_live(
         config, configured.catalogue, commits, Around(lines.turn_over, turn, guard, places.tell_stopped, log)
     )
     stack.callback(sim.stop)
-    faults, holds = FaultRegistry(sim, places), Holds(places)
+    faults, holds = FaultRegistry(sim, places), Holds(devices)
     watches = Watches(sim, config.speed, watch_idle_s)
     stack.callback(watches.stop)
     vitals = Vitals(sim)
     stack.callback(vitals.stop)
     stage = Stage(sim, configured, places, context)
-    swap = Swap(sim, configured, stage, places, lines, commits, faults, watches, notes)
-    apply = Apply(sim, stage, places, files, holds, bridges, swap)
+    home = TwinHome(sim, places, commits, watches.sampler, notes, config.speed)
+    swap = Swap(sim, configured, stage, places, devices, lines, commits, faults, watches, notes, home)
+    apply = Apply(sim, stage, devices, files, holds, bridges, swap)
     reloader = Reloader(at.config, at.folder, sim, configured, files, holds, apply)
     return LiveBench(
-        configured, sim, places, commits, faults, holds, watches, vitals, bridges, apply, reloader, notes
+        configured,
+        sim,
+        devices,
+        places,
+        commits,
+        faults,
+        holds,
+        watches,
+        vitals,
+        bridges,
+        apply,
+        reloader,
+        notes,
     )
 
 
 def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveRuns:
     """Make the parts for runs of a bench that runs; ``stack`` ends what moves."""
-    real, others = RealAxes(live.places, live.configured, live.sim), OtherBenches(live.bridges)
-    stack.push_async_callback(real.close)
-    drives = DriveAxes(live.places.drives, live.configured)
-    axes = AllAxes(TwinAxes(live.sim, live.watches.sampler), real, drives)
+    axes, others = DeviceAxes(live.devices, live.sim), OtherBenches(live.bridges)
+    stack.push_async_callback(live.devices.stop)
     queue = RunQueue(axes, live.configured, clock, others, live.holds)
     stack.push_async_callback(queue.close)
-    return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.holds), others, axes, real)
+    return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.holds), others, axes)
 
 
 def _input_log(stack: AsyncExitStack, plan: BenchPlan, path: Path) -> InputLogWriter:

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from hil.firmware.nvm import Content
 from hil.live.store import NvmStore
-from hil.sim.device import Device
+from hil.sim.twin import Device
 
 log = logging.getLogger("hil")
 

@@ -6,10 +6,9 @@ from itertools import chain
 from typing import Any
 
 from hil.live.board_end import BoardEnd
-from hil.live.drives.drive_axes import Drives
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import TapEnd, UartEnd
-from hil.sim.device import Device
+from hil.sim.twin import Device
 from hil.vocab.address import owner_of
 
 log = logging.getLogger("hil")
@@ -17,14 +16,12 @@ log = logging.getLogger("hil")
 
 class Places:
     """Joints by address: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
-    board). In order: UARTs, taps, real boards, each as they came. Beside them ``drives``: real drives,
-    which have no port. Only ``hil.live.apply`` changes them."""
+    board). In order: UARTs, taps, real boards, each as they came. Only ``hil.live.apply`` changes them."""
 
     def __init__(self) -> None:
         self.uarts: dict[str, Joint[UartEnd]] = {}
         self.taps: dict[str, Joint[TapEnd]] = {}
         self.boards: dict[str, Joint[BoardEnd]] = {}
-        self.drives = Drives()
 
     def __getitem__(self, label: str) -> Joint[Any]:
         """Joint of a label. Raises KeyError: there is no such place."""
@@ -44,6 +41,11 @@ class Places:
         joints: Iterator[Joint[Any]] = chain(self.uarts.values(), self.boards.values())
         return [joint for joint in joints if owner_of(joint.label) == name]
 
+    def remove(self, label: str) -> None:
+        """Remove the joint of a device."""
+        self.uarts.pop(label, None)
+        self.boards.pop(label, None)
+
     def addresses(self) -> list[tuple[str, str]]:
         """Labels of all joints, each with the address at which clients reach it."""
         return [(joint.label, joint.port.address) for joint in self.joints()]
@@ -58,6 +60,3 @@ class Places:
     async def close(self) -> None:
         for joint in self.joints():
             await joint.port.close()
-        for board in self.boards.values():
-            await board.end.line.close()
-        await self.drives.close()

@@ -8,9 +8,9 @@ from hil.live.lines import Lines
 from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
-from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.segment_tap import Tap
+from hil.sim.twin import Device
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.line_format import EIGHT_N_1
 from hil.vocab.ports import TOUCH_BAUD, EchoPort, PowerPort

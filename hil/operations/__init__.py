@@ -5,9 +5,15 @@ Each operation is carried out by one of the ``*_operations``, ``looking_on`` and
 parts that they need; health and metrics are readings of such parts. The control socket is a door as bridges
 are: it has the desk and nothing else. The side that asks there is ``hil.net.control_client``.
 
-May import: bridges.modbus.protocol, bridges.modbus.registers, hil.compose, hil.config, hil.core, hil.drives,
-hil.firmware, hil.gcode, hil.host, hil.live, hil.net, hil.runs, hil.sim, hil.telemetry, hil.toolpath,
-hil.vocab, hil.wire, the standard library.
+No operation knows what kind of device it has: it calls ``hil.vocab.device.Device``, and the sign below leaves
+the kinds out.
 
-Tests may import too: hil.client, hil.daemon, hil.testing.
+May import: bridges.modbus.protocol, bridges.modbus.registers, hil.config, hil.core, hil.host,
+hil.live.apply, hil.live.captures, hil.live.clock, hil.live.configured, hil.live.devices.bench_devices,
+hil.live.fault_registry, hil.live.live_bench, hil.live.memory_commits, hil.live.off_loop, hil.live.places,
+hil.live.refusals, hil.live.runs, hil.live.vitals, hil.live.watches, hil.net, hil.runs, hil.sim.bench,
+hil.sim.channels, hil.sim.input_check, hil.sim.input_reading, hil.sim.inputs, hil.sim.segment_tap,
+hil.toolpath, hil.vocab, hil.wire, the standard library.
+
+Tests may import too: hil.client, hil.compose, hil.daemon, hil.testing.
 """

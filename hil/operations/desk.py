@@ -6,17 +6,18 @@ from fractions import Fraction
 from typing import Any
 
 from hil.config.explain import suggestion
+from hil.live.devices.bench_devices import DeviceInfos
 from hil.operations.looking_on import LookingOn
 from hil.operations.permissions import require_role
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
 from hil.vocab.address import owner_of
-from hil.vocab.desk_protocol import BenchClock, Description, DeviceInfo, Source, Watch, Watched
+from hil.vocab.desk_protocol import BenchClock, Description, Source, Watch, Watched
+from hil.vocab.device import Device
 from hil.vocab.near_words import meant
 from hil.vocab.operation import Target
 from hil.vocab.segment import SegmentView
 from hil.vocab.verbs import VerbRefused, checked
 
-CANNOT = "the daemon sees its terminal, not its pins, shaft or encoder; type at it with `hil monitor`"
 _SHOWN = 80
 _OF_DEVICES = (Target.DEVICE, Target.MEMBER, Target.TWIN, Target.UART)
 
@@ -28,12 +29,13 @@ class Desk:
         self,
         bench: str,
         clock: BenchClock,
-        devices: Mapping[str, DeviceInfo],
+        devices: Mapping[str, Device],
         segments: Mapping[str, SegmentView],
         looks: LookingOn,
         answerers: Mapping[str, Answerer],
     ) -> None:
-        self._bench, self._clock, self._devices, self._segments = bench, clock, devices, segments
+        self._bench, self._clock, self._segments = bench, clock, segments
+        self._known, self._devices = devices, DeviceInfos(devices)
         self._looks, self._answerers = looks, answerers
         assert answerers.keys() == OPERATIONS.keys(), answerers.keys() ^ OPERATIONS.keys()
 
@@ -79,10 +81,8 @@ class Desk:
         found = self._devices.get(name)
         if found is None or (kind is Target.DEVICE and found.name != owner_of(target)):
             raise VerbRefused("no_device", f"no device {shown(name)}; {meant(name, self._devices)}")
-        if kind is Target.TWIN and found.is_real and not found.is_seen:
-            raise VerbRefused("cannot", f"{name} is a real board: {CANNOT}")
-        if kind is Target.TWIN and not found.fields:
-            raise VerbRefused("cannot", f"{name}, a {found.profile}, has no axis")
+        if kind is Target.TWIN and (refused := self._known[owner_of(name)].no_axis()):
+            raise refused
         return target if kind is Target.UART else found.name
 
     def _do(self, asked: Asked, name: str, parameters: Mapping[str, object]) -> Any:

@@ -1,7 +1,5 @@
 """Health of a bench: problems and remedies, the one answer for ``hil status``, bridges and metrics."""
 
-import errno
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,7 +14,8 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.segment_tap import Tap
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BenchDoor, Bridge
-from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, OK
+from hil.vocab.device import Device
+from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, OK, HealthProblem
 from hil.vocab.segment import SegmentView, speed_notes
 
 MISSED_SHARE = 0.01
@@ -43,42 +42,12 @@ KINDS = {
 """Kinds of problems, and the meaning of each."""
 
 
-_CLOSED_TO_SERVICES = {os.strerror(number) for number in (errno.ENOENT, errno.EACCES, errno.EPERM)}
-"""Errors that a device gives in the unit's sandbox: PrivateDevices=, DevicePolicy=closed."""
-_BACK = {
-    os.strerror(errno.EACCES): "add the user who runs hil to the group that the device belongs to",
-    os.strerror(errno.EPERM): "let the container or service that hil runs in have this device",
-    os.strerror(errno.ECONNREFUSED): "start what listens there",
-    os.strerror(errno.ENOTTY): "this is no serial port: correct `at:`",
-    os.strerror(errno.EISDIR): "this is no serial port: correct `at:`",
-    os.strerror(errno.EBUSY): "end the program that has it open",
-    os.strerror(errno.EAGAIN): "end the program that has it open",  # from the lock that each program takes
-}
-"""Remedies by the system's words, which pyserial puts into longer sentences."""
-_DRIVE_BACK = {
-    os.strerror(errno.EAFNOSUPPORT): "let the kernel have CAN: `modprobe can_raw`, and the adapter's driver",
-    os.strerror(errno.ENODEV): "plug the adapter in; `ip link` shows what its interface is called",
-    os.strerror(errno.ENETDOWN): "bring the interface up: `ip link set can0 up type can bitrate 1000000`",
-    "bus-off": "mend the bus: bit rate, wires, terminators; with `restart-ms` it comes back by itself",
-}
-"""Remedies of real drives that are not there, likewise."""
-
-
-@dataclass(frozen=True)
-class HealthProblem:
-    """Problem of a bench. ``about`` is the device, port or segment, empty for the whole bench."""
-
-    kind: str
-    about: str
-    what: str
-    remedy: str
-
-
 @dataclass(frozen=True)
 class Health:
     """Health of a bench. ``state_dir``: folder of its memories; ``is_service``: it runs as a service."""
 
     sim: BenchRuntime
+    devices: Mapping[str, Device]
     places: Places
     commits: Commits
     vitals: Vitals
@@ -90,7 +59,7 @@ class Health:
     def problems(self) -> list[HealthProblem]:
         """Present problems, the bench's own first."""
         of_lines = (*self._of_segments(), *self._of_taps())
-        return [*self._of_bench(), *self._of_devices(), *self._of_ports(), *of_lines]
+        return [*self._of_bench(), *self._of_devices(), *of_lines]
 
     def as_dict(self) -> dict[str, Any]:
         """Health for JSON: ``state`` as in ``STATES``, ``late_ms``, the longest time in the last minute that
@@ -115,36 +84,15 @@ class Health:
             yield HealthProblem("descriptors", "", what, remedy)
 
     def _of_devices(self) -> Iterator[HealthProblem]:
-        for name, device in self.sim.devices.items():
-            if device.failed:
-                again = f"`hil reset {name}` restarts it"
-                remedy = again if device.power.is_there else "`hil fault clear` ends the fault"
-                yield HealthProblem("device", name, f"stopped: {device.failed}", remedy)
+        found = [each for device in self.devices.values() for each in device.problems(self.is_service)]
+        yield from (each for each in found if each.kind == "device")
         for name, why in self.commits.failures.items():
             remedy = f"it keeps its old content; mend {self.state_dir} and let the board store again"
             yield HealthProblem("flash", name, f"its flash was not written: {why}", remedy)
-
-    def _of_ports(self) -> Iterator[HealthProblem]:
-        boards = self.places.boards
-        for name, place in (self.places.uarts | self.places.taps).items():
-            if place.failure:
-                yield HealthProblem("port", name, place.failure, "restart the bench")
-        for name, board in boards.items():
-            line = board.end.line
-            if away := line.stats().away:
-                back = _back(away, self.is_service)
-                what = f"{line.address}: {board.end.failure or away}"
-                yield HealthProblem("port", name, what, f"{back}; it is tried again each second")
-            if board.failure:
-                yield HealthProblem("port", name, board.failure, "restart the bench")
-        for name, control in self.places.drives.items():
-            if (link := control.drive.link).is_tried and not link.is_there:
-                back = next(
-                    (remedy for said, remedy in _DRIVE_BACK.items() if said in link.why),
-                    "see that it has power, its address and its unit or node",
-                )
-                back = f"{back}; it is tried again"
-                yield HealthProblem("port", name, f"{control.drive.address}: {link.why}", back)
+        yield from (each for each in found if each.kind != "device")
+        for name, tap in self.places.taps.items():
+            if tap.failure:
+                yield HealthProblem("port", name, tap.failure, "restart the bench")
 
     def _of_segments(self) -> Iterator[HealthProblem]:
         for name, segment in self.sim.segments.items():
@@ -188,10 +136,3 @@ def state_of(problems: Sequence[HealthProblem]) -> str:
     if any(problem.kind not in LATE_KINDS for problem in problems):
         return FAILED
     return LATE if problems else OK
-
-
-def _back(why: str, is_service: bool) -> str:
-    """Remedy that brings a real board back, whose port could not be opened."""
-    if is_service and why in _CLOSED_TO_SERVICES:
-        return "plug it in, and open adapters to the service: the drop-in adapters.conf, `hil docs service`"
-    return next((remedy for said, remedy in _BACK.items() if said in why), "plug it in")

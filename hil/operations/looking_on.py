@@ -8,15 +8,14 @@ from typing import Any
 from hil.config.station_names import station_uart
 from hil.live.captures import Capture
 from hil.live.clock import WallClock
+from hil.live.devices.bench_devices import Devices
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.watches import Watches
-from hil.operations.drive_operations import DriveSamples
 from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
 from hil.sim.segment_tap import Tap
-from hil.telemetry import Sampler, check_signals
 from hil.vocab.address import address_of
 from hil.vocab.desk_protocol import Watch, Watched
 from hil.vocab.near_words import meant
@@ -30,9 +29,16 @@ class LookingOn:
     """Operations that watch one bench."""
 
     def __init__(
-        self, sim: BenchRuntime, places: Places, clock: WallClock, watches: Watches, runs: RunQueue
+        self,
+        sim: BenchRuntime,
+        devices: Devices,
+        places: Places,
+        clock: WallClock,
+        watches: Watches,
+        runs: RunQueue,
     ) -> None:
-        self._sim, self._places, self._clock, self._watches, self._runs = sim, places, clock, watches, runs
+        self._sim, self._devices, self._places = sim, devices, places
+        self._clock, self._watches, self._runs = clock, watches, runs
 
     def ports(self) -> Sequence[str]:
         """Names of places at which bytes pass."""
@@ -45,13 +51,12 @@ class LookingOn:
     def open(
         self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction
     ) -> Watch:
-        """Begin a watch, as ``Desk.watch``; a target of samples is a twin."""
+        """Begin a watch, as ``Desk.watch``; a target of samples is an axis that is seen."""
         try:
             match what:
-                case Watched.SAMPLES if control := self._places.drives.get(target):
-                    return DriveSamples(control, float(interval_ns), call)
                 case Watched.SAMPLES:
-                    return Samples(self._watches.sampler, target, interval_ns, call)
+                    device, part = self._devices.at(target)
+                    return device.watch(part, interval_ns, call)
                 case Watched.PACKETS | Watched.FRAMES:
                     return _Calls(_listening(self._sim.wires[target].watchers, call))
                 case Watched.BYTES:
@@ -71,13 +76,9 @@ class LookingOn:
 
     def watch(self, asked: Asked, signals: list[str], interval_ns: int) -> dict[str, Any]:
         """Begin a watch that keeps samples; answers its number, for those who come back for them."""
-        if asked.target in self._places.drives:
-            raise VerbRefused(
-                "cannot", f"{asked.target} is a real drive: its polls are no samples; ask for its state"
-            )
-        kind = self._sim.roster.axis(asked.target).kind
+        device, part = self._devices.at(asked.target)
         try:
-            names = check_signals(signals or kind.default_signals, kind)
+            names = device.signals(part, signals)
             return {"watch": self._watches.open(asked.target, names, interval_ns), "signals": names}
         except ValueError as error:
             raise VerbRefused("bad_parameter", str(error)) from None
@@ -170,26 +171,3 @@ class _Calls:
 
     def flush(self) -> None:
         """Do nothing: everything has been told."""
-
-
-class Samples:
-    """Watch on samples of an axis, which wait in the core until they are taken."""
-
-    def __init__(
-        self, sampler: Sampler, axis: str, interval_ns: int | Fraction, call: Callable[[bytes], object]
-    ) -> None:
-        self._sampler = sampler
-        self._subscription = sampler.subscribe(axis, (), interval_ns)
-        self._call = call
-
-    @property
-    def lost(self) -> int:
-        return self._subscription.lost
-
-    def flush(self) -> None:
-        self._sampler.poll_axis(self._subscription.axis)
-        for packed in self._subscription.take_packed():
-            self._call(packed)
-
-    def close(self) -> None:
-        self._sampler.unsubscribe(self._subscription)

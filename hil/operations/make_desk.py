@@ -7,13 +7,11 @@ from hil.host.real_time import Grant
 from hil.live.clock import WallClock
 from hil.live.live_bench import LiveBench, LiveRuns
 from hil.operations.bench_operations import BenchOperations
-from hil.operations.board_operations import BoardOperations
 from hil.operations.bus_reports import data_sheet, listed_buses
 from hil.operations.channel_operations import ChannelOperations
 from hil.operations.desk import Desk
-from hil.operations.devices import Devices
+from hil.operations.device_operations import DeviceOperations
 from hil.operations.drawing_operation import DrawingOperation
-from hil.operations.drive_operations import DriveOperations
 from hil.operations.health import Health
 from hil.operations.looking_on import LookingOn
 from hil.operations.metrics import Metrics
@@ -35,16 +33,13 @@ def make_desk(
     """Make the desk of a running bench. ``is_service``: a service manager started it; ``stop``: ends it."""
     sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
-    devices = Devices(sim, places, configured)
-    health = Health(sim, places, commits, vitals, grant, state_dir, is_service, bridges)
-    metrics = Metrics(sim, configured, places, clock, commits, faults, queue, bridges, vitals, health)
-    looks = LookingOn(sim, places, clock, live.watches, queue)
-    reports = Reports(
-        sim, configured, places, devices, commits, faults, bridges, live.notes, grant, health, queue
-    )
+    known = live.devices
+    health = Health(sim, known, places, commits, vitals, grant, state_dir, is_service, bridges)
+    metrics = Metrics(sim, configured, known, places, clock, commits, faults, queue, bridges, vitals, health)
+    looks = LookingOn(sim, known, places, clock, live.watches, queue)
+    reports = Reports(sim, configured, places, known, faults, bridges, grant, health, queue)
     listed, status = SharedReport(reports.listed), SharedReport(reports.status)
-    of_drives = DriveOperations(sim, places.drives)
-    boards = BoardOperations(sim, places, configured, runs.axes, runs.real, of_drives)
+    devices = DeviceOperations(sim, known)
     channels = ChannelOperations(sim)
     bench = BenchOperations(faults, queue, live.reloader, stop)
     answerers: dict[str, Answerer] = {
@@ -56,21 +51,21 @@ def make_desk(
         "buses": lambda asked: listed_buses(sim, places),
         "benches": lambda asked: runs.others.joined(asked.source),
         "verbs": reports.verbs,
-        "state": boards.state,
-        "packed": boards.packed,
-        "look": boards.look,
+        "state": devices.state,
+        "packed": devices.packed,
+        "look": devices.look,
         "registers": reports.registers,
         "eds": lambda asked: data_sheet(sim, asked.target),
-        "reset": boards.reset,
-        "pin": boards.pin,
-        "set": boards.set_field,
-        "zero": boards.zero,
-        "type": boards.type,
-        "send": boards.send,
-        "do": boards.do,
-        "wait": boards.wait,
-        "drive": boards.drive,
-        "play": boards.play,
+        "reset": devices.reset,
+        "pin": devices.pin,
+        "set": devices.set_field,
+        "zero": devices.zero,
+        "type": devices.type,
+        "send": devices.send,
+        "do": devices.do,
+        "wait": devices.wait,
+        "drive": devices.drive,
+        "play": devices.play,
         "attach": channels.attach,
         "detach": channels.detach,
         "transmit": channels.transmit,
@@ -90,4 +85,4 @@ def make_desk(
         "reload": bench.reload,
         "stop": bench.stop,
     }
-    return Desk(configured.config.bench, clock, devices, sim.segments, looks, answerers)
+    return Desk(configured.config.bench, clock, known, sim.segments, looks, answerers)

@@ -17,8 +17,8 @@ from hil.live.vitals import Vitals
 from hil.operations.echoes import Echo, echoes
 from hil.operations.health import KINDS, Health, state_of
 from hil.sim.bench import BenchRuntime
-from hil.sim.device import Device
 from hil.vocab.bridge_protocol import Bridge
+from hil.vocab.device import Device
 from hil.vocab.health_words import STATES
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
 from hil.vocab.ports import EchoState, Port, PortStats
@@ -36,6 +36,7 @@ class Metrics:
 
     sim: BenchRuntime
     configured: Configured
+    devices: Mapping[str, Device]
     places: Places
     clock: WallClock
     commits: Commits
@@ -167,26 +168,28 @@ def _overruns(s: Scrape) -> Values:
             yield (name, uart), each.overrun_bytes
 
 
-def _of_devices(read: Callable[[Device], int]) -> Callable[[Scrape], Values]:
+def _of_devices(read: Callable[[Any], int]) -> Callable[[Scrape], Values]:
     return lambda s: (((name,), read(device)) for name, device in s.of.sim.devices.items())
 
 
 def _boards(s: Scrape) -> Values:
-    for name, place in s.of.places.boards.items():
-        yield (name,), int(place.end.line.stats().clients > 0)
-    for name, control in s.of.places.drives.items():
-        yield (name,), int(control.drive.link.is_there)
+    for name, device in s.of.devices.items():
+        if device.is_there is not None:
+            yield (name,), int(device.is_there)
 
 
 def _of_drives(counter: str) -> Callable[[Scrape], Values]:
     return lambda s: (
-        ((name,), getattr(control.drive.link.counters, counter))
-        for name, control in s.of.places.drives.items()
+        ((name,), counts[counter])
+        for name, device in s.of.devices.items()
+        if counter in (counts := device.counters())
     )
 
 
 def _echoes(value: Callable[[Echo], int]) -> Callable[[Scrape], Values]:
-    return lambda s: (((name,), value(echo)) for name, echo in echoes(s.of.places, s.of.bridges))
+    return lambda s: (
+        ((name,), value(echo)) for name, echo in echoes(s.of.devices, s.of.places, s.of.bridges)
+    )
 
 
 def _metric(

@@ -6,9 +6,9 @@ from dataclasses import replace
 from hil.core import CoreAxis
 from hil.runs.board_bounds import bounds_of
 from hil.sim.bench import BenchRuntime
-from hil.sim.device import Device
 from hil.sim.input_check import input_problem
 from hil.sim.inputs import Do, Follow, Input
+from hil.sim.twin import Device
 from hil.telemetry import Sampler, Subscription
 from hil.vocab.address import owner_of
 from hil.vocab.axis import AxisNow, AxisState, How, Sample

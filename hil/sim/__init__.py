@@ -2,7 +2,7 @@
 the operating system.
 
 ``bench.py`` composes it and gives each input its one time; ``group.py`` advances what shares a time;
-``device.py`` is a board, ``uart.py`` its serial interface, ``segment_tap.py`` a tap.
+``twin.py`` is a board, ``uart.py`` its serial interface, ``segment_tap.py`` a tap.
 ``inputs.py`` has the inputs from outside, ``input_log.py`` their log, ``faults`` the faults.
 
 May import: hil.core, hil.firmware, hil.vocab, hil.wire, the pure standard library.

@@ -2,7 +2,7 @@
 
 from hil.core import AxisKind, Snapshot
 from hil.core.fields import packed
-from hil.sim.device import Device
+from hil.sim.twin import Device
 from hil.vocab.desk_protocol import AxisLook
 
 

@@ -13,7 +13,6 @@ from typing import Any, ClassVar, Protocol
 from hil.core import Core, Snapshot
 from hil.sim.card import Card
 from hil.sim.client_tap import ClientTap
-from hil.sim.device import Device, Home
 from hil.sim.faults.in_force import Faults
 from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
@@ -22,6 +21,7 @@ from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
 from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
+from hil.sim.twin import Device, Home
 from hil.sim.verb_calls import Answer, axes_of
 from hil.vocab.address import address_of
 from hil.vocab.axis_plan import AxisPlan

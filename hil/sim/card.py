@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from hil.sim.device import Device
+from hil.sim.twin import Device
 from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
 from hil.vocab.wire import Wire

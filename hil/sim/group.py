@@ -8,9 +8,9 @@ from collections.abc import Callable
 from heapq import heappop, heappush
 
 from hil.core import Core
-from hil.sim.device import Device
 from hil.sim.due_times import DueTimes
 from hil.sim.inputs import Input
+from hil.sim.twin import Device
 from hil.sim.verb_calls import Answer
 from hil.vocab.firmware import CoreEvent
 from hil.vocab.time import FOREVER, SimTimeNs

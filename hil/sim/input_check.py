@@ -15,9 +15,9 @@ from hil.sim import inputs
 from hil.sim.bench import BenchRuntime
 from hil.sim.channels import ClientChannel, HasChannels
 from hil.sim.client_tap import ClientTap
-from hil.sim.device import Device
 from hil.sim.given_fault import fault_of
 from hil.sim.input_reading import decode, read_line
+from hil.sim.twin import Device
 from hil.sim.verb_calls import verb_problem
 from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part
 from hil.vocab.faults import Fault, FaultRefused

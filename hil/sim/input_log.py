@@ -16,9 +16,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
-from hil.sim.device import Device
 from hil.sim.input_reading import decode, hexadecimal, read_line, taken, text, time_ns, whole
 from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, OLD_VERSIONS, InputLogError, Logged, encode_line
+from hil.sim.twin import Device
 from hil.vocab.time import SimTimeNs
 
 Memories = Mapping[str, Mapping[str, bytes]]

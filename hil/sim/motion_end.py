@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from hil.core import CoreAxis
-from hil.sim.device import Device
+from hil.sim.twin import Device
 from hil.vocab.axis import AxisState
 
 BEGINS_NS = 20_000_000

@@ -6,8 +6,8 @@ from hil.core import CoreAxis
 from hil.sim.card import Card
 from hil.sim.channels import HasChannels
 from hil.sim.client_tap import ClientTap
-from hil.sim.device import Device
 from hil.sim.group import Group
+from hil.sim.twin import Device
 from hil.sim.uart import DeviceUart
 from hil.vocab.address import Address, address_of, owner_of
 from hil.vocab.faults import DEVICE, OF_AXES, PORT, SUPPLIED, TWIN_PORT

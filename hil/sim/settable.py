@@ -9,8 +9,8 @@ if TYPE_CHECKING:  # who only reads the names starts quickly
     from collections.abc import Callable
 
     from hil.core import CoreAxis, Snapshot
-    from hil.sim.device import Device
     from hil.sim.faults.in_force import Faults
+    from hil.sim.twin import Device
 
 
 def setting_problem(

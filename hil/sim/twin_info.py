@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from hil.core import FIELDS, AxisKind
 from hil.core.fields import OFFSETS
-from hil.sim.device import Device
+from hil.sim.twin import Device
 from hil.vocab.address import address_of
 from hil.vocab.desk_protocol import AxisField, DeviceInfo
 from hil.vocab.profile import Profile

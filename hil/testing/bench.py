@@ -20,9 +20,9 @@ from hil.runs import (
 )
 from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
 from hil.sim.client_tap import ClientTap
-from hil.sim.device import Device
 from hil.sim.given_fault import fault_refusal
 from hil.sim.segment_tap import Tap
+from hil.sim.twin import Device
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given_config import GivenConfig, path_of, unreadable

@@ -9,11 +9,11 @@ from hil.core import Snapshot
 from hil.core.axis_kind import ANGLE
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
-from hil.sim.device import Device
 from hil.sim.input_check import input_problem
 from hil.sim.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.segment_tap import Tap
 from hil.sim.settable import setting_problem
+from hil.sim.twin import Device
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
 from hil.testing.checked_bytes import checked_bytes

@@ -9,9 +9,9 @@ from bridges.can.canopen.cia402.motor_axis import MotorLook
 from bridges.can.cards.drive_switches import Switch
 from hil.core import CoreAxis
 from hil.core.fields import INDEX
-from hil.sim.device import Device
 from hil.sim.group import Group
 from hil.sim.inputs import Do, Follow, Input
+from hil.sim.twin import Device
 from hil.sim.verb_calls import Answer
 from hil.vocab.axis import AxisState, How
 from hil.vocab.path import Path

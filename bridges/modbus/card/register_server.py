@@ -14,9 +14,9 @@ from bridges.modbus.registers.registers_protocol import Registers
 from bridges.modbus.unit_transaction import at_once, unit_transaction
 from hil.core import CoreAxis
 from hil.sim.axis_look import axis_look
-from hil.sim.device import Device
 from hil.sim.inputs import Do, Input, Pin, Reset, SetField
 from hil.sim.motion_end import begun_motion
+from hil.sim.twin import Device
 from hil.sim.verb_calls import Answer
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.time import Clock, SimTimeNs

@@ -6,8 +6,8 @@ from typing import NamedTuple
 from bridges.modbus.registers.control_word import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from hil.core import CoreAxis
-from hil.sim.device import Device
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
+from hil.sim.twin import Device
 from hil.vocab.time import Clock, SimTimeNs
 
 LOOKS_NS = BEGINS_NS

@@ -10,7 +10,7 @@ import pytest
 from device_profiles.sac import firmware
 from device_profiles.sac.eeprom import SIZE, Eeprom
 from device_profiles.sac.parameters import Parameters
-from hil.sim.device import Device
+from hil.sim.twin import Device
 from hil.testing import Bench
 from hil.testing.bench import MemoryStore
 

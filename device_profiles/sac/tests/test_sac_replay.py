@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from hil.sim.bench import Around
-from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
+from hil.sim.twin import Device
 from hil.testing import Bench, replay
 
 TYPED = (

@@ -13,8 +13,8 @@ from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
 from hil.live.apply.swap import Swap
 from hil.live.bridges import Bridges
+from hil.live.devices.bench_devices import Devices
 from hil.live.holds import Holds
-from hil.live.places import Places
 from hil.live.refusals import Refused
 from hil.live.store import NvmStore, StoreError
 from hil.sim.bench import BenchRuntime
@@ -32,7 +32,7 @@ class Apply:
 
     bench: BenchRuntime
     stage: Stage
-    places: Places
+    devices: Devices
     files: NvmStore
     holds: Holds
     bridges: Bridges
@@ -51,17 +51,13 @@ class Apply:
             await self.stage.put_away(staged)
             raise
         gone, leaving = self.swap.carry_out(plan, staged, asides)
-        drives = self.places.drives
         closed = await asyncio.gather(
-            *(port.close() for port in gone), *map(drives.end, leaving), return_exceptions=True
-        )
-        lines = staged.lines.items()
-        opened = await asyncio.gather(
-            *(line.open(self.places.boards[name].end.from_board) for name, line in lines),
+            *(port.close() for port in gone),
+            *(device.close() for device in leaving),
             return_exceptions=True,
         )
-        for name in staged.drives:
-            drives.begin(name)
+        begun = [self.devices[name] for name in plan.named("restart", "add")]
+        opened = await asyncio.gather(*(device.begin() for device in begun), return_exceptions=True)
         for error in filter(None, [*closed, *opened]):  # hil's own error: the other ports go on
             log.error("a port that was exchanged", exc_info=error)
         await self.bridges.exchanged(plan.named("remove", "restart", "add"))

@@ -7,23 +7,19 @@ from typing import Any
 
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
-from hil.config import DeviceConfig, PortConfig
+from hil.config import PortConfig
 from hil.live.apply.bench_plan import BenchPlan
+from hil.live.apply.make_drive import make_drive
 from hil.live.configured import Configured
 from hil.live.drives.drive_control import DriveControl
-from hil.live.drives.real_drive import DrivePace
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
 from hil.sim.bench import BenchRuntime
-from hil.sim.device import Device
 from hil.sim.group import Group
+from hil.sim.twin import Device
 from hil.vocab.address import Address
 from hil.vocab.ports import Port, PortContext, PortError
-
-ANSWER_S = 0.2
-"""Time for a real drive to answer, beside the delay of its line: a request and its answer take 0.1 s at 9600
-baud, if they are long."""
 
 
 @dataclass
@@ -72,7 +68,8 @@ class Stage:
                 await self._open(staged, self.context(label), port, problems)
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
-            if drive := self._make_drive(name, device):
+            profile = self.configured.catalogue.profiles[device.profile]
+            if drive := make_drive(name, device, profile, lambda: self.bench.now_ns):
                 staged.drives[name] = drive
                 continue
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))
@@ -99,27 +96,6 @@ class Stage:
         if plan.is_start or old is None or new is None or (old.at is None) != (new.at is None):
             return False
         return old.port_of(uart) == new.port_of(uart)
-
-    def _make_drive(self, name: str, device: DeviceConfig) -> DriveControl | None:
-        """Make a real drive; None: the device is another real board."""
-        pace = _pace_of(device)
-        if node := device.can_address:
-            from bridges.can.canopen.master.drive_units import GivenUnits  # most benches have no such drive
-            from hil.live.drives.can_control import CanControl
-            from hil.live.drives.can_drive import CanDrive, CanSpec
-
-            given = device.units.model_dump() if device.units else {}
-            spec = CanSpec(name, node, pace, GivenUnits(**given))
-            return CanControl(CanDrive(spec, lambda: self.bench.now_ns))
-        if (address := device.drive_address) is None:
-            return None
-        from hil.live.drives.register_control import RegisterControl
-        from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
-
-        drive_map = device.drive_map(self.configured.catalogue.profiles[device.profile])
-        assert drive_map is not None, f"{name}: the configuration's check wants a map"
-        registers = RegisterSpec(name, address, drive_map, pace)
-        return RegisterControl(RegisterDrive(registers, lambda: self.bench.now_ns))
 
     def _make_twin(self, plan: BenchPlan, staged: Staged, name: str, partner: str | None) -> None:
         config = plan.config.devices[name]
@@ -167,11 +143,3 @@ class Stage:
             f"; {holder} has this number, and a reload opens new ports before it closes old ones:"
             " take another number, or restart the daemon"
         )
-
-
-def _pace_of(device: DeviceConfig) -> DrivePace:
-    return DrivePace(
-        interval_s=device.poll_interval_ms / 1e3,
-        timeout_s=ANSWER_S + device.line_delay_ms / 1e3,
-        setpoint_s=1 / device.setpoint_rate_Hz,
-    )

@@ -2,14 +2,18 @@
 fault of the configuration."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hil.compose.build import join_devices
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
-from hil.live.drives.drive_control import DriveControl
+from hil.live.devices.bench_devices import Devices
+from hil.live.devices.board_device import BoardDevice
+from hil.live.devices.drive_device import DriveDevice
+from hil.live.devices.twin_device import TwinDevice, TwinHome
+from hil.live.drives.shared_lines import SharedLines
 from hil.live.fault_registry import FaultRegistry
 from hil.live.lines import Lines
 from hil.live.memory_commits import Commits
@@ -20,6 +24,7 @@ from hil.live.sim_ends import TapEnd, UartEnd
 from hil.live.watches import Watches
 from hil.sim.bench import BenchRuntime
 from hil.vocab.address import address_of, owner_of
+from hil.vocab.device import Device
 from hil.vocab.faults import FaultRefused
 from hil.vocab.ports import Port
 
@@ -34,25 +39,26 @@ class Swap:
     configured: Configured
     stage: Stage
     places: Places
+    devices: Devices
     lines: Lines
     commits: Commits
     faults: FaultRegistry
     watches: Watches
     notes: dict[str, str]
+    home: TwinHome
+    drive_lines: SharedLines = field(default_factory=SharedLines)
 
     def carry_out(
         self, plan: BenchPlan, staged: Staged, asides: dict[str, str]
-    ) -> tuple[list[Port], list[DriveControl]]:
-        """Put the new in the old's place; answers the ports that have gone, still open, and real drives that
-        are still asked."""
+    ) -> tuple[list[Port], list[Device]]:
+        """Put the new in the old's place; answers the ports that have gone, still open, and devices that
+        are to be closed."""
         own = {name: dict(device.nvm) for name, device in self.bench.devices.items() if name in plan.tables}
         gone: list[Port] = []
-        leaving: list[DriveControl] = []
+        leaving: list[Device] = []
         for name in plan.named("remove", "restart"):
-            if name in self.places.drives:
-                leaving.append(self.places.drives.pop(name))
-            else:
-                gone += self._take_away(plan, staged, name)
+            leaving.append(self.devices.pop(name))
+            gone += self._take_away(plan, staged, leaving[-1])
         self.configured.config = plan.config
         self.stage.done(plan, staged)
         for name, (group, device) in staged.twins.items():
@@ -68,6 +74,7 @@ class Swap:
         if plan.is_start:
             join_devices(self.bench, plan.config, self.configured.catalogue)
         self._occupy(plan, staged)
+        self._add(plan, staged)
         if not plan.is_start:  # then all are set going together
             for _, device in staged.twins.values():
                 self.bench.set_going(device)
@@ -75,24 +82,21 @@ class Swap:
         self.watches.exchanged(plan.named("remove", "restart", "add"))
         return gone, leaving
 
-    def _take_away(self, plan: BenchPlan, staged: Staged, name: str) -> list[Port]:
+    def _take_away(self, plan: BenchPlan, staged: Staged, device: Device) -> list[Port]:
         """Remove a device; answers its ports that have gone. Ports that the new one keeps are vacated."""
         gone: list[Port] = []
+        name = device.name
         self.faults.forget(name)
-        boards, uarts = self.places.boards, self.places.uarts
-        if name in boards:
-            gone.append(boards[name].end.line)
-        else:
-            self.bench.remove(name)
-            self.notes.pop(name, None)  # of the start that ends here
-            if not plan.has_twin(name):
-                self.commits.failures.pop(name, None)
+        device.leave()
+        self.notes.pop(name, None)  # of the start that ends here
+        if not plan.has_twin(name):
+            self.commits.failures.pop(name, None)
         for joint in self.places.of_device(name):
             joint.vacate()
             if self.stage.keeps_port(plan, name, address_of(joint.label).part):
                 continue
             gone.append(joint.port)
-            (boards if name in boards else uarts).pop(joint.label)
+            self.places.remove(joint.label)
             if joint.label in staged.joints:
                 staged.joints[joint.label].listeners = joint.listeners
         return gone
@@ -119,10 +123,31 @@ class Swap:
         for label in self.bench.taps if plan.is_start else ():
             taps[label] = staged.joints[label]
             taps[label].occupy(TapEnd(self.bench, self.lines, taps[label], self.bench.taps[label]))
-        self.places.drives.update(staged.drives)
         for name, line in staged.lines.items():
             boards[name] = staged.joints.get(name) or boards[name]
             boards[name].occupy(BoardEnd(boards[name], line))
+
+    def _add(self, plan: BenchPlan, staged: Staged) -> None:
+        """Add what begins to the bench's devices, each with all that its profile says."""
+        speed, boards = plan.config.speed, self.configured.catalogue.boards
+        for name in plan.begun(twins=True):
+            twin, profile = staged.twins[name][1], boards[plan.config.devices[name].profile]
+            self.devices[name] = TwinDevice(self.home, twin, profile)
+        for name in plan.begun(twins=False):
+            config = plan.config.devices[name]
+            if control := staged.drives.get(name):
+                self.devices[name] = DriveDevice(control, self.drive_lines, config.profile, config.at, speed)
+                continue
+            self.devices[name] = BoardDevice(
+                self.bench,
+                self.places.boards[name],
+                (config.profile, boards[config.profile]),
+                config.at,
+                speed,
+                period_ns=round(1e9 / config.setpoint_rate_Hz),
+                delay_ns=round(config.line_delay_ms * 1e6),
+            )
+        self.devices.order(plan.config.devices)
 
     def _inject(self, plan: BenchPlan) -> None:
         """Inject the configuration's faults on devices that begin."""

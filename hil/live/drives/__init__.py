@@ -2,7 +2,7 @@
 
 What all share: ``real_drive.py`` a drive, ``drive_motion.py`` what moves it, ``drive_control.py`` its verbs,
 ``drive_axis.py`` the drive as an axis of runs, ``shared_lines.py`` the lines of all, ``asking.py`` the
-errors; ``drive_axes.py`` has all of a bench.
+errors; ``hil.live.devices`` has all of a bench.
 
 On Modbus: ``modbus_client.py`` is the one module that knows pymodbus; ``drive_line.py`` a place with one
 client, which asks one thing after the other, ``drive_lines.py`` the lines that drives share;

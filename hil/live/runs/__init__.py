@@ -2,10 +2,9 @@
 
 ``queue.py`` has them all, ``planning.py`` plans them, ``carry_out.py`` moves the axes. ``lead.py`` leads a
 run that spans benches, ``part.py`` is this bench's part of one that another leads, ``other_benches.py``
-reaches the others, ``axis_names.py`` tells axes of several benches apart. ``real_axes.py`` finds the
-axes of a bench, twins or real boards; ``real_axis.py`` is a real board as an axis. ``hil.runs`` says what a
-run is and plans it.
+reaches the others, ``axis_names.py`` tells axes of several benches apart. ``hil.live.devices`` finds the
+axes of a bench. ``hil.runs`` says what a run is and plans it.
 
-May import: hil.config, hil.live.board_end, hil.live.clock, hil.live.configured, hil.live.drives,
-hil.live.holds, hil.live.off_loop, hil.live.places, hil.runs, hil.sim, hil.vocab, the standard library.
+May import: hil.config, hil.live.bridges, hil.live.clock, hil.live.configured, hil.live.holds,
+hil.live.off_loop, hil.runs, hil.sim, hil.vocab, the standard library.
 """

@@ -8,13 +8,14 @@ from typing import Any, cast
 
 from hil.compose import find_catalogue
 from hil.live.board_end import BoardEnd
-from hil.live.configured import Configured
-from hil.live.drives.drive_axes import DriveAxes
+from hil.live.devices.bench_devices import DeviceAxes, Devices
+from hil.live.devices.board_device import BoardDevice
+from hil.live.devices.twin_device import TwinDevice, TwinHome
+from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.port_joint import Joint
-from hil.live.runs.real_axes import AllAxes, RealAxes
-from hil.runs import TwinAxes
 from hil.testing import Bench
+from hil.vocab.desk_protocol import Done
 from hil.vocab.ports import Port
 
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
@@ -72,18 +73,21 @@ class World(asyncio.SelectorEventLoop):
             joint = Joint[BoardEnd](name, cast(Port, Programs()))
             joint.occupy(BoardEnd(joint, cast(Port, line)))
             self.places.boards[name] = joint
-        devices = {
-            name: SimpleNamespace(
-                profile=board["profile"], setpoint_rate_Hz=50.0, line_delay_ms=line_delay_ms
+        known, near, delay_ns = find_catalogue().boards, self.near._runtime, round(line_delay_ms * 1e6)
+        home = TwinHome(near, Places(), cast(Commits, None), self.near._sampler, {}, 1)
+        self.devices = Devices({"m1": TwinDevice(home, near.devices["m1"], known["mechaduino"])})
+        for name, board in BOARDS.items():
+            profile = str(board["profile"])
+            self.devices[name] = BoardDevice(
+                near,
+                self.places.boards[name],
+                (profile, known[profile]),
+                self.lines[name].address,
+                1,
+                period_ns=20_000_000,
+                delay_ns=delay_ns,
             )
-            for name, board in BOARDS.items()
-        }
-        config = SimpleNamespace(devices=devices, speed=1)
-        configured = cast(Configured, SimpleNamespace(config=config, catalogue=find_catalogue()))
-        self.real = RealAxes(self.places, configured, self.near._runtime)
-        self.axes = AllAxes(
-            TwinAxes(self.near._runtime, self.near._sampler), self.real, DriveAxes({}, configured)
-        )
+        self.axes = DeviceAxes(self.devices, near)
         super().__init__(_Sleeping(self))
 
     def time(self) -> float:
@@ -111,7 +115,9 @@ class World(asyncio.SelectorEventLoop):
         await asyncio.sleep(UP_S)
         self.near.axis("m1").do("enable")
         for name, verb in (("m2", "enable"), ("s2", "reset")):
-            await self.real.carry_out(name, verb, _nothing())
+            doing = self.devices[name].do("", verb, {})
+            assert not isinstance(doing, Done)
+            await doing
 
 
 class _Sleeping(selectors.DefaultSelector):
@@ -124,10 +130,6 @@ class _Sleeping(selectors.DefaultSelector):
         if timeout > 0:
             self._world.pass_time(timeout)
         return super().select(0)
-
-
-def _nothing() -> Any:
-    yield from ()
 
 
 def in_world(doing: Any, line_delay_ms: float = 0.0) -> None:

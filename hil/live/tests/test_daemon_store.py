@@ -9,9 +9,9 @@ from hil.config import from_dict
 from hil.live.memory_commits import Commits
 from hil.live.store import NvmStore
 from hil.sim.bench import Around
-from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Bytes
+from hil.sim.twin import Device
 from hil.vocab.time import SimTimeNs
 
 CONFIG = {"bench": "t", "devices": {"s0": {"profile": "sac"}}}

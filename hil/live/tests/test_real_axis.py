@@ -157,7 +157,7 @@ def test_a_board_that_goes_away_ends_the_run_and_then_the_daemon(name: str, back
         assert done.state == "failed"
         assert (done.why or "").startswith(f"{name} stopped: ")
         assert "away" in (done.why or "")
-        await world.real.close()
+        await world.devices.stop()
 
     in_world(doing)
 
@@ -168,7 +168,7 @@ def test_the_daemons_end_stops_them() -> None:
         axis.move(7200.0, 60, world.axes.now_ns + axis.lead_ns)
         await asyncio.sleep(1.0)
         assert world.far.axis("s2").snapshot().motion_state
-        await world.real.close()
+        await world.devices.stop()
         assert world.far.axis("s2").snapshot().motion_state == 0
 
     in_world(doing)

@@ -11,8 +11,8 @@ from hil.live.lines import Lines
 from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.sim_ends import UartEnd
 from hil.sim.bench import Around
-from hil.sim.device import Device
 from hil.sim.inputs import Bytes, Reset
+from hil.sim.twin import Device
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.line_format import LineFormat, format_named

@@ -5,8 +5,8 @@ from typing import Any
 
 from hil.core import Core
 from hil.sim.bench import VIRTUAL, Around, BenchRuntime
-from hil.sim.device import Device
 from hil.sim.hardware import DeviceSpec
+from hil.sim.twin import Device
 from hil.testing.bench import MemoryStore
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import MAIN, Board, ByteAvailable, CoreEvent, Main

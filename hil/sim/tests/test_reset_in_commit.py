@@ -7,9 +7,9 @@ from session_bench import PARAMETERS
 
 from hil.core import Core
 from hil.sim.bench import VIRTUAL, BenchRuntime
-from hil.sim.device import Device
 from hil.sim.hardware import DeviceSpec
 from hil.sim.inputs import Bytes, CommitDone, Reset
+from hil.sim.twin import Device
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import MAIN, Board, ByteAvailable, Commit, CoreEvent, Main
 from hil.vocab.time import SimTimeNs

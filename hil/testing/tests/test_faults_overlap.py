@@ -18,8 +18,8 @@ from bridges.can.bus.bus_events import NodeState
 from device_profiles.sac.packet import PacketDecoder, encode
 from hil.compose.replay import replay
 from hil.sim.bench import Around
-from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
+from hil.sim.twin import Device
 from hil.testing import Bench
 from hil.vocab.faults import (
     CAN_NODE,

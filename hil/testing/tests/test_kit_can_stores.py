@@ -9,8 +9,8 @@ from can_bench import config
 
 from hil.compose.replay import replay
 from hil.sim.bench import VIRTUAL
-from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter
+from hil.sim.twin import Device
 from hil.testing import Bench
 
 SETUP = config()

@@ -20,9 +20,9 @@ from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
 from hil.sim.bench import Around
-from hil.sim.device import Device
 from hil.sim.input_log import InputLogWriter, Sent, sent_now
 from hil.sim.inputs import Bytes, Pin, Reset, ScriptEncoder, SetField
+from hil.sim.twin import Device
 from hil.testing import Bench, replay
 from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs, ms

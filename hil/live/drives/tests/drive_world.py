@@ -13,11 +13,11 @@ from bridges.can.address.can_drive_address import CanDriveAddress, CanPlace
 from bridges.modbus.registers.drive_map import DriveMap
 from hil.live.drives.can_control import CanControl
 from hil.live.drives.can_drive import CanDrive, CanSpec
-from hil.live.drives.drive_axes import Drives
 from hil.live.drives.drive_control import DriveControl
 from hil.live.drives.real_drive import DrivePace
 from hil.live.drives.register_control import RegisterControl
 from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
+from hil.live.drives.shared_lines import SharedLines
 from hil.wire.drive_address import drive_address
 
 PATIENCE_S = 10.0
@@ -27,7 +27,8 @@ class DriveWorld:
     """Drives, by name, and the clock that they go by."""
 
     def __init__(self) -> None:
-        self.drives = Drives()
+        self.drives: dict[str, DriveControl] = {}
+        self._lines = SharedLines()
         self._start_ns = time.monotonic_ns()
 
     @property
@@ -38,7 +39,7 @@ class DriveWorld:
         pace = DrivePace(0.01, timeout_s, 0.02)
         spec = RegisterSpec(name, drive_address(at), map or drive_map(), pace)
         control = self.drives[name] = RegisterControl(RegisterDrive(spec, lambda: self.now_ns))
-        self.drives.begin(name)
+        control.begin(self._lines)
         return control
 
     def add_can(
@@ -46,7 +47,7 @@ class DriveWorld:
     ) -> DriveControl:
         spec = CanSpec(name, CanDriveAddress(place, node, master), DrivePace(0.01, timeout_s, 0.01))
         control = self.drives[name] = CanControl(CanDrive(spec, lambda: self.now_ns))
-        self.drives.begin(name)
+        control.begin(self._lines)
         return control
 
     async def until(self, is_so: Callable[[], Any], what: str) -> None:
@@ -55,6 +56,14 @@ class DriveWorld:
             links = {name: each.drive.link for name, each in self.drives.items()}
             assert time.monotonic() < deadline_s, f"{what}; {links}"
             await asyncio.sleep(0.002)
+
+    async def close(self) -> None:
+        while self.drives:
+            await self.end(self.drives.popitem()[1])
+
+    async def end(self, control: DriveControl) -> None:
+        await control.axis.end()
+        await control.end(self._lines)
 
     async def there(self, control: DriveControl) -> DriveControl:
         await self.until(lambda: control.drive.link.is_there, f"{control.drive.name} is there")
@@ -79,7 +88,7 @@ def in_drive_world(doing: Callable[[DriveWorld], Awaitable[None]]) -> None:
         try:
             await doing(world)
         finally:
-            await world.drives.close()
+            await world.close()
             beating.cancel()
             with suppress(asyncio.CancelledError):
                 await beating

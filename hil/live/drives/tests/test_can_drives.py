@@ -247,7 +247,7 @@ def test_drives_of_one_bus_share_it_and_one_goes_without_the_other() -> None:
         await controls[1].do("move_abs", {"position_deg": 45.0})
         await world.until(lambda: not controls[1].motion.is_under_way, "the end")
         assert controls[1].drive.link.counters.reconnects == 0
-        await world.drives.end(world.drives.pop("x5"))
+        await world.end(world.drives.pop("x5"))
         assert controls[1].drive.link.is_there
 
     try:
@@ -265,7 +265,7 @@ def test_a_drive_watches_its_master_while_it_is_asked() -> None:
         assert control.drive.notes == ()
         await asyncio.sleep(1)
         assert max(after - before for before, after in pairwise(heard)) < 0.3
-        await world.drives.end(world.drives.pop("x"))
+        await world.end(world.drives.pop("x"))
         assert far.watched == 0
 
     with_drive(run, master=127)

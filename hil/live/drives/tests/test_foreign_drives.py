@@ -30,7 +30,7 @@ def with_drives(
         try:
             await doing(world, foreign, at)
         finally:
-            await world.drives.close()
+            await world.close()
             await foreign.close()
 
     in_drive_world(run)

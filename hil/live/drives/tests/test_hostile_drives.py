@@ -37,7 +37,7 @@ def with_hostile(
             assert beside.drive.link.is_there
             assert (counters.time_outs, counters.garbled, counters.exceptions) == (0, 0, 0)
         finally:
-            await world.drives.close()
+            await world.close()
             await hostile.close()
             await good.close()
 

@@ -27,7 +27,7 @@ STOP_RPM_PER_S = 600.0
 """Ramp of that stop."""
 
 
-class RealAxis:
+class BoardAxis:
     """Axis of a real board, as ``hil.vocab.axis.Axis``. ``bench``: the bench whose time it goes by, at the
     speed 1; ``period_ns``: interval of set-points that are typed; ``lead_ns``: time before a phrase in which
     the board is told its motion."""

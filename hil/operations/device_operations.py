@@ -1,0 +1,156 @@
+"""Operations on one device: power, pins, surroundings, terminal, verbs."""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from hil.live.devices.bench_devices import Devices
+from hil.live.off_loop import off_loop
+from hil.operations.table import Asked
+from hil.sim.bench import BenchRuntime
+from hil.sim.input_reading import read_field
+from hil.sim.inputs import Drive, InputLogError, Play, bursts_problem
+from hil.vocab.desk_protocol import AxisLook, Done
+from hil.vocab.device import Doing
+from hil.vocab.near_words import meant
+from hil.vocab.verbs import Verb, VerbRefused
+from hil.wire.step_dir import Train, train_problem
+
+EDGE_COLUMNS = 5
+BURST_BYTES = 65536
+"""Maximum length of one burst."""
+_ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
+
+
+class DeviceOperations:
+    """Operations on the devices of a bench, and on its taps: each finds the device, and calls it."""
+
+    def __init__(self, sim: BenchRuntime, devices: Devices) -> None:
+        self._sim, self._devices = sim, devices
+
+    def reset(self, asked: Asked) -> Doing:
+        """Reset a device."""
+        return self._devices.at(asked.target)[0].reset()
+
+    def pin(self, asked: Asked, pin: str, level: float) -> Done:
+        """Drive an input pin, whatever the firmware does: a level at a pin is there."""
+        device, part = self._devices.at(asked.target)
+        return device.pin(part, pin, int(level))
+
+    def set_field(self, asked: Asked, field: str, value: Any) -> Doing:
+        """Set a field of the axis; answers its value."""
+        device, part = self._devices.at(asked.target)
+        return device.set(part, field, value)
+
+    def zero(self, asked: Asked) -> Done:
+        """Let the shaft's angle be 0 here."""
+        device, part = self._devices.at(asked.target)
+        return device.zero(part)
+
+    def type(self, asked: Asked, text: str) -> Done:
+        r"""Type a text with ``\r``, ``\xHH`` and the like."""
+        return self._type(asked.target, typed(text))
+
+    def send(self, asked: Asked, data: str) -> Done:
+        """Send bytes, given as hexadecimal digits."""
+        return self._type(asked.target, bytes.fromhex(data))
+
+    def _type(self, target: str, data: bytes) -> Done:
+        device, uart = self._devices.at(target)
+        return device.type(uart, data)
+
+    def do(self, asked: Asked, verb: Verb, parameters: Mapping[str, float | str]) -> Doing:
+        """Carry out a verb of the device's own table."""
+        device, part = self._devices.at(asked.target)
+        return device.do(part, verb.name, parameters)
+
+    async def drive(self, asked: Asked, train: list[Any]) -> Done:
+        """Play a pulse train; answers when it began, and its length."""
+        rows = await off_loop(train, _train, train)
+        device, part = self._devices.at(asked.target)  # now: the bench may have changed meanwhile
+        return device.drive(part, rows)
+
+    async def play(self, asked: Asked, bursts: list[Any]) -> Done:
+        """Play bursts at a tap."""
+        rows = await off_loop(bursts, _bursts, bursts)
+        taps = self._sim.taps
+        if asked.target not in taps:
+            raise VerbRefused(
+                "no_place", f"there is no tap {asked.target!r}; {meant(asked.target, list(taps))}"
+            )
+        return Done(self._sim.apply_to(taps[asked.target], Play(rows)), {})
+
+    def state(self, asked: Asked) -> dict[str, float | None]:
+        """State of an axis; None for what is no number."""
+        device, part = self._devices.at(asked.target)
+        return device.state(part)
+
+    def packed(self, asked: Asked) -> bytes:
+        device, part = self._devices.at(asked.target)
+        return device.packed(part)
+
+    def look(self, asked: Asked) -> AxisLook:
+        device, part = self._devices.at(asked.target)
+        return device.look(part)
+
+    async def wait(
+        self,
+        asked: Asked,
+        effective_at_ns: int,
+        at_most_s: float,
+        ends_after_ns: float | None = None,
+        set_point: float | None = None,
+    ) -> dict[str, bool]:
+        """Wait until what a verb began has ended; answers whether something else ended it."""
+        device, part = self._devices.at(asked.target)
+        return await device.wait(part, effective_at_ns, at_most_s, ends_after_ns, set_point)
+
+
+def _train(rows: list[Any]) -> Train:
+    if any(isinstance(row, list) and len(row) != EDGE_COLUMNS for row in rows):
+        raise VerbRefused(
+            "bad_parameter", f"train: write rows of {EDGE_COLUMNS}"
+        )  # in logs some are left out
+    train: Train = _read(Drive, "train", rows)
+    if problem := train_problem(train):
+        raise VerbRefused("bad_parameter", problem)
+    return train
+
+
+def _bursts(rows: list[Any]) -> tuple[tuple[int, str], ...]:
+    bursts: tuple[tuple[int, str], ...] = _read(Play, "bursts", rows)
+    if any(len(digits) > 2 * BURST_BYTES for _, digits in bursts):
+        raise VerbRefused("bad_parameter", f"bursts: write at most {BURST_BYTES} bytes in a row")
+    if problem := bursts_problem(bursts):
+        raise VerbRefused("bad_parameter", problem)
+    return bursts
+
+
+def _read(kind: type, field: str, rows: list[Any]) -> Any:
+    try:
+        return read_field(kind, field, rows)
+    except InputLogError as error:
+        raise VerbRefused("bad_parameter", str(error)) from None
+
+
+def typed(text: str) -> bytes:
+    r"""Bytes of a text: ``\r``, ``\n``, ``\t``, ``\\`` and ``\xHH`` are one byte each.
+
+    Raises:
+        VerbRefused: something else follows a backslash, or a character is no byte.
+    """
+
+    def one(match: re.Match[str]) -> str:
+        code = match[1]
+        if code in _ESCAPES:
+            return _ESCAPES[code]
+        if code.startswith("x") and len(code) == 3:
+            return chr(int(code[1:], 16))
+        raise VerbRefused(
+            "bad_parameter", f"text: \\{code} means nothing; write \\r, \\n, \\t, \\\\ or \\xHH"
+        )
+
+    try:
+        return re.sub(r"\\(x[0-9A-Fa-f]{2}|.|$)", one, text, flags=re.S).encode("latin-1")
+    except UnicodeEncodeError:
+        raise VerbRefused("bad_parameter", "text: a character is no byte; write it as \\xHH") from None

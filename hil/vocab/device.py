@@ -1,0 +1,139 @@
+"""Device of a bench at run time: one face for a twin, a real board and a real drive.
+
+An operation finds the device by its name and calls it. What a device cannot do it refuses itself, with a
+``VerbRefused``. ``part``: name of the axis that is meant, or at ``type`` of the UART; empty: the first.
+"""
+
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, Protocol
+
+from hil.vocab.axis import Axis, AxisNow
+from hil.vocab.desk_protocol import AxisLook, DeviceInfo, Done, Watch
+from hil.vocab.health_words import HealthProblem
+from hil.vocab.ports import EchoStats
+from hil.vocab.verbs import VerbRefused
+
+Doing = Done | Coroutine[Any, Any, Done]
+"""Result of what is done at once, or when the device has confirmed it."""
+
+
+class Device(Protocol):
+    """Device of a bench. It is made when the configuration names it, with all that its kind of board says;
+    a reload that changes it makes another one."""
+
+    @property
+    def name(self) -> str: ...
+
+    # ---- what it is ----
+
+    def addresses(self) -> Iterator[str]:
+        """Its own address, and those of its further axes."""
+
+    def info(self, part: str) -> DeviceInfo:
+        """Describe it with an axis: verbs, fields, pins. Raises KeyError: there is no such axis."""
+
+    def no_axis(self) -> VerbRefused | None:
+        """Refusal of what needs an axis that is seen; None: it has one."""
+
+    # ---- what it can be told ----
+
+    def do(self, part: str, verb: str, parameters: Mapping[str, float | str]) -> Doing:
+        """Carry out a verb of its own table, with all parameters."""
+
+    def reset(self) -> Doing:
+        """Reset it."""
+
+    def set(self, part: str, field: str, value: Any) -> Doing:
+        """Set a field; answers its value."""
+
+    def zero(self, part: str) -> Done:
+        """Let the shaft's angle be 0 here; answers what it was, and the angle that the board itself counts,
+        None for one that counts none or does not count now."""
+
+    def pin(self, part: str, pin: str, level: int) -> Done:
+        """Drive an input pin."""
+
+    def drive(self, part: str, train: Sequence[Any]) -> Done:
+        """Play a pulse train, rows of ``hil.wire.step_dir``; answers its length."""
+
+    def type(self, part: str, data: bytes) -> Done:
+        """Type bytes at a UART."""
+
+    # ---- what it tells ----
+
+    def state(self, part: str) -> dict[str, float | None]:
+        """Fields now; None for what is no number, or is not told."""
+
+    def packed(self, part: str) -> bytes:
+        """The same in the binary layout."""
+
+    def look(self, part: str) -> AxisLook:
+        """The same, with what it means as motion."""
+
+    async def wait(
+        self,
+        part: str,
+        effective_at_ns: int,
+        at_most_s: float,
+        ends_after_ns: float | None,
+        set_point: float | None,
+    ) -> dict[str, bool]:
+        """Wait until the motion that a verb began has ended; answers whether something else ended it."""
+
+    def watch(self, part: str, interval_ns: int | Fraction, call: Callable[[bytes], object]) -> Watch:
+        """Begin to call with its fields. Raises ValueError: nobody can have so much."""
+
+    def signals(self, part: str, names: Sequence[str]) -> tuple[str, ...]:
+        """Names of fields that are sampled; of none the usual ones. Raises ValueError: there are no such."""
+
+    # ---- as an axis of runs ----
+
+    def axes(self) -> Mapping[str, AxisNow]:
+        """Axes by address, as a plan begins with them."""
+
+    def axis(self, part: str) -> Axis:
+        """An axis for a run."""
+
+    # ---- how it does ----
+
+    @property
+    def is_there(self) -> bool | None:
+        """True if the real thing can be reached; None: there is none."""
+
+    @property
+    def is_talking(self) -> bool:
+        """True while it must not be exchanged: something is said to it step by step."""
+
+    @property
+    def where(self) -> str:
+        """Place of the real thing in words, for who starts the bench; empty: there is none."""
+
+    def counters(self) -> Mapping[str, int]:
+        """Counters of requests to it; empty: nothing is asked of it."""
+
+    def echoes(self) -> Iterable[tuple[str, EchoStats | None]]:
+        """Echoes of its adapters, by the names of their places."""
+
+    def listed(self, kinds: Mapping[str, str]) -> dict[str, Any]:
+        """Own part of its row in ``list``. ``kinds``: of ports, by their labels."""
+
+    def status(self) -> dict[str, Any]:
+        """Further part of its row in ``status``."""
+
+    def problems(self, is_service: bool) -> Iterator[HealthProblem]:
+        """Present problems. ``is_service``: a service manager shuts hil off from devices."""
+
+    # ---- its life ----
+
+    async def begin(self) -> None:
+        """Begin to reach the real thing, once it is in the bench."""
+
+    def leave(self) -> None:
+        """Leave the bench, in one step with others."""
+
+    async def stop(self) -> None:
+        """Stop what still moves by it, because the bench ends."""
+
+    async def close(self) -> None:
+        """Reach the real thing no more. The last call."""
