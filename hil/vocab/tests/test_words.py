@@ -19,6 +19,7 @@ FORMS = {
         "_plain",
     },  # what a word that was mistyped means
     "line_format": {"format_named"},  # how a format is spelled
+    "packed_fields": {"struct_of", "value_at"},  # what a layout means, for all who read one
     "port_programs": {"port_use", "is_held"},  # which row of the table is a port's
     "operation": {"urgency_of", "moved_by"},  # how urgent a request is, and what it moves
     "segment": {"speed_notes"},  # which speeds of a line do not go together
