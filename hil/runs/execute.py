@@ -183,6 +183,8 @@ class Execution:
             if self._bench.now_ns > give_up_ns:
                 raise Ended("failed", "a stepper does not come to its end", self.plan.run.on_fault)
             yield from self._until(self._bench.now_ns + POLL_NS)
+        while any(axis.is_on_the_last_of_its_path(axis.state()) for axis in self._axes.values()):
+            yield from self._until(self._bench.now_ns + POLL_NS)
         self._check_ends(phrase)
         if phrase.wait and phrase.wait.axis in self._axes:
             yield from self._wait(phrase.wait)
