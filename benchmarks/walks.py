@@ -56,7 +56,7 @@ bridges:
 
 @dataclass
 class Walk:
-    """What one walk ran through. ``most_files``, ``most_rooms``, ``most_calls``: limits, None without."""
+    """Count of what one walk ran through. ``most_files``, ``most_rooms``, ``most_calls``: limits or None."""
 
     name: str
     most_files: int | None = None

@@ -1,4 +1,4 @@
-"""What hil asks of CAN as a kind of bus."""
+"""CAN as a kind of bus: all that hil asks of it."""
 
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any

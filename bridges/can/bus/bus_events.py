@@ -1,4 +1,4 @@
-"""What nodes and watchers of a CAN bus are told: frames, errors and states, with the bus's times."""
+"""News of a CAN bus for nodes and watchers: frames, errors and states, with the bus's times."""
 
 from enum import StrEnum
 from typing import NamedTuple, Protocol

@@ -53,7 +53,7 @@ def identification(address: Sequence[int]) -> AddressMatch:
 
 
 class Scanned(Enum):
-    """What a message of fastscan means to a slave."""
+    """Meaning of a message of fastscan to a slave."""
 
     OTHER = auto()
     FITS = auto()

@@ -263,7 +263,7 @@ class Tpdo(Pdo):
 
 
 Handler = Callable[[bytes, int], None]
-"""What takes the bytes of a frame, and the time."""
+"""Taker of a frame's bytes, with the time."""
 
 
 class Pdos:
