@@ -2,7 +2,7 @@
 
 _ROOT = __file__.removesuffix("hil/sim/raised_at.py")
 _OURS = f"{_ROOT}hil/", f"{_ROOT}bridges/"
-"""What carries a board's code out: the bench, and buses."""
+"""Folders of the code that carries a board's out: the bench, and buses."""
 
 
 def place_of(error: BaseException) -> str:

@@ -1,4 +1,4 @@
-"""What real boards and real drives have in common: hil sees less of them than of a twin."""
+"""Common part of real boards and real drives: hil sees less of them than of a twin."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
