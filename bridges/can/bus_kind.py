@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hil.vocab.bus import BusKind, Raw
+from hil.vocab.bus import BusKind, Raw, WireKind
 
 if TYPE_CHECKING:
     from hil.config import BenchConfig, Catalogue
@@ -39,12 +39,14 @@ def _add(bench: "BenchRuntime", config: "BenchConfig", catalogue: "Catalogue") -
 
 
 BUS = BusKind(
-    key="can",
-    about="CAN buses, each under a name of its own. Devices on one bus share one simulated time.",
-    model=_model,
-    findings=_findings,
-    fault_places=_fault_places,
-    add=_add,
+    wires=WireKind(
+        key="can",
+        about="CAN buses, each under a name of its own. Devices on one bus share one simulated time.",
+        model=_model,
+        findings=_findings,
+        fault_places=_fault_places,
+        add=_add,
+    ),
     sections=(
         ("## CAN buses: `can.<name>`", "CanConfig"),
         ("## CANopen nodes: `can.<name>.nodes.<axis>`\n\nThe node id alone, or a mapping.", "CanNodeConfig"),

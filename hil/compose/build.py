@@ -170,9 +170,9 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
         bench.core.wire((axis(source), output), (axis(target), input_name))
     for segment_name, wire_config in config.segments.items():
         _add_segment(bench, segment_name, wire_config, catalogue)
-    for bus in catalogue.buses:
-        if config.wires_of(bus.key):
-            bus.add(bench, config, catalogue)
+    for kind in catalogue.wire_kinds:
+        if config.wires_of(kind.key):
+            kind.add(bench, config, catalogue)
 
 
 def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalogue: Catalogue) -> None:

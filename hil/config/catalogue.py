@@ -17,7 +17,7 @@ from hil.config.yaml_text import document_from_yaml
 from hil.core.kinds import KINDS
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
-from hil.vocab.bus import BusKind
+from hil.vocab.bus import BusKind, WireKind
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
 from hil.vocab.parameters import plain
@@ -225,6 +225,11 @@ class Catalogue:
     """Kinds of buses."""
     bus_problems: tuple[Problem, ...] = ()
     """Problems of kinds of buses that cannot be used."""
+
+    @property
+    def wire_kinds(self) -> list[WireKind]:
+        """Kinds of wires, of the buses that have wires of their own."""
+        return [bus.wires for bus in self.buses if bus.wires]
 
     def problems(self, profile: str) -> Sequence[Problem]:
         """Problems of a board, which this imports; none for a board that can be used, or that is unknown."""

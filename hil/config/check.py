@@ -169,9 +169,9 @@ def _findings_between(
     }
     yield from joint_findings(value, profiles, real)
     yield from modbus_findings(value.get("segments"), profiles, real)
-    for bus in catalogue.buses:
-        yield from bus.findings(value, profiles, real)
-    yield from fault_findings(value, profiles, real, full, catalogue.buses)
+    for kind in catalogue.wire_kinds:
+        yield from kind.findings(value, profiles, real)
+    yield from fault_findings(value, profiles, real, full, catalogue.wire_kinds)
     yield from same_at(devices)
 
 

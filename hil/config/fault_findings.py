@@ -11,7 +11,7 @@ from hil.core.kinds import KINDS
 from hil.sim.given_fault import fault_of
 from hil.vocab import faults
 from hil.vocab.address import DeviceParts, owner_of
-from hil.vocab.bus import BusKind
+from hil.vocab.bus import WireKind
 
 REAL_REMEDY = "leave this key out: a fault of its line is there from the start until it is cleared"
 
@@ -21,15 +21,16 @@ def fault_findings(
     devices: Mapping[str, ProfileInfo],
     real: Collection[str],
     full: Collection[str],
-    buses: Iterable[BusKind],
+    wire_kinds: Iterable[WireKind],
 ) -> Iterator[Finding]:
     """Findings about the faults of a configuration. ``devices``: those whose profile is known; ``real``: real
-    boards; ``full``: addresses of axes with the full plant; ``buses``: kinds that there are."""
+    boards; ``full``: addresses of axes with the full plant; ``wire_kinds``: of buses that there are."""
     entries = value.get("faults")
     places = _places(value, devices, real, full)
-    for bus in buses:
-        for name, wire in _mappings(value.get(bus.key)):
-            places |= {each: set(kinds) for each, kinds in bus.fault_places(name, wire, devices).items()}
+    for kind_of_wire in wire_kinds:
+        for name, wire in _mappings(value.get(kind_of_wire.key)):
+            found = kind_of_wire.fault_places(name, wire, devices)
+            places |= {each: set(kinds) for each, kinds in found.items()}
     for index, entry in enumerate(entries if isinstance(entries, list) else ()):
         if not isinstance(entry, dict):
             continue

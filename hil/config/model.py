@@ -423,8 +423,12 @@ def bench_model(buses: tuple[BusKind, ...]) -> type[BenchConfig]:
     if not buses:
         return BenchConfig
     keys: dict[str, Any] = {
-        bus.key: (Mapping[Name, Annotated[Any, Later(bus.model)]], Field(default={}, description=bus.about))
-        for bus in buses
+        kind.key: (
+            Mapping[Name, Annotated[Any, Later(kind.model)]],
+            Field(default={}, description=kind.about),
+        )
+        for kind in (bus.wires for bus in buses)
+        if kind
     }
     made = create_model("BenchConfig", __base__=BenchConfig, __module__=__name__, **keys)
     made.bus_keys = (*BenchConfig.bus_keys, *keys)

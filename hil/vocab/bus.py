@@ -1,4 +1,4 @@
-"""Kind of bus, as its folder gives it."""
+"""Kind of bus, as its folder gives it: parts, each for those buses that have such a thing."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -9,12 +9,8 @@ Raw = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class BusKind:
-    """Kind of bus: ``BUS`` of ``bus_kind.py`` in its folder. Its wires stand in a configuration under
-    ``key``, each under a name of its own.
-
-    Most benches have no such wire, so the functions import what they need when they are called.
-    """
+class WireKind:
+    """Wires of a bus. They stand in a configuration under ``key``, each under a name of its own."""
 
     key: str
     about: str
@@ -31,5 +27,16 @@ class BusKind:
     add: Callable[[Any, Any, Any], None]
     """Puts the wires, with what is on them, into a bench whose devices are there. Arguments: the
     ``BenchRuntime``, the ``BenchConfig``, the ``Catalogue``."""
+
+
+@dataclass(frozen=True)
+class BusKind:
+    """Kind of bus: ``BUS`` of ``bus_kind.py`` in its folder.
+
+    Most benches have no such bus, so the functions of the parts import what they need when they are called.
+    """
+
+    wires: WireKind | None = None
+    """Its own wires; None: its stations are on wires of another bus."""
     sections: tuple[tuple[str, str], ...] = ()
     """Sections of the reference: a heading or a sentence, and the model whose keys follow."""

@@ -10,7 +10,7 @@ from hil.compose import find_catalogue
 from hil.config import BenchConfig, Catalogue, ConfigError, from_dict, schema
 from hil.config.document import Finding
 from hil.config.explain import StrictModel
-from hil.vocab.bus import BusKind
+from hil.vocab.bus import BusKind, WireKind
 from hil.vocab.problem import Problem
 
 DEVICES = {"m1": {"profile": "mechaduino"}, "m2": {"profile": "mechaduino"}}
@@ -27,16 +27,18 @@ class RingConfig(StrictModel):
 
 
 RING = BusKind(
-    key="rings",
-    about="Rings.",
-    model=lambda: RingConfig,
-    findings=lambda config, devices, real: [
-        Finding(("rings", name), "this ring is empty", "put a device on it")
-        for name, ring in (config.get("rings") or {}).items()
-        if not ring.get("devices")
-    ],
-    fault_places=lambda name, ring, devices: {name: {"line"}},
-    add=lambda bench, config, catalogue: None,
+    WireKind(
+        key="rings",
+        about="Rings.",
+        model=lambda: RingConfig,
+        findings=lambda config, devices, real: [
+            Finding(("rings", name), "this ring is empty", "put a device on it")
+            for name, ring in (config.get("rings") or {}).items()
+            if not ring.get("devices")
+        ],
+        fault_places=lambda name, ring, devices: {name: {"line"}},
+        add=lambda bench, config, catalogue: None,
+    ),
     sections=(("## Rings: `rings.<name>`", "RingConfig"),),
 )
 
