@@ -2,8 +2,10 @@
 
 ``protocol`` are requests and answers as bytes, on TCP and on a serial line; ``registers`` what a device shows
 and takes; ``unit_transaction.py`` carries a request to a unit out, for cards and doors alike. ``card`` is
-the interface card of a twin, a node of a line. ``door`` has axes as units of Modbus TCP, with or without TLS,
-and of serial lines; ``bridge.py`` is the bridge that it is, ``cli.py`` its commands.
+the interface card of a twin, a node of a line. ``door`` has axes as units of Modbus TCP, with or without
+TLS, and of serial lines; ``bridge.py`` is the bridge that it is, ``cli.py`` its commands. ``bus_kind.py`` is
+what hil asks this folder for; ``modbus_model.py`` and ``modbus_findings.py`` are the keys of nodes in a
+configuration, ``segment_nodes.py`` puts them on a segment.
 
-May import: hil.core, hil.net, hil.sim, hil.vocab, hil.wire, the standard library, any package.
+May import: hil.config, hil.core, hil.net, hil.sim, hil.vocab, hil.wire, the standard library, any package.
 """

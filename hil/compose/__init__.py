@@ -3,7 +3,7 @@
 Finds profiles, ports and bridges by the name that a configuration gives, and imports them by that name
 alone.
 
-May import: bridges.modbus.card, bridges.modbus.protocol, bridges.modbus.registers, hil.config, hil.core,
+May import: hil.config, hil.core,
 hil.discovery, hil.firmware, hil.host, hil.sim, hil.vocab, hil.wire, the standard library, pydantic.
 
 Tests may import too: hil.runs, hil.testing.

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hil import __version__
 from hil.compose.find import make_segment
 from hil.compose.framings import framing_of
 from hil.config import BenchConfig, Catalogue, DeviceConfig
@@ -19,6 +20,7 @@ from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
 from hil.sim.twin import Device
 from hil.vocab.address import Address
+from hil.vocab.bus import NodeLine
 from hil.vocab.line_format import FORMATS
 from hil.vocab.profile import MemoryFile, Profile
 
@@ -189,10 +191,10 @@ def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalo
         uarts[uart].join(segment, str(Address(device, uart)))
         bauds.append(uarts[uart].baud_now)
     baud = (*bauds, USUAL_BAUD)[0]
-    if config.modbus:
-        from hil.compose.modbus_nodes import add_nodes  # most benches start without Modbus
-
-        add_nodes(bench, config.modbus, baud, segment, group, catalogue)
+    line = NodeLine(segment, group, baud, catalogue.boards, __version__)
+    for kind in catalogue.node_kinds:
+        if nodes := getattr(config, kind.key):
+            kind.add(bench, nodes, line)
     for tap_name, tap in config.taps.items():
         label = str(Address(name, tap_name))
         made = Tap(label, segment, group, baud, only_listens=tap.listen, is_real=tap.real)

@@ -1,27 +1,24 @@
 """Kinds of boards, ports and bridges that exist, and how each is made."""
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
+from hil.compose.buses import find_buses
 from hil.compose.framings import Framings
 from hil.compose.kinds_of_doors import Kinds
 from hil.compose.profile_infos import NamedParts, ProfileInfos
 from hil.config import Catalogue, DeviceConfig, PortConfig
-from hil.config.catalogue import Unusable
 from hil.config.port_model import SERIAL
 from hil.core import Core
 from hil.discovery.board_loading import Boards
 from hil.discovery.board_places import find_places
-from hil.discovery.installed import BRIDGES, BUSES, PORTS
+from hil.discovery.installed import BRIDGES, PORTS
 from hil.host.regular_file import read_text
 from hil.vocab.axis_plan import AxisPlan
-from hil.vocab.bus import BusKind
-from hil.vocab.problem import Problem
 from hil.vocab.profile import Profile
 
 if TYPE_CHECKING:
@@ -66,20 +63,6 @@ def find_catalogue(
         Framings(boards),
         *find_buses(),
     )
-
-
-@cache
-def find_buses() -> tuple[tuple[BusKind, ...], tuple[Problem, ...]]:
-    """Find the kinds of buses: with hil among the bridges, and installed beside it; and the problems of those
-    that cannot be imported."""
-    kinds = Kinds("bridges", BUSES, "bus_kind")
-    found, problems = list[BusKind](), list[Problem]()
-    for name in kinds:
-        try:
-            found.append(kinds.attribute(name, "BUS"))
-        except Unusable as error:
-            problems.append(Problem(f"the bus {name}", 0, 0, str(error), error.remedy))
-    return tuple(found), tuple(problems)
 
 
 def find_boards() -> Mapping[str, Profile]:

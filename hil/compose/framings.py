@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from hil.compose.buses import find_buses
 from hil.config import Catalogue, ConfigError
 from hil.vocab.framing import Framing
-from hil.vocab.line_format import FORMATS, LineFormat
+from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
 from hil.vocab.profile import Profile
 
 if TYPE_CHECKING:
@@ -41,26 +42,27 @@ class Framings(Mapping[str, Framing]):
 
 def _common() -> dict[str, Framing]:
     """Framings that belong to no board; most benches have no line."""
-    from bridges.modbus.protocol.rtu_framing import MODBUS_RTU
     from hil.wire.bytes_framing import BYTES
 
-    return {MODBUS_RTU.name: MODBUS_RTU, BYTES.name: BYTES}
+    return {framing.name: framing for framing in (*_in(EIGHT_N_1), BYTES)}
+
+
+def _in(line_format: LineFormat) -> list[Framing]:
+    """Framings of the nodes of all kinds, on a line of a format."""
+    return [bus.nodes.framing(line_format) for bus in find_buses()[0] if bus.nodes]
 
 
 def in_format(framing: Framing, line_format: LineFormat) -> Framing:
     """Framing on a line of this format: of those that are told apart by silence another one."""
-    from bridges.modbus.protocol.rtu_framing import MODBUS_RTU, modbus_rtu
-
-    return modbus_rtu(line_format) if framing is MODBUS_RTU else framing
+    return dict(zip(_in(EIGHT_N_1), _in(line_format), strict=True)).get(framing, framing)
 
 
 def framing_of(config: "SegmentConfig", boards: Iterable[Framing | None], catalogue: Catalogue) -> Framing:
-    """Find the framing of a line: Modbus RTU if it has to, what a tap says, the first of the ``boards`` on it
-    that says one, or bytes."""
-    if config.speaks_modbus:
-        from bridges.modbus.protocol.rtu_framing import modbus_rtu
-
-        return modbus_rtu(FORMATS[config.format])
+    """Find the framing of a line: that of its nodes or of its format, what a tap says, the first of the
+    ``boards`` on it that says one, or bytes."""
+    for kind in catalogue.node_kinds:
+        if getattr(config, kind.key) or (kind.has_other_formats and config.format != EIGHT_N_1.name):
+            return kind.framing(FORMATS[config.format])
     if said := next((tap.framing for tap in config.taps.values() if tap.framing), None):
         return catalogue.framings[said]
     if found := next(filter(None, boards), None):

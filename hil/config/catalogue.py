@@ -17,7 +17,7 @@ from hil.config.yaml_text import document_from_yaml
 from hil.core.kinds import KINDS
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
-from hil.vocab.bus import BusKind, WireKind
+from hil.vocab.bus import BusKind, NodeKind, WireKind
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
 from hil.vocab.parameters import plain
@@ -230,6 +230,11 @@ class Catalogue:
     def wire_kinds(self) -> list[WireKind]:
         """Kinds of wires, of the buses that have wires of their own."""
         return [bus.wires for bus in self.buses if bus.wires]
+
+    @property
+    def node_kinds(self) -> list[NodeKind]:
+        """Kinds of nodes on segments."""
+        return [bus.nodes for bus in self.buses if bus.nodes]
 
     def problems(self, profile: str) -> Sequence[Problem]:
         """Problems of a board, which this imports; none for a board that can be used, or that is unknown."""

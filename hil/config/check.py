@@ -16,7 +16,6 @@ from hil.config.explain import findings_of
 from hil.config.fault_findings import fault_findings
 from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
-from hil.config.modbus_findings import modbus_findings
 from hil.config.model import BenchConfig, bench_model
 from hil.config.motor_findings import motor_findings
 from hil.config.path_values import is_path
@@ -168,10 +167,12 @@ def _findings_between(
         if name not in real and _plant(raw, axis) == "full"
     }
     yield from joint_findings(value, profiles, real)
-    yield from modbus_findings(value.get("segments"), profiles, real)
+    if isinstance(segments := value.get("segments"), dict):
+        for nodes in catalogue.node_kinds:
+            yield from nodes.findings(segments, profiles, real)
     for kind in catalogue.wire_kinds:
         yield from kind.findings(value, profiles, real)
-    yield from fault_findings(value, profiles, real, full, catalogue.wire_kinds)
+    yield from fault_findings(value, profiles, real, full, catalogue)
     yield from same_at(devices)
 
 

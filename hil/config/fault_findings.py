@@ -1,9 +1,9 @@
 """Checks of a configuration's faults, against the table of kinds and the bench."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from hil.config.catalogue import ProfileInfo
+from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.document import Finding
 from hil.config.explain import shown, suggestion
 from hil.config.station_names import node_addresses, station_addresses
@@ -11,7 +11,6 @@ from hil.core.kinds import KINDS
 from hil.sim.given_fault import fault_of
 from hil.vocab import faults
 from hil.vocab.address import DeviceParts, owner_of
-from hil.vocab.bus import WireKind
 
 REAL_REMEDY = "leave this key out: a fault of its line is there from the start until it is cleared"
 
@@ -21,13 +20,13 @@ def fault_findings(
     devices: Mapping[str, ProfileInfo],
     real: Collection[str],
     full: Collection[str],
-    wire_kinds: Iterable[WireKind],
+    catalogue: Catalogue,
 ) -> Iterator[Finding]:
     """Findings about the faults of a configuration. ``devices``: those whose profile is known; ``real``: real
-    boards; ``full``: addresses of axes with the full plant; ``wire_kinds``: of buses that there are."""
+    boards; ``full``: addresses of axes with the full plant; ``catalogue``: has the kinds of buses."""
     entries = value.get("faults")
-    places = _places(value, devices, real, full)
-    for kind_of_wire in wire_kinds:
+    places = _places(value, devices, real, full, catalogue)
+    for kind_of_wire in catalogue.wire_kinds:
         for name, wire in _mappings(value.get(kind_of_wire.key)):
             found = kind_of_wire.fault_places(name, wire, devices)
             places |= {each: set(kinds) for each, kinds in found.items()}
@@ -66,6 +65,7 @@ def _places(
     devices: Mapping[str, ProfileInfo],
     real: Collection[str],
     full: Collection[str],
+    catalogue: Catalogue,
 ) -> dict[str, set[str]]:
     """Targets by name, each with the kinds of target that it is."""
     places: dict[str, set[str]] = {}
@@ -78,8 +78,9 @@ def _places(
         places[name] = {faults.SEGMENT, faults.LINE}
         for tap in _names(segment.get("taps")):
             places[f"{name}.{tap}"] = {faults.STATION, faults.ON_LINE}
-        nodes = {faults.STATION, faults.ON_LINE, faults.MODBUS_NODE}
-        places |= {node: nodes for node in node_addresses(segment, devices)}
+        for node_kind in catalogue.node_kinds:
+            kinds = {faults.STATION, faults.ON_LINE, *filter(None, [node_kind.fault_target])}
+            places |= dict.fromkeys(node_addresses(node_kind, segment, devices), kinds)
         for station in _names(segment.get("stations")):
             if owner_of(station) not in real:
                 for address in station_addresses(station, devices):

@@ -26,7 +26,12 @@ def framing_findings(
     for name, segment in segments.items() if isinstance(segments, dict) else ():
         if not isinstance(segment, dict):
             continue
-        said = [*_boards(name, segment, devices, catalogue), *_modbus(name, segment), *_taps(name, segment)]
+        yield from _format(name, segment)
+        said = [
+            *_boards(name, segment, devices, catalogue),
+            *_nodes(name, segment, catalogue),
+            *_taps(name, segment),
+        ]
         known = [each for each in said if each[2] in catalogue.framings]
         for path, _, framing in said:
             if framing not in catalogue.framings:
@@ -38,8 +43,16 @@ def framing_findings(
                 yield Finding(path, message, "put it on a segment of its own")
         if known or not said:
             framing_here = catalogue.framings[known[0][2]] if known else _of_bytes()
-            lines |= dict.fromkeys((name, *_stations(name, segment, devices)), framing_here)
+            lines |= dict.fromkeys((name, *_stations(name, segment, devices, catalogue)), framing_here)
     yield from _faults(value.get("faults"), lines)
+
+
+def _format(name: str, segment: Mapping[str, Any]) -> Iterator[Finding]:
+    line_format, stations = segment.get("format", EIGHT_N_1.name), segment.get("stations")
+    if line_format != EIGHT_N_1.name and isinstance(stations, list) and stations:
+        message = f"{stations[0]} speaks {EIGHT_N_1.name}, as all boards' UARTs do"
+        remedy = "put it on a segment of its own, or leave format out"
+        yield Finding(("segments", name, "format"), message, remedy)
 
 
 def _of_bytes() -> Framing:
@@ -61,14 +74,14 @@ def _boards(
             yield ("segments", name, "stations", index), device, framing.name
 
 
-def _modbus(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
-    """Findings of nodes and a format; of a format that boards cannot have, ``modbus_findings`` tells."""
-    from bridges.modbus.protocol.rtu_framing import MODBUS_RTU
-
-    if isinstance(segment.get("modbus"), dict):
-        yield ("segments", name, "modbus"), "modbus", MODBUS_RTU.name
-    elif segment.get("format", EIGHT_N_1.name) != EIGHT_N_1.name and not segment.get("stations"):
-        yield ("segments", name, "format"), "format", MODBUS_RTU.name
+def _nodes(name: str, segment: Mapping[str, Any], catalogue: Catalogue) -> Iterator[Said]:
+    """Framings that nodes and a format say; of a format that boards cannot have, ``_format`` tells."""
+    is_other = segment.get("format", EIGHT_N_1.name) != EIGHT_N_1.name and not segment.get("stations")
+    for kind in catalogue.node_kinds:
+        if isinstance(segment.get(kind.key), dict):
+            yield ("segments", name, kind.key), kind.key, kind.framing(EIGHT_N_1).name
+        elif is_other and kind.has_other_formats:
+            yield ("segments", name, "format"), "format", kind.framing(EIGHT_N_1).name
 
 
 def _taps(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
@@ -78,11 +91,14 @@ def _taps(name: str, segment: Mapping[str, Any]) -> Iterator[Said]:
             yield ("segments", name, "taps", tap, "framing"), tap, keys["framing"]
 
 
-def _stations(name: str, segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[str]:
+def _stations(
+    name: str, segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo], catalogue: Catalogue
+) -> Iterator[str]:
     stations, taps = segment.get("stations"), segment.get("taps")
     for station in stations if isinstance(stations, list) else ():
         yield from station_addresses(str(station), devices)
-    yield from node_addresses(segment, devices)
+    for kind in catalogue.node_kinds:
+        yield from node_addresses(kind, segment, devices)
     yield from (str(Address(name, str(tap))) for tap in (taps if isinstance(taps, dict) else ()))
 
 

@@ -1,6 +1,7 @@
 """Model of a bench's configuration, checked. The field descriptions are the reference's text."""
 
 from collections.abc import Mapping
+from copy import copy
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -419,9 +420,15 @@ class BenchConfig(StrictModel):
 
 @lru_cache
 def bench_model(buses: tuple[BusKind, ...]) -> type[BenchConfig]:
-    """Make the model with the keys of these kinds of buses."""
+    """Make the model with the keys of these kinds of buses, and of their nodes on segments."""
     if not buses:
         return BenchConfig
+
+    def segment() -> type[BaseModel]:
+        from hil.config.segment_model import segment_model
+
+        return segment_model(buses)
+
     keys: dict[str, Any] = {
         kind.key: (
             Mapping[Name, Annotated[Any, Later(kind.model)]],
@@ -430,6 +437,10 @@ def bench_model(buses: tuple[BusKind, ...]) -> type[BenchConfig]:
         for kind in (bus.wires for bus in buses)
         if kind
     }
+    keys["segments"] = (
+        Mapping[Name, Annotated[Any, Later(segment)]],
+        copy(BenchConfig.model_fields["segments"]),
+    )
     made = create_model("BenchConfig", __base__=BenchConfig, __module__=__name__, **keys)
-    made.bus_keys = (*BenchConfig.bus_keys, *keys)
+    made.bus_keys = tuple(dict.fromkeys((*BenchConfig.bus_keys, *keys)))
     return made

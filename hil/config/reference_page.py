@@ -43,8 +43,6 @@ def reference(catalogue: Catalogue) -> str:
         keys_table(definitions["AxisConfig"]),
         "## Segments: `segments.<name>`",
         keys_table(definitions["SegmentConfig"]),
-        "## Modbus nodes: `segments.<name>.modbus`",
-        keys_table(definitions["ModbusConfig"]),
         "## Taps: `segments.<name>.taps.<name>`",
         keys_table(definitions["TapConfig"]),
         *(

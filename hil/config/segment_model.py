@@ -1,15 +1,16 @@
 """Model of wires and segments in a configuration, checked. The descriptions are the reference's text."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from functools import lru_cache
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, create_model
 
 from hil.config.explain import StrictModel
-from hil.config.modbus_model import ModbusConfig
 from hil.config.port_model import SERIAL, USUAL_BAUD, Name, PortConfig
 from hil.vocab.address import Address, address_of, owner_of, pin_of
-from hil.vocab.line_format import EIGHT_N_1, EVEN
+from hil.vocab.bus import BusKind
+from hil.vocab.line_format import EVEN
 
 
 def _format(value: Any) -> Any:
@@ -62,7 +63,10 @@ class TapConfig(StrictModel):
 
 
 class SegmentConfig(StrictModel):
-    """An RS485 wire and what is on it."""
+    """An RS485 wire and what is on it. ``segment_model`` adds the keys of the kinds of nodes."""
+
+    node_keys: ClassVar[Mapping[str, str]] = {}
+    """Keys under which nodes of axes stand, each with the key below it that has the axes."""
 
     stations: list[str] = Field(
         default=[],
@@ -73,33 +77,41 @@ class SegmentConfig(StrictModel):
     taps: Mapping[Name, TapConfig] = Field(
         default={}, description="Programs on this wire, each under a name of its own: `bus0.master`."
     )
-    modbus: ModbusConfig | None = Field(
-        default=None, description="Axes on this wire as nodes of Modbus RTU, a mapping."
-    )
     baud: int | None = Field(
         default=None,
         ge=300,
         le=4_000_000,
-        description="The speed at which taps and Modbus nodes send and listen, in baud; null: that of the"
+        description="The speed at which taps and nodes of axes send and listen, in baud; null: that of the"
         f" first of the stations, {USUAL_BAUD} without one. A client that sets a speed at a tap has it both"
         " ways.",
     )
     format: Annotated[Literal["8N1", "8E1", "8O1", "8N2"], BeforeValidator(_format)] = Field(
         default="8N1",
         description="Data bits, parity and stop bits of a character on this wire. Boards' own UARTs have 8N1:"
-        " with another format only taps and Modbus nodes can be on it.",
+        " with another format only taps and nodes of axes can be on it.",
     )
 
-    @property
-    def speaks_modbus(self) -> bool:
-        """True if it has to speak Modbus RTU, by its nodes or its format."""
-        return self.modbus is not None or self.format != EIGHT_N_1.name
+    def node_axes(self) -> list[str]:
+        """Axes with a node on it."""
+        given = ((getattr(self, key), axes_key) for key, axes_key in self.node_keys.items())
+        return [axis for nodes, axes_key in given if nodes for axis in getattr(nodes, axes_key)]
 
     def members(self) -> tuple[str, ...]:
-        """Devices on it, by a UART or a Modbus node."""
-        nodes = self.modbus.units if self.modbus else ()
-        return tuple(dict.fromkeys(owner_of(each) for each in (*self.stations, *nodes)))
+        """Devices on it, by a UART or a node."""
+        return tuple(dict.fromkeys(owner_of(each) for each in (*self.stations, *self.node_axes())))
 
     def addresses(self) -> list[Address]:
         """Address of each station's UART; ``station_uart`` says which one has no name here."""
         return [address_of(station) for station in self.stations]
+
+
+@lru_cache
+def segment_model(buses: tuple[BusKind, ...]) -> type[SegmentConfig]:
+    """Make the model with the keys of the nodes of these kinds of buses."""
+    kinds = [bus.nodes for bus in buses if bus.nodes]
+    keys: dict[str, Any] = {
+        kind.key: (kind.model() | None, Field(default=None, description=kind.about)) for kind in kinds
+    }
+    made = create_model("SegmentConfig", __base__=SegmentConfig, __module__=__name__, **keys)
+    made.node_keys = {kind.key: kind.axes_key for kind in kinds}
+    return made

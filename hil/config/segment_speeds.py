@@ -18,7 +18,7 @@ def segment_speeds(bench: BenchConfig, name: str, profiles: Mapping[str, Profile
         uart = part or str(station_uart(profile.uarts))
         speeds[str(Address(device, uart))] = bauds[uart] or 0
     baud = segment.baud or next(iter(speeds.values()), USUAL_BAUD)
-    speeds |= dict.fromkeys(segment.modbus.units if segment.modbus else (), baud)
+    speeds |= dict.fromkeys(segment.node_axes(), baud)
     for tap, config in segment.taps.items():
         own = getattr(config.port.options, "baud", baud) if config.port.kind == SERIAL else baud
         speeds[str(Address(name, tap))] = own

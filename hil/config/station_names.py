@@ -6,16 +6,15 @@ from typing import Any
 
 from hil.config.catalogue import ProfileInfo
 from hil.vocab.address import Address, DeviceParts, address_of
+from hil.vocab.bus import NodeKind
 from hil.vocab.firmware import NETWORK
 
-MODBUS = "modbus"
-"""Name of a Modbus node, behind its axis's."""
 CANOPEN = "canopen"
 """Name of a CANopen node, behind its axis's."""
 
 
-def node_name(axis: str, kind: str = MODBUS) -> str:
-    """Name of the node of the axis at an address, which hil writes so. ``kind``: of Modbus or CANopen."""
+def node_name(axis: str, kind: str) -> str:
+    """Name of the node of the axis at an address, which hil writes so. ``kind``: its protocol."""
     return f"{axis}.{kind}"
 
 
@@ -34,10 +33,12 @@ def station_addresses(station: str, devices: Mapping[str, ProfileInfo]) -> Itera
         yield from dict.fromkeys((uarts.label(device, uart), str(Address(device, uart))))
 
 
-def node_addresses(segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[str]:
-    """Addresses of the Modbus nodes of a segment of a configuration, those with a device that is there."""
-    modbus = segment.get("modbus")
-    yield from nodes_of(modbus.get("units") if isinstance(modbus, dict) else None, devices, MODBUS)
+def node_addresses(
+    kind: NodeKind, segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]
+) -> Iterator[str]:
+    """Addresses of the nodes of a kind on a segment of a configuration, those with a device that is there."""
+    nodes = segment.get(kind.key)
+    yield from nodes_of(nodes.get(kind.axes_key) if isinstance(nodes, dict) else None, devices, kind.key)
 
 
 def nodes_of(by_axis: object, devices: Mapping[str, ProfileInfo], kind: str) -> Iterator[str]:

@@ -4,6 +4,10 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hil.vocab.framing import Framing
+from hil.vocab.line_format import LineFormat
+from hil.vocab.segment import Segment
+
 Raw = Mapping[str, Any]
 """Part of a configuration as it is written: a mapping whose values may be wrong."""
 
@@ -30,6 +34,44 @@ class WireKind:
 
 
 @dataclass(frozen=True)
+class NodeLine:
+    """Segment that nodes are put on. ``group``: the ``Group`` of the bench whose time it has; ``baud``: its
+    speed; ``boards``: the ``Profile`` of each board; ``version``: hil's, which nodes may tell."""
+
+    segment: Segment
+    group: Any
+    baud: int
+    boards: Mapping[str, Any]
+    version: str
+
+
+@dataclass(frozen=True)
+class NodeKind:
+    """Nodes of a protocol on segments: cards of axes, stations of their own. They stand in a segment of a
+    configuration under ``key``, and are called after their axes, ``axis.key``."""
+
+    key: str
+    about: str
+    """Description of the key in schema and reference."""
+    model: Callable[[], type[Any]]
+    """Answers the pydantic model of what stands under the key."""
+    axes_key: str
+    """Key of the model with a mapping of axes, each of which has a node."""
+    findings: Callable[[Raw, Mapping[str, Any], Collection[str]], Iterable[Any]]
+    """Finds what is wrong with the nodes of all segments, as ``WireKind.findings``. The first argument are
+    the segments."""
+    framing: Callable[[LineFormat], Framing]
+    """Answers the framing of its packets on a line of this format, always the same object."""
+    add: Callable[[Any, Any, NodeLine], None]
+    """Puts the nodes of a segment on it, in the order of the configuration. Arguments: the ``BenchRuntime``,
+    what stands under the key, the segment."""
+    has_other_formats: bool = False
+    """True if a line whose format is not 8N1, on which no board can be, has packets of this protocol."""
+    fault_target: str | None = None
+    """Kind of target of its own faults, a key of ``TARGETS``."""
+
+
+@dataclass(frozen=True)
 class BusKind:
     """Kind of bus: ``BUS`` of ``bus_kind.py`` in its folder.
 
@@ -38,5 +80,6 @@ class BusKind:
 
     wires: WireKind | None = None
     """Its own wires; None: its stations are on wires of another bus."""
+    nodes: NodeKind | None = None
     sections: tuple[tuple[str, str], ...] = ()
     """Sections of the reference: a heading or a sentence, and the model whose keys follow."""

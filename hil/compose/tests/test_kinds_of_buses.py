@@ -6,12 +6,15 @@ from typing import Any
 
 import pytest
 
-from hil.compose import find_catalogue
+from hil.compose import bench_runtime, find_catalogue
 from hil.config import BenchConfig, Catalogue, ConfigError, from_dict, schema
 from hil.config.document import Finding
 from hil.config.explain import StrictModel
-from hil.vocab.bus import BusKind, WireKind
+from hil.config.port_model import USUAL_BAUD
+from hil.testing.bench import MEMORY_STORE
+from hil.vocab.bus import BusKind, NodeKind, NodeLine, WireKind
 from hil.vocab.problem import Problem
+from hil.wire.bytes_framing import BYTES
 
 DEVICES = {"m1": {"profile": "mechaduino"}, "m2": {"profile": "mechaduino"}}
 
@@ -43,10 +46,31 @@ RING = BusKind(
 )
 
 
+class BeadsConfig(StrictModel):
+    """Beads on a segment."""
+
+    numbers: Mapping[str, int]
+
+
+BEADS = BusKind(
+    nodes=NodeKind(
+        key="beads",
+        about="Beads.",
+        model=lambda: BeadsConfig,
+        axes_key="numbers",
+        findings=lambda segments, devices, real: [],
+        framing=lambda line_format: BYTES,
+        add=lambda bench, beads, line: ADDED.append((beads.numbers, line)),
+    ),
+    sections=(("## Beads: `segments.<name>.beads`", "BeadsConfig"),),
+)
+ADDED: list[tuple[Mapping[str, int], NodeLine]] = []
+
+
 @pytest.fixture
 def catalogue() -> Catalogue:
     found = find_catalogue()
-    return replace(found, buses=(*found.buses, RING))
+    return replace(found, buses=(*found.buses, RING, BEADS))
 
 
 def read(catalogue: Catalogue, **keys: object) -> BenchConfig:
@@ -58,6 +82,17 @@ def test_its_key_joins_devices_and_has_targets_of_faults(catalogue: Catalogue) -
     config = read(catalogue, rings={"r": {"devices": ("m1", "m2")}}, faults=[noise])
     assert config.joints() == [("m1", "m2")]
     assert list(config.bus_wires()) == ["r"]
+
+
+def test_nodes_of_a_kind_are_on_a_segment_and_targets_of_faults(catalogue: Catalogue) -> None:
+    noise = {"fault": "wire_cut", "target": "m2.beads"}
+    config = read(catalogue, segments={"s": {"beads": {"numbers": {"m1": 3, "m2": 4}}}}, faults=[noise])
+    assert config.joints() == [("m1", "m2")]
+    ADDED.clear()
+    bench = bench_runtime(config, catalogue, {}, MEMORY_STORE)
+    ((numbers, line),) = ADDED
+    assert numbers == {"m1": 3, "m2": 4}
+    assert (line.segment, line.baud) == (bench.segments["s"], USUAL_BAUD)
 
 
 def test_its_findings_are_problems(catalogue: Catalogue) -> None:

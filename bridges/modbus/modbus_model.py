@@ -7,6 +7,8 @@ from pydantic import Field
 
 from hil.config.explain import StrictModel
 
+MODBUS = "modbus"
+"""Key of the nodes of a segment, and name of a node behind its axis's."""
 _Unit = Annotated[int, Field(ge=1, le=247)]
 
 

@@ -1,41 +1,29 @@
-"""Checks of Modbus nodes on segments: whose they are, their numbers, and the format of their line."""
+"""Checks of Modbus nodes on segments: whose they are, and their numbers."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from bridges.modbus.modbus_model import MODBUS
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import suggestion
 from hil.config.joint_findings import no_twin_finding
-from hil.config.station_names import MODBUS
 from hil.vocab.address import DeviceParts, address_of, no_part
-from hil.vocab.line_format import EIGHT_N_1
 
 
 def modbus_findings(
-    segments: object, devices: Mapping[str, ProfileInfo], real: Collection[str]
+    segments: Mapping[str, Any], devices: Mapping[str, ProfileInfo], real: Collection[str]
 ) -> Iterator[Finding]:
-    """Findings about nodes and formats. ``devices``: those whose profile is known; ``real``: real boards."""
+    """Findings about nodes. ``devices``: those whose profile is known; ``real``: real boards."""
     taken: dict[str, str] = {}
-    for name, segment in segments.items() if isinstance(segments, dict) else ():
-        if not isinstance(segment, dict):
-            continue
-        yield from _format(name, segment)
-        modbus = segment.get("modbus")
+    for name, segment in segments.items():
+        modbus = segment.get(MODBUS) if isinstance(segment, dict) else None
         if not isinstance(modbus, dict):
             continue
         units, may_repeat = modbus.get("units"), modbus.get("duplicate_units") is True
         units = units if isinstance(units, dict) else {}
         yield from _nodes(name, units, devices, real, taken, may_repeat=may_repeat)
-
-
-def _format(name: str, segment: Mapping[str, Any]) -> Iterator[Finding]:
-    line_format, stations = segment.get("format", EIGHT_N_1.name), segment.get("stations")
-    if line_format != EIGHT_N_1.name and isinstance(stations, list) and stations:
-        message = f"{stations[0]} speaks {EIGHT_N_1.name}, as all boards' UARTs do"
-        remedy = "put it on a segment of its own, or leave format out"
-        yield Finding(("segments", name, "format"), message, remedy)
 
 
 def _nodes(
@@ -51,7 +39,7 @@ def _nodes(
     ``may_repeat``: several may have one number."""
     numbers: dict[int, str] = {}
     for axis, number in units.items():
-        path = ("segments", segment, "modbus", "units", axis)
+        path = ("segments", segment, MODBUS, "units", axis)
         if finding := _axis_finding(path, str(axis), devices, real):
             yield finding
             continue
