@@ -10,7 +10,7 @@ from bridges.modbus.registers.units import unit_of
 from hil.config.station_names import node_name
 from hil.sim.bench import BenchRuntime
 from hil.sim.settable import setting_problem
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.twin_info import info_of
 from hil.vocab.address import address_of
 from hil.vocab.bus import NodeLine
@@ -30,7 +30,7 @@ def add_nodes(bench: BenchRuntime, config: ModbusConfig, line: NodeLine) -> None
 
 
 def _card_axis(
-    bench: BenchRuntime, device: Device, part: str, line: NodeLine, *, is_low_first: bool
+    bench: BenchRuntime, device: Twin, part: str, line: NodeLine, *, is_low_first: bool
 ) -> CardAxis:
     label, short = device.axes.label(device.name, part), device.axes.short(part)
     info = info_of(device, short, line.boards[device.profile])

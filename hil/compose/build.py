@@ -18,7 +18,7 @@ from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.address import Address
 from hil.vocab.bus import NodeLine
 from hil.vocab.line_format import FORMATS
@@ -85,7 +85,7 @@ def make_device(
     sections: Mapping[str, bytes],
     seed: int,
     group: Group,
-) -> Device:
+) -> Twin:
     """Open the axes and make the device, which ``bench.add`` puts into its group. ``seed``: of the first."""
     profile, board = catalogue.profiles[config.profile], catalogue.boards[config.profile]
     time_out = None

@@ -20,7 +20,7 @@ from hil.sim.group import Group
 from hil.sim.input_check import input_problem
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
 from hil.sim.inputs import CommitDone, InputLogError, Logged, Stopped
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.address import address_of
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
@@ -88,7 +88,7 @@ class _LoggedStore:
                 self._answers.setdefault(logged.device, deque()).append(logged.input)
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         answers = self._answers.get(device.name)
         done = answers.popleft() if answers else None
@@ -135,7 +135,7 @@ def replay_log(read: InputLog) -> Replayed:
     missing = Counter(groups[sent.device] for sent in read.sent if sent.device in groups)
     ends: dict[Group, SimTimeNs] = {}
 
-    def heard(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
+    def heard(device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         group = groups[device.name]
         if group.now_ns <= ends.get(group, FOREVER):
             replayed.sent[device.name].append(sent_now(device, port, at_ns, data))

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from hil.firmware.nvm import Content
 from hil.live.store import NvmStore
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 
 log = logging.getLogger("hil")
 
@@ -37,7 +37,7 @@ class Commits:
         await self._loop.run_in_executor(None, self._files.close)
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         if self._ends:
             return None

@@ -8,7 +8,7 @@ from typing import Any
 from hil.live.board_end import BoardEnd
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import TapEnd, UartEnd
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.address import owner_of
 
 log = logging.getLogger("hil")
@@ -50,7 +50,7 @@ class Places:
         """Labels of all joints, each with the address at which clients reach it."""
         return [(joint.label, joint.port.address) for joint in self.joints()]
 
-    def tell_stopped(self, device: Device) -> None:
+    def tell_stopped(self, device: Twin) -> None:
         """Say in the log, and at its port, that a device has stopped."""
         again = f"the other devices go on; `hil reset {device.name}` restarts it"
         log.error("%s stopped: %s; %s", device.name, device.failed, again)

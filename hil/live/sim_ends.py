@@ -10,7 +10,7 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.segment_tap import Tap
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.line_format import EIGHT_N_1
 from hil.vocab.ports import TOUCH_BAUD, EchoPort, PowerPort
@@ -31,7 +31,7 @@ class UartEnd:
     bench: BenchRuntime
     lines: Lines
     joint: "Joint[UartEnd]"
-    device: Device
+    device: Twin
     name: str = ""
     native_usb: bool = field(default=False, kw_only=True)
     _powered: PowerPort | None = field(default=None, init=False)

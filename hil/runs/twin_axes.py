@@ -8,7 +8,7 @@ from hil.runs.board_bounds import bounds_of
 from hil.sim.bench import BenchRuntime
 from hil.sim.input_check import input_problem
 from hil.sim.inputs import Do, Follow, Input
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.telemetry import Sampler, Subscription
 from hil.vocab.address import owner_of
 from hil.vocab.axis import AxisNow, AxisState, How, Sample
@@ -59,7 +59,7 @@ class TwinAxis:
         self.refusal: str | None = None
 
     @property
-    def _device(self) -> Device:
+    def _device(self) -> Twin:
         return self._bench.devices[owner_of(self._name)]
 
     @property

@@ -21,7 +21,7 @@ from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
 from hil.sim.real_time_drive import RealTimeDrive
 from hil.sim.roster import Roster
-from hil.sim.twin import Device, Home
+from hil.sim.twin import Home, Twin
 from hil.sim.verb_calls import Answer, axes_of
 from hil.vocab.address import address_of
 from hil.vocab.axis_plan import AxisPlan
@@ -36,7 +36,7 @@ class Store(Protocol):
     """Store of devices' non-volatile memories."""
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         """Make ``sections`` the device's whole non-volatile memory. Returns whether they are durable; or
         None, and then ``answered`` has to be called with it, once: an input, with a time of its own. It
@@ -57,8 +57,8 @@ class Around:
     time than there is falls behind forever; its inputs then take effect at the time it has reached."""
     guard: Guard = UNGUARDED
     """Guard around each turn of a firmware's own code."""
-    on_failed: Callable[[Device], None] = lambda device: None
-    """Called once when a device has stopped; ``Device.failed`` says why."""
+    on_failed: Callable[[Twin], None] = lambda device: None
+    """Called once when a device has stopped; ``Twin.failed`` says why."""
     log: InputLogWriter | None = None
     """Receives all inputs with their effective times, and all that devices send."""
 
@@ -76,15 +76,13 @@ class LaterVerbs:
         self._ends = Counter[tuple[str, str]]()
         """Number of verbs that ended the motions of an axis, by device and axis."""
 
-    def note(self, device: Device, part: str, given: Do) -> None:
+    def note(self, device: Twin, part: str, given: Do) -> None:
         verb = device.verbs[given.verb]
         if verb.effect == Effect.ENDS:
             for axis in axes_of(device.axes, verb, part) or [""]:
                 self._ends[device.name, axis] += 1
 
-    def add(
-        self, group: Group, device: Device, part: str, given: Do, at_ns: int, on_refused: Refused
-    ) -> None:
+    def add(self, group: Group, device: Twin, part: str, given: Do, at_ns: int, on_refused: Refused) -> None:
         """Carry out a verb at a time that has not come; ``on_refused`` is called if it cannot be."""
         epoch = self._epoch(device, part)
 
@@ -97,7 +95,7 @@ class LaterVerbs:
 
         group.at(at_ns, due)
 
-    def _epoch(self, device: Device, part: str) -> tuple[int, int]:
+    def _epoch(self, device: Twin, part: str) -> tuple[int, int]:
         return self._ends[device.name, part or device.axes.first], device.power.ups
 
 
@@ -117,7 +115,7 @@ class BenchRuntime:
         self.name = name
         self.core = core
         self.roster = Roster()
-        self.devices: Mapping[str, Device] = self.roster.devices
+        self.devices: Mapping[str, Twin] = self.roster.devices
         self.taps: Mapping[str, ClientTap] = self.roster.taps
         self.cards: Mapping[str, Card] = self.roster.cards
         self.wires: Mapping[str, Wire] = self.roster.wires
@@ -161,18 +159,18 @@ class BenchRuntime:
         self.core.native.group_close(group.id)
         del self._groups[group.id]
 
-    def make(self, spec: DeviceSpec, plans: Mapping[str, AxisPlan], group: Group) -> Device:
+    def make(self, spec: DeviceSpec, plans: Mapping[str, AxisPlan], group: Group) -> Twin:
         """Make a device with its axes, planned by name, for a group; ``add`` puts it there."""
         around = self._around
         home = Home(around.guard, self._commit, around.on_failed, self._note, group.note_due)
         axes = {name: self.core.open_axis(group.id, plan) for name, plan in plans.items()}
-        device = Device(spec, axes, home)
+        device = Twin(spec, axes, home)
         if self.log:
             for name, uart in device.uarts.items():
                 uart.listeners.append(partial(self.log.sent, device, name))
         return device
 
-    def add(self, group: Group, device: Device) -> None:
+    def add(self, group: Group, device: Twin) -> None:
         """Add a device to its group; its firmware starts now."""
         group.add(device)
         self.roster.add_device(device, group)
@@ -183,7 +181,7 @@ class BenchRuntime:
         if self.log:
             card.listeners.append(partial(self.log.sent, card.device, address_of(card.name).part))
 
-    def set_going(self, device: Device) -> None:
+    def set_going(self, device: Twin) -> None:
         """Start a device that was added to a bench that runs: its firmware starts at the present, and in real
         time the core's thread gets its group."""
         group, now_ns = self.roster.group_of(device.name), self.now_ns
@@ -198,14 +196,14 @@ class BenchRuntime:
             device.power.close()
         self.discard(group)
 
-    def _commit(self, device: Device, sections: Mapping[str, bytes]) -> bool | None:
+    def _commit(self, device: Twin, sections: Mapping[str, bytes]) -> bool | None:
         durable = self._store.commit(device, sections, partial(self._answered, device))
         if durable is not None:
             now_ns = self.roster.group_of(device.name).now_ns
             self._note(device, now_ns, CommitDone(durable, at_once=True))
         return durable
 
-    def _answered(self, device: Device, durable: bool) -> bool:
+    def _answered(self, device: Twin, durable: bool) -> bool:
         is_here = self.devices.get(device.name) is device
         if is_here:
             self.apply_to(device, CommitDone(durable))
@@ -213,7 +211,7 @@ class BenchRuntime:
 
     # ---- inputs ----
 
-    def _note(self, device: Device, at_ns: SimTimeNs, what: Input) -> None:
+    def _note(self, device: Twin, at_ns: SimTimeNs, what: Input) -> None:
         """Write down what came to a device beside its inputs."""
         self._write(Logged(at_ns, device.name, what))
 
@@ -267,13 +265,13 @@ class BenchRuntime:
             self._later.note(device, part, given)
         return group.apply(device, given, part)
 
-    def apply_to(self, to: Device | ClientTap, given: Input, part: str = "") -> SimTimeNs:
+    def apply_to(self, to: Twin | ClientTap, given: Input, part: str = "") -> SimTimeNs:
         """Let an input take effect now; answers its effective time. ``part``: name of the axis it is for."""
-        target = to.axes.label(to.name, part) if isinstance(to, Device) else to.name
+        target = to.axes.label(to.name, part) if isinstance(to, Twin) else to.name
         return self.apply_input(target, given)[0]
 
     def do_verb(
-        self, device: Device, verb: str, parameters: Mapping[str, float | str], part: str = ""
+        self, device: Twin, verb: str, parameters: Mapping[str, float | str], part: str = ""
     ) -> tuple[SimTimeNs, Answer]:
         """Carry out a verb of the device's table now. ``part``: name of the axis asked.
 

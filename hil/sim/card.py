@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
 from hil.vocab.wire import Wire
@@ -26,7 +26,7 @@ class Card(Protocol):
     """Card, a station of its wire. Its bus makes it."""
 
     name: str
-    device: Device
+    device: Twin
     listeners: list[Callable[[SimTimeNs, bytes], None]]
     """Called with each answer, at the time at which it goes out."""
 

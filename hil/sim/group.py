@@ -10,7 +10,7 @@ from heapq import heappop, heappush
 from hil.core import Core
 from hil.sim.due_times import DueTimes
 from hil.sim.inputs import Input
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.verb_calls import Answer
 from hil.vocab.firmware import CoreEvent
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -26,16 +26,16 @@ class Group:
         self._core = core
         self._native = core.native
         self.id = group
-        self.devices: list[Device] = []
+        self.devices: list[Twin] = []
         self._timers: list[tuple[int, int, Callable[[SimTimeNs], None]]] = []
         self._timer_count = 0
-        self._index: dict[Device, int] = {}
-        self._axes: dict[int, tuple[Device, str]] = {}
-        """Device of each axis, and the axis's name there."""
+        self._index: dict[Twin, int] = {}
+        self._axes: dict[int, tuple[Twin, str]] = {}
+        """Twin of each axis, and the axis's name there."""
         self._due = self._due_times()
         """Due times of the devices by their indices. Only used with several devices."""
 
-    def add(self, device: Device) -> None:
+    def add(self, device: Twin) -> None:
         self._index[device] = len(self.devices)
         self._axes |= {axis.id: (device, name) for name, axis in device.axes.items()}
         self.devices.append(device)
@@ -117,12 +117,12 @@ class Group:
             if due_ns < FOREVER:  # most wait for a byte
                 self._due.add(due_ns, index)
 
-    def apply(self, device: Device, given: Input, part: str = "") -> Answer:
+    def apply(self, device: Twin, given: Input, part: str = "") -> Answer:
         """Let an input take effect now, and the firmware run on it, also if it is refused. Returns a verb's
-        answer. ``part``: as ``Device.apply``.
+        answer. ``part``: as ``Twin.apply``.
 
         Raises:
-            VerbRefused: as ``Device.apply``.
+            VerbRefused: as ``Twin.apply``.
         """
         now_ns = self.now_ns
         try:
@@ -131,7 +131,7 @@ class Group:
             device.step(now_ns)
             self.note_due(device)
 
-    def note_due(self, device: Device, at_ns: SimTimeNs | None = None) -> None:
+    def note_due(self, device: Twin, at_ns: SimTimeNs | None = None) -> None:
         """Note that a device may be due at another time, for another reason than that it was due. ``at_ns``:
         at this one beside those that are known."""
         if len(self.devices) > 1:

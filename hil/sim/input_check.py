@@ -17,7 +17,7 @@ from hil.sim.channels import ClientChannel, HasChannels
 from hil.sim.client_tap import ClientTap
 from hil.sim.given_fault import fault_of
 from hil.sim.input_reading import decode, read_line
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.verb_calls import verb_problem
 from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part
 from hil.vocab.faults import Fault, FaultRefused
@@ -125,7 +125,7 @@ def _tap_problem(tap: ClientTap, given: inputs.Input) -> str | None:
     return "a tap takes bytes and bursts"
 
 
-def _device_problem(device: Device, given: inputs.Input) -> str | None:
+def _device_problem(device: Twin, given: inputs.Input) -> str | None:
     match given:
         case inputs.Bytes(_, baud, port, client_format):
             if client_format and format_named(client_format) is None:
@@ -138,7 +138,7 @@ def _device_problem(device: Device, given: inputs.Input) -> str | None:
     return None
 
 
-def _axis_problem(device: Device, part: str, given: inputs.Input) -> str | None:
+def _axis_problem(device: Twin, part: str, given: inputs.Input) -> str | None:
     """Reason why this axis of a device cannot have an input of ``OF_AXES``, or None."""
     if isinstance(given, inputs.Do):
         return _verb_problem(device, part, given)
@@ -179,7 +179,7 @@ def _script_problem(points: tuple[tuple[int, int], ...]) -> str | None:
     return None
 
 
-def _verb_problem(device: Device, part: str, given: inputs.Do) -> str | None:
+def _verb_problem(device: Twin, part: str, given: inputs.Do) -> str | None:
     if given.verb not in device.verbs:
         return f"a {device.profile} has no verb {given.verb[:_SHOWN]!r}; it has {', '.join(device.verbs)}"
     verb, parameters = device.verbs[given.verb], dict(given.parameters)
@@ -196,12 +196,12 @@ def _verb_problem(device: Device, part: str, given: inputs.Do) -> str | None:
     return None
 
 
-def _words_problem(device: Device, words: tuple[tuple[str, int | None, str], ...]) -> str | None:
+def _words_problem(device: Twin, words: tuple[tuple[str, int | None, str], ...]) -> str | None:
     found = (_port_problem(device, port) or _baud_problem("baud", baud) for port, baud, _ in words)
     return next(filter(None, found), None)
 
 
-def _port_problem(device: Device, port: str) -> str | None:
+def _port_problem(device: Twin, port: str) -> str | None:
     return None if port in device.uarts else f"it has no serial interface {port[:_SHOWN]!r}"
 
 

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 from hil.sim.input_reading import decode, hexadecimal, read_line, taken, text, time_ns, whole
 from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, OLD_VERSIONS, InputLogError, Logged, encode_line
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.time import SimTimeNs
 
 Memories = Mapping[str, Mapping[str, bytes]]
@@ -37,7 +37,7 @@ class Sent:
     port: str = ""
 
 
-def sent_now(device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
+def sent_now(device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
     """Record what a device sends now. Bytes that an interrupt sent have no state: it is noticed later than it
     happened, at a time that depends on the machine's load."""
     state = None
@@ -98,7 +98,7 @@ class InputLogWriter:
     def write(self, logged: Logged) -> None:
         self.file.write(encode_line(logged) + "\n")
 
-    def sent(self, device: Device, port: str, at_ns: SimTimeNs, data: bytes) -> None:
+    def sent(self, device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         """Write down what a device sent; a bench's listener."""
         sent = sent_now(device, port, at_ns, data)
         line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": sent.state}

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from hil.core import CoreAxis
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.axis import AxisState
 
 BEGINS_NS = 20_000_000
@@ -19,7 +19,7 @@ class BegunMotion(NamedTuple):
     ends_after_ns: float | None = None
     set_point: float | None = None
 
-    def was_cut_short(self, device: Device, axis: CoreAxis, state: AxisState, now_ns: int) -> bool | None:
+    def was_cut_short(self, device: Twin, axis: CoreAxis, state: AxisState, now_ns: int) -> bool | None:
         """True if something else has ended it; None while it goes on, as the axis's state tells."""
         if device.failed:
             return True
@@ -31,7 +31,7 @@ class BegunMotion(NamedTuple):
         stands_at = state.commanded_deg
         return stands_at is not None and abs(stands_at - self.set_point) > abs(self.set_point) * 1e-6 + 1e-4
 
-    def _is_under_way(self, device: Device, axis: CoreAxis, state: AxisState, now_ns: int) -> bool:
+    def _is_under_way(self, device: Twin, axis: CoreAxis, state: AxisState, now_ns: int) -> bool:
         """A path ends at the time that its verb told; the board's own ramps end when they do."""
         follows = device.follows_paths and axis.kind.follows_paths
         may_be = not follows or now_ns < self.effective_at_ns + (self.ends_after_ns or 0) + BEGINS_NS

@@ -7,7 +7,7 @@ from hil.sim.card import Card
 from hil.sim.channels import HasChannels
 from hil.sim.client_tap import ClientTap
 from hil.sim.group import Group
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.uart import DeviceUart
 from hil.vocab.address import Address, address_of, owner_of
 from hil.vocab.faults import DEVICE, OF_AXES, PORT, SUPPLIED, TWIN_PORT
@@ -19,7 +19,7 @@ class Place:
     """Meaning of a target's name."""
 
     group: Group
-    device: Device | None = None
+    device: Twin | None = None
     uart: DeviceUart | None = None
     axis: CoreAxis | None = None
     wire: Wire | None = None
@@ -55,20 +55,20 @@ class Roster:
     """Names of a bench's parts. No two share one."""
 
     def __init__(self) -> None:
-        self.devices: dict[str, Device] = {}
+        self.devices: dict[str, Twin] = {}
         self.taps: dict[str, ClientTap] = {}
         self.cards: dict[str, Card] = {}
         self.wires: dict[str, Wire] = {}
-        self.axes: dict[str, tuple[Device, str]] = {}
+        self.axes: dict[str, tuple[Twin, str]] = {}
         """Axes by their addresses: the device, and the axis's name there."""
         self._groups: dict[str, Group] = {}
 
-    def add_device(self, device: Device, group: Group) -> None:
+    def add_device(self, device: Twin, group: Group) -> None:
         self.devices[device.name] = device
         self._groups[device.name] = group
         self.axes |= {device.axes.label(device.name, axis): (device, axis) for axis in device.axes}
 
-    def remove_device(self, name: str) -> tuple[Device, Group]:
+    def remove_device(self, name: str) -> tuple[Twin, Group]:
         self.axes = {address: of for address, of in self.axes.items() if of[0].name != name}
         return self.devices.pop(name), self._groups.pop(name)
 

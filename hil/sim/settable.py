@@ -10,12 +10,12 @@ if TYPE_CHECKING:  # who only reads the names starts quickly
 
     from hil.core import CoreAxis, Snapshot
     from hil.sim.faults.in_force import Faults
-    from hil.sim.twin import Device
+    from hil.sim.twin import Twin
 
 
 def setting_problem(
     faults: "Faults",
-    device: "Device",
+    device: "Twin",
     name: str,
     value: object,
     part: str = "",
@@ -46,7 +46,7 @@ def _zero_problem(axis: "CoreAxis", look: "Callable[[], Snapshot]") -> str | Non
     return None
 
 
-def _range(device: "Device", name: str, usual: Settable) -> tuple[float, float]:
+def _range(device: "Twin", name: str, usual: Settable) -> tuple[float, float]:
     """Range of a field; a gain has the limits of the board's verb."""
     gains = device.verbs["gains"].parameters if "gains" in device.verbs else ()
     for parameter in gains:

@@ -39,17 +39,17 @@ class Home:
 
     guard: Guard
     """Guard around each turn of its firmware's own code."""
-    commit: Callable[["Device", Mapping[str, bytes]], bool | None]
+    commit: Callable[["Twin", Mapping[str, bytes]], bool | None]
     """Makes sections its whole memory. Returns whether they are durable; None: a ``CommitDone`` follows."""
-    failed: Callable[["Device"], None]
+    failed: Callable[["Twin"], None]
     """Called when it has stopped, and ``failed`` says why."""
-    stopped: Callable[["Device", SimTimeNs, Stopped], None]
+    stopped: Callable[["Twin", SimTimeNs, Stopped], None]
     """Called when it stops for a reason that simulated time does not have; ``failed`` comes next."""
-    due_changed: Callable[["Device", SimTimeNs | None], None]
+    due_changed: Callable[["Twin", SimTimeNs | None], None]
     """Called when it is due at a time too that was not known, or (None) ``due_ns`` may be earlier."""
 
 
-class Device:
+class Twin:
     """Board that runs at the times its group gives it; ``due_ns`` is the next one it needs. A firmware that
     raises, loops or takes too long stops this device alone: ``failed`` says why."""
 

@@ -6,14 +6,14 @@ from functools import lru_cache
 
 from hil.core import FIELDS, AxisKind
 from hil.core.fields import OFFSETS
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.address import address_of
 from hil.vocab.desk_protocol import AxisField, DeviceInfo
 from hil.vocab.profile import Profile
 from hil.vocab.verbs import Verb
 
 
-def info_of(device: Device, part: str, board: Profile) -> DeviceInfo:
+def info_of(device: Twin, part: str, board: Profile) -> DeviceInfo:
     """Describe a device with its first axis, or another of its axes. ``part``: the axis's name."""
     kind = device.axes[part].kind if device.axes else None
     info = twin_info(device.axes.label(device.name, part), device.profile, board, kind)

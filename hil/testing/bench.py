@@ -22,7 +22,7 @@ from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
 from hil.sim.client_tap import ClientTap
 from hil.sim.given_fault import fault_refusal
 from hil.sim.segment_tap import Tap
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given_config import GivenConfig, path_of, unreadable
@@ -46,7 +46,7 @@ class MemoryStore:
     """Store that writes at once: flash takes no time in the reference data."""
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         return True
 
@@ -169,7 +169,7 @@ class Bench:
         return NamedThings("axis", self._axes)[self._runtime.roster.axis_address(name) or name]
 
     def device(self, name: str) -> DeviceFace:
-        """Device by its name. Raises KeyError: there is none."""
+        """Twin by its name. Raises KeyError: there is none."""
         __tracebackhide__ = True
         return NamedThings("device", self._devices)[name]
 

@@ -13,7 +13,7 @@ from hil.sim.input_check import input_problem
 from hil.sim.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.segment_tap import Tap
 from hil.sim.settable import setting_problem
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
 from hil.testing.checked_bytes import checked_bytes
@@ -36,7 +36,7 @@ interfaces have it."""
 class PortFace:
     """Port of a device, seen by a client that reads everything at once."""
 
-    def __init__(self, runtime: BenchRuntime, device: Device, uart: str) -> None:
+    def __init__(self, runtime: BenchRuntime, device: Twin, uart: str) -> None:
         self._runtime = runtime
         self._device = device
         self._uart = device.uarts.short(uart)
@@ -141,16 +141,16 @@ class FaultFace:
         self.clear()
 
 
-def _give(runtime: BenchRuntime, to: Device | ClientTap, given: Input, part: str = "") -> None:
+def _give(runtime: BenchRuntime, to: Twin | ClientTap, given: Input, part: str = "") -> None:
     """Let an input take effect now. Raises ValueError: no board can have it."""
-    target = to.axes.label(to.name, part) if isinstance(to, Device) else to.name
+    target = to.axes.label(to.name, part) if isinstance(to, Twin) else to.name
     if problem := input_problem(runtime, target, given):
         raise ValueError(problem)
     runtime.apply_input(target, given)
 
 
 def _do(
-    runtime: BenchRuntime, device: Device, part: str, verb: str, parameters: Mapping[str, float | str]
+    runtime: BenchRuntime, device: Twin, part: str, verb: str, parameters: Mapping[str, float | str]
 ) -> dict[str, Any]:
     verb = verb.replace("-", "_")  # as in move-abs
     known = device.verbs.get(verb)
@@ -164,7 +164,7 @@ def _do(
 class AxisFace:
     """Axis of a device: its state, and the world around its shaft."""
 
-    def __init__(self, runtime: BenchRuntime, device: Device, name: str, record: Record) -> None:
+    def __init__(self, runtime: BenchRuntime, device: Twin, name: str, record: Record) -> None:
         self._runtime = runtime
         self._device = device
         self._axis = device.axes[name]
@@ -244,7 +244,7 @@ class Outputs:
     """Edges of a device's outputs, kept from the bench's start; those of the board as a whole are with its
     first axis. ``axis``: the axis's name, empty if the board has none."""
 
-    def __init__(self, runtime: BenchRuntime, device: Device, axis: str) -> None:
+    def __init__(self, runtime: BenchRuntime, device: Twin, axis: str) -> None:
         self._runtime = runtime
         at = device.axes.get(axis)
         self._axis = at if at and at.kind.outputs else None
@@ -283,7 +283,7 @@ class Outputs:
 class PinFace:
     """Pin of an axis of a board: an input that can be driven, or an output, whose edges are all kept."""
 
-    def __init__(self, runtime: BenchRuntime, device: Device, axis: str, outputs: Outputs, name: str) -> None:
+    def __init__(self, runtime: BenchRuntime, device: Twin, axis: str, outputs: Outputs, name: str) -> None:
         self._runtime = runtime
         self._device = device
         self._part = device.axes.short(axis)
@@ -311,7 +311,7 @@ class PinFace:
 class DeviceFace:
     """Board from outside: what an operator's hand or a fault can do to it."""
 
-    def __init__(self, runtime: BenchRuntime, device: Device) -> None:
+    def __init__(self, runtime: BenchRuntime, device: Twin) -> None:
         self._runtime = runtime
         self._device = device
         self._outputs = {axis: Outputs(runtime, device, axis) for axis in device.axes or [""]}

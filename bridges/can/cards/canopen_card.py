@@ -14,7 +14,7 @@ from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.frames.can_frame import STANDARD_ID_MAX, CanFrame
 from bridges.can.frames.slcan import encode
 from hil.sim.raised_at import place_of
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 
 MAILBOXES = 256
@@ -38,7 +38,7 @@ class CanOpenCard:
     The node is asked only when a frame that it wants has come, or when it is due.
     """
 
-    def __init__(self, name: str, of: BenchBus, device: Device, clock: Clock, spec: CardSpec) -> None:
+    def __init__(self, name: str, of: BenchBus, device: Twin, clock: Clock, spec: CardSpec) -> None:
         self.name, self.wire, self.device = name, of, device
         self.faults = None
         self.listeners: list[Callable[[SimTimeNs, bytes], None]] = []

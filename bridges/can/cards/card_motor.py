@@ -11,7 +11,7 @@ from hil.core import CoreAxis
 from hil.core.fields import INDEX
 from hil.sim.group import Group
 from hil.sim.inputs import Do, Follow, Input
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.verb_calls import Answer
 from hil.vocab.axis import AxisState, How
 from hil.vocab.path import Path
@@ -45,7 +45,7 @@ class CardMotor:
 
     def __init__(
         self,
-        device: Device,
+        device: Twin,
         part: str,
         group: Group,
         carry_out: Callable[[Input], Answer],

@@ -16,7 +16,7 @@ from hil.core import CoreAxis
 from hil.sim.axis_look import axis_look
 from hil.sim.inputs import Do, Input, Pin, Reset, SetField
 from hil.sim.motion_end import begun_motion
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.verb_calls import Answer
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.time import Clock, SimTimeNs
@@ -27,7 +27,7 @@ from hil.vocab.verbs import Effect, VerbRefused
 class CardAxis:
     """Axis behind a card, and what the card may do with it. ``part``: the axis's name; empty: the first."""
 
-    device: Device
+    device: Twin
     part: str
     make_registers: Callable[[], Registers]
     """Makes the registers as they are after power-up."""

@@ -7,7 +7,7 @@ from bridges.modbus.registers.control_word import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from hil.core import CoreAxis
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.time import Clock, SimTimeNs
 
 LOOKS_NS = BEGINS_NS
@@ -23,7 +23,7 @@ class VerbEnds:
     """Motions of an axis that are awaited: of each verb the last. ``note``: told how each does."""
 
     def __init__(
-        self, clock: Clock, device: Device, axis: CoreAxis, note: Callable[[Wanted, VerbStage], None]
+        self, clock: Clock, device: Twin, axis: CoreAxis, note: Callable[[Wanted, VerbStage], None]
     ) -> None:
         self._clock, self._device, self._axis, self._note = clock, device, axis, note
         self._awaited: dict[int, _Awaited] = {}

@@ -10,7 +10,7 @@ import pytest
 from device_profiles.sac import firmware
 from device_profiles.sac.eeprom import SIZE, Eeprom
 from device_profiles.sac.parameters import Parameters
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.testing import Bench
 from hil.testing.bench import MemoryStore
 
@@ -130,7 +130,7 @@ def test_a_change_that_cannot_be_stored_reads_back_as_before(
 ) -> None:
     sac.say("$CL20")
 
-    def fails(store: MemoryStore, device: Device, sections: object, answered: object) -> bool:
+    def fails(store: MemoryStore, device: Twin, sections: object, answered: object) -> bool:
         return False
 
     monkeypatch.setattr(MemoryStore, "commit", fails)

@@ -10,7 +10,7 @@ import pytest
 
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.testing import Bench, replay
 
 TYPED = (
@@ -47,7 +47,7 @@ class LateStore:
         self._waiting: list[Callable[[bool], bool]] = []
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         self._waiting.append(answered)
         return None
@@ -60,7 +60,7 @@ class LateStore:
 class PromptStore(LateStore):
     """Memory that answers within the turn, as the kit's own."""
 
-    def commit(self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]) -> bool:
+    def commit(self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]) -> bool:
         return True
 
 

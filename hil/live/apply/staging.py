@@ -17,7 +17,7 @@ from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
 from hil.sim.bench import BenchRuntime
 from hil.sim.group import Group
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.address import Address
 from hil.vocab.ports import Port, PortContext, PortError
 
@@ -28,7 +28,7 @@ class Staged:
     vacant, by label; ``lines``: those of real boards, still closed; ``drives``: not asked yet; ``seeds``:
     index of each twin's axis among the bench's seeds."""
 
-    twins: dict[str, tuple[Group, Device]] = field(default_factory=dict)
+    twins: dict[str, tuple[Group, Twin]] = field(default_factory=dict)
     joints: dict[str, Joint[Any]] = field(default_factory=dict)
     lines: dict[str, Port] = field(default_factory=dict)
     drives: dict[str, DriveControl] = field(default_factory=dict)

@@ -18,13 +18,13 @@ from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import UartEnd
 from hil.runs.twin_axes import TwinAxis
-from hil.sim import twin as sim_twin
 from hil.sim.axis_look import axis_look
 from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Bytes, Drive, Input, Pin, Reset, SetField
 from hil.sim.load_limit import load_notes
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.sim.settable import setting_problem
+from hil.sim.twin import Twin
 from hil.sim.twin_info import info_of
 from hil.telemetry import Sampler, check_signals
 from hil.vocab.address import Address, address_of, no_input, no_part
@@ -62,7 +62,7 @@ class TwinDevice:
     is_talking = False
     where = ""
 
-    def __init__(self, home: TwinHome, device: sim_twin.Device, profile: Profile) -> None:
+    def __init__(self, home: TwinHome, device: Twin, profile: Profile) -> None:
         self.name = device.name
         self._home, self._sim, self._device = home, home.sim, device
         axes = ["", *(axis for axis in device.axes if axis != device.axes.first)]

@@ -11,7 +11,7 @@ from hil.live.store import NvmStore
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Bytes
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.time import SimTimeNs
 
 CONFIG = {"bench": "t", "devices": {"s0": {"profile": "sac"}}}
@@ -29,7 +29,7 @@ def test_a_board_that_stores_again_and_again_is_not_stopped_by_the_end(tmp_path:
     assert [path.name for path in tmp_path.glob("*.nvm*")] == ["s0.nvm"]
 
 
-async def put_away_in_a_commit(folder: Path, log: Path) -> Device:
+async def put_away_in_a_commit(folder: Path, log: Path) -> Twin:
     """A SAC whose answer to one commit makes it begin the next at once, after the end has begun."""
     files, memories = NvmStore(folder), {"s0": dict[str, bytes]()}
     store = Commits(files, asyncio.get_running_loop())

@@ -12,7 +12,7 @@ from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.sim_ends import UartEnd
 from hil.sim.bench import Around
 from hil.sim.inputs import Bytes, Reset
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.sim.uart import USB_HELD_BYTES
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
 from hil.vocab.line_format import LineFormat, format_named
@@ -34,7 +34,7 @@ def lines_of(bench: Bench) -> Lines:
     return Lines(asyncio.get_event_loop(), lambda: bench.runtime.now_ns)
 
 
-def joined(bench: Bench, device: Device, port: MemoryPort, *, native_usb: bool = False) -> Joint[UartEnd]:
+def joined(bench: Bench, device: Twin, port: MemoryPort, *, native_usb: bool = False) -> Joint[UartEnd]:
     joint = Joint[UartEnd](device.name, port)
     joint.occupy(UartEnd(bench.runtime, lines_of(bench), joint, device, native_usb=native_usb))
     port.resumed = 0

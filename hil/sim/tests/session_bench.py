@@ -6,7 +6,7 @@ from typing import Any
 from hil.core import Core
 from hil.sim.bench import VIRTUAL, Around, BenchRuntime
 from hil.sim.hardware import DeviceSpec
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.testing.bench import MemoryStore
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import MAIN, Board, ByteAvailable, CoreEvent, Main
@@ -79,7 +79,7 @@ class Bench:
         self.runtime = BenchRuntime("test", Core(8), MemoryStore(), around)
         self.heard: list[tuple[str, int, bytes]] = []
 
-    def add(self, name: str, firmware: Callable[[Board], Any], baud: int | None = None) -> Device:
+    def add(self, name: str, firmware: Callable[[Board], Any], baud: int | None = None) -> Twin:
         group = self.runtime.open_group()
         spec = DeviceSpec(
             name=name, profile="test", firmware=firmware, bauds={MAIN: baud}, nvm={}, power_up={}, facts={}

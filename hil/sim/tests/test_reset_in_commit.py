@@ -9,7 +9,7 @@ from hil.core import Core
 from hil.sim.bench import VIRTUAL, BenchRuntime
 from hil.sim.hardware import DeviceSpec
 from hil.sim.inputs import Bytes, CommitDone, Reset
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import MAIN, Board, ByteAvailable, Commit, CoreEvent, Main
 from hil.vocab.time import SimTimeNs
@@ -25,7 +25,7 @@ class SlowStore:
         self.answered: list[Callable[[bool], bool]] = []
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         self.asked.append(dict(sections))
         self.answered.append(answered)

@@ -19,7 +19,7 @@ from device_profiles.sac.packet import PacketDecoder, encode
 from hil.compose.replay import replay
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.testing import Bench
 from hil.vocab.faults import (
     CAN_NODE,
@@ -120,7 +120,7 @@ class Later:
         self.asked: list[Callable[[bool], bool]] = []
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         self.asked.append(answered)
         return None

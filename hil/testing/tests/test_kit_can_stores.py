@@ -10,7 +10,7 @@ from can_bench import config
 from hil.compose.replay import replay
 from hil.sim.bench import VIRTUAL
 from hil.sim.input_log import InputLogWriter
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.testing import Bench
 
 SETUP = config()
@@ -28,7 +28,7 @@ class Later:
         self.asked: list[Callable[[bool], bool]] = []
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         self.asked.append(answered)
         return None

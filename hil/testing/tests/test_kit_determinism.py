@@ -22,7 +22,7 @@ from hil.config import from_dict
 from hil.sim.bench import Around
 from hil.sim.input_log import InputLogWriter, Sent, sent_now
 from hil.sim.inputs import Bytes, Pin, Reset, ScriptEncoder, SetField
-from hil.sim.twin import Device
+from hil.sim.twin import Twin
 from hil.testing import Bench, replay
 from hil.vocab.firmware import MAIN
 from hil.vocab.time import SimTimeNs, ms
@@ -176,13 +176,13 @@ class LateStore:
         self.waiting: list[Callable[[bool], bool]] = []
 
     def commit(
-        self, device: Device, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
+        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
         self.waiting.append(answered)
         return None
 
 
-def logged_run(path: Path, chunks: int = 1) -> tuple[Device, list[Sent]]:
+def logged_run(path: Path, chunks: int = 1) -> tuple[Twin, list[Sent]]:
     """Run a bench with every kind of input and its log in ``path``, and return the device and what it
     sent."""
     store = LateStore()
