@@ -136,7 +136,6 @@ class Prose:
     """Prose of several files as one text: proselint takes as long for a short text as for a long one."""
 
     def __init__(self, texts: Mapping[str, str]) -> None:
-        """Take texts by their files."""
         self._places: list[tuple[str, int]] = []
         lines: list[str] = []
         for file, text in texts.items():

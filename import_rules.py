@@ -45,7 +45,7 @@ def imports_in(text: str) -> list[str]:
 
 _C = {"libc", "cpython", "cython"}
 _OF_C = {"libc.time": "time"}
-"""What C has that the pure standard library has not, by the module of Python that it is as good as."""
+"""Python's modules for what C has and the pure standard library has not, by the names in C."""
 _CYTHON = re.compile(r"^[ \t]*(?:from\s+([\w.]+)\s+c?import\s|c?import\s+([\w., \t]+))", re.M)
 
 

@@ -82,7 +82,6 @@ def _member(name: str, kind: Any) -> str:
 
 
 def _type(kind: Any) -> str:
-    """Type of a member, from its annotation."""
     if kind == RoleName:
         return "Role"
     if get_origin(kind) is Literal:
@@ -124,7 +123,6 @@ def _given(parameter: Parameter) -> str:
 
 
 def _answer(form: Any) -> str:
-    """Type of an answer, from its form."""
     if isinstance(form, tuple):
         return " | ".join(dict.fromkeys(map(_answer, form)))
     if isinstance(form, list):

@@ -24,6 +24,26 @@ def docstrings():
     return names, found
 
 
+def documented():
+    """Docstrings and texts below attributes, by file and line."""
+    listed = [
+        "git",
+        "ls-files",
+        "hil",
+        "bridges",
+        "device_profiles",
+        "virtual_ports",
+        "examples",
+        "benchmarks",
+    ]
+    for name in subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split():
+        if name.endswith((".py", ".pyi")) and "/tests/" not in name:
+            for node in ast.walk(ast.parse((ROOT / name).read_text())):
+                match node:
+                    case ast.Expr(ast.Constant(str(text))) if text.strip():
+                        yield f"{name}:{node.lineno}", text.strip()
+
+
 def test_no_docstring_calls_a_thing_by_the_name_of_a_class():
     names, found = docstrings()
     assert len(names) > 300
@@ -34,3 +54,14 @@ def test_no_docstring_calls_a_thing_by_the_name_of_a_class():
         if word in names and rest.partition(" ")[0] in {"of", "as", "at", "with", "along", "that", "in"}:
             slips.append(f"{place}: {text.splitlines()[0]}")
     assert not slips
+
+
+def test_no_docstring_begins_with_a_question() -> None:
+    """A docstring names the thing or says what it does: ``Delay of an answer``, not ``How late it comes``."""
+    questions = ("What", "Whether", "Who", "Whom", "Whose", "How", "Where", "Which", "When", "Why")
+    asked = [
+        f"{place}: {first}"
+        for place, text in documented()
+        if (first := text.splitlines()[0]).partition(" ")[0].rstrip(",.:;") in questions
+    ]
+    assert not asked

@@ -22,7 +22,7 @@ class HostNames:
         own |= {_with_port(name, port) for name in names if not name.startswith(PROXY)}
         proxies = {_with_port(name.removeprefix(PROXY), 443) for name in names if name.startswith(PROXY)}
         self._schemes = _as_headers(own, scheme) | _as_headers(proxies, "https")
-        """How browsers reach each name, as the header ``Host`` has it: http or https."""
+        """Scheme by which browsers reach each name, as the header ``Host`` has it: http or https."""
 
     def is_known(self, host: str | None) -> bool:
         """True if the header ``Host`` has a name of the door."""
@@ -34,7 +34,7 @@ class HostNames:
         return origin is None or origin.lower() == f"{self.scheme_of(host)}://{host.lower()}"
 
     def scheme_of(self, host: str) -> str:
-        """How browsers reach a name that is known: http or https."""
+        """Scheme by which browsers reach a name that is known: http or https."""
         return self._schemes[host.lower()]
 
 

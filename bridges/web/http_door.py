@@ -43,11 +43,11 @@ Enter = Callable[[web.BaseRequest, Source, str], Awaitable[web.StreamResponse]]
 
 
 class Lock(Protocol):
-    """What opens the door. ``way``: none, token or password."""
+    """Check of those who come to the door. ``way``: none, token or password."""
 
     way: str
     open_to: Source | None
-    """Who everybody is, where nobody has to log in."""
+    """The source that everybody is, if nobody has to log in."""
 
     async def opened(self, given: Mapping[str, Any]) -> Source | None:
         """User who is meant by what was given, or None."""
@@ -182,7 +182,6 @@ class HttpDoor:
 
 
 async def _given(request: web.BaseRequest) -> dict[str, Any] | None:
-    """Body of a request to log in; None: it is none."""
     try:
         async with asyncio.timeout(LOGIN_S):
             data = b""

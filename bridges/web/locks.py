@@ -1,4 +1,4 @@
-"""What opens the door: nothing, a token, or a user's password."""
+"""Locks of the door: none, a token, or a user's password."""
 
 import asyncio
 import hmac

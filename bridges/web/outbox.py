@@ -1,4 +1,4 @@
-"""What waits for a page. It never grows without end: who fills it asks first whether there is room."""
+"""Messages that wait for a page, in a bounded queue: who fills it asks first whether there is room."""
 
 import asyncio
 from collections import deque

@@ -47,7 +47,6 @@ def _text(data: bytes) -> str:
 
 
 def _parts(text: str) -> tuple[bytes, bytes] | None:
-    """Salt and hash."""
     if not text.startswith(_HEAD) or not text.isascii():
         return None
     salt, _, digest = text.removeprefix(_HEAD).partition("$")

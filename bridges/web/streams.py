@@ -1,4 +1,4 @@
-"""What a page watches: each stream keeps what came until the page's next turn, and no more than so much."""
+"""Streams that a page watches: each keeps what came until the page's next turn, up to a limit."""
 
 import json
 import sys
@@ -156,7 +156,7 @@ class PassingItems:
         return json_text({"watch": self._number, "items": said, "lost": self.lost})
 
     def _after_silence(self) -> Sequence[Any]:
-        """What the page gets because nothing has come since."""
+        """Message that tells the page that nothing has come since."""
         return ()
 
     def drop(self) -> None:

@@ -155,7 +155,7 @@ class WebBridge:
         return f"{'https' if options.tls else 'http'}://{at}/"
 
     def _risk(self) -> str:
-        """What may happen as nobody has closed the door; empty: nothing."""
+        """Risk of an open door, as a text; empty: there is none."""
         options = self._options
         if is_loopback(options.host):
             return ""

@@ -52,7 +52,7 @@ log = logging.getLogger("hil")
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What all pages share. ``messages_per_s``, ``samples_per_s``: limits of each page."""
+    """Surroundings that all pages share. ``messages_per_s``, ``samples_per_s``: limits of each page."""
 
     desk: Desk
     words: BenchWords

@@ -174,7 +174,7 @@ class RecordedItems(PassingItems, ABC):
             del self._records[self._place]
 
     def capture(self, program: str) -> "Captured":
-        """What has passed, for a capture."""
+        """Items of the wire that have passed, for a capture."""
         head = header(program, [self._interface()])
         return Captured(head, self._recorded, self._record.since(self._since), self._clock.wall_ns(0))
 

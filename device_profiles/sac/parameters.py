@@ -111,7 +111,6 @@ class Parameter(NamedTuple):
 
 
 def _number(convert: Callable[[int], int]) -> Callable[[Text], int | None]:
-    """Make a reader of a number, which it converts."""
 
     def read(text: Text) -> int | None:
         number = text.number()

@@ -45,7 +45,7 @@ CONSTANTS = {
 
 @dataclass(frozen=True)
 class Constants:
-    """What somebody would write at the top of the sketch. The usual values are the manual's."""
+    """Constants at the top of the sketch. The usual values are the manual's."""
 
     microsteps: float = 8.0
     steps_per_rev: float = 200.0

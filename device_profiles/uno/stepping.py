@@ -1,4 +1,4 @@
-"""What the sketch does: moves at its pins, lines that it prints, constants that it keeps."""
+"""Work of the sketch: moves at its pins, lines that it prints, constants that it keeps."""
 
 from collections.abc import Generator
 from typing import Any

@@ -93,7 +93,6 @@ class Cortex:
             self._servo_uart.read_all()
 
     def _pass(self) -> Steps:
-        """Take the next pass."""
         before_ms, pass_ms = yield from self.loop.take_pass()
         self.controller.note_pass(before_ms)
         yield from self._read()

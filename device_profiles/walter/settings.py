@@ -64,7 +64,7 @@ def stock_settings() -> list[Setting]:
 
 @dataclass
 class ArmMemory:
-    """What the firmware keeps in its memory, and a part of it in the EEPROM."""
+    """Settings that the firmware keeps in its memory, and some of them in the EEPROM."""
 
     log: LogFlags = field(default_factory=LogFlags)
     actuators: list[Setting] = field(default_factory=stock_settings)

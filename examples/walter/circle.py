@@ -44,7 +44,7 @@ def ask(port: serial.Serial, line: str) -> str:
 
 
 def where_deg(bench: ServedBench) -> tuple[float, float]:
-    """Where hip and forearm are: what nobody could measure without an encoder."""
+    """Angles of hip and forearm: on the real arm nobody could measure them without an encoder."""
     hip, forearm = (bench.ask("state", device=f"w1.{name}") for name in ("hip", "forearm"))
     return hip["position_deg"], forearm["position_deg"]
 

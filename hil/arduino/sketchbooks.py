@@ -18,7 +18,7 @@ _PREFERENCES = "preferences.txt"
 _PLACE = "sketchbook.path"
 _DEBIANS_IDE = Path("/usr/share/arduino")
 _PLACES = (Path("/opt"),)
-"""Where IDEs are unpacked, beside the user's home."""
+"""Folders in which IDEs are unpacked, beside the user's home."""
 
 
 def default_sketchbook(home: Path) -> Path:

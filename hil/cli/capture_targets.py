@@ -26,7 +26,7 @@ from hil.wire.pcapng import CaptureError, Interface
 DISSECTOR = "wireshark/sac_packets.lua"
 _PATIENCE_S = 2
 _NO_DISPLAY = re.compile(r"could not connect to display|cannot open display|no Qt platform plugin")
-"""What Qt says, by way of Wireshark, where it has no screen."""
+"""Messages of Qt, by way of Wireshark, on a computer without a screen."""
 _SHOWN_BYTES = 4000
 
 

@@ -49,7 +49,7 @@ class DecodedItem:
     data: bytes = b""
     can_id: int | None = None
     stream: Hashable = None
-    """Whose bytes ``data`` are, one item after the other: what splits them, or the record that this is."""
+    """Key of the sequence that ``data`` is a part of: the splitter of its bytes, or this record itself."""
 
     def line(self, first_ns: int, *, colours: bool = False) -> str:
         """Format for people: seconds since ``first_ns``, source, words; with an error in red."""

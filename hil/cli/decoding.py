@@ -158,7 +158,7 @@ class _Line:
 
 
 Eds = Mapping[int, EdsObjects]
-"""What is known of CANopen nodes, by their ids."""
+"""Objects of CANopen nodes from their EDS files, by node id."""
 
 
 class _Buses:
@@ -243,7 +243,7 @@ class Decoder:
             yield self._buses.decoded(logged, record.comment, record)
 
     def stream_of(self, record: Record) -> Hashable:
-        """Whose bytes those of a record are, as its items have it in ``stream``; after ``take``."""
+        """Key of the sequence that a record's bytes belong to: ``stream`` of its items. After ``take``."""
         if record.line.is_can or record.event not in (RecordKind.TX, RecordKind.RX):
             return record
         return self._terminals[record.line] if record.line.framing == RAW else self._line(record)

@@ -26,7 +26,7 @@ _POLL_S = 0.1
 _PATIENCE_NS = 3_000_000_000
 """Simulated time in which a board at its main menu has taken a command."""
 _LOOP, _LAG = ("r", "yw", "e"), ("commanded_deg", "position_deg", "lag_steps")
-"""What is drawn of a pulse train: of a servo, and of a driver without an encoder. The last is the error."""
+"""Signals drawn of a pulse train: of a servo, and of a driver without an encoder. The last is the error."""
 _SETTLE_NS = 300_000_000
 """Time between switching the loop on and the step."""
 _STEP_INTERVAL_MS = 0.25

@@ -113,7 +113,6 @@ def _echoing(masters: Sequence["LiveMaster"]) -> Iterator[str]:
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> str:
-    """Rows as a table in plain text."""
 
     def cells(row: dict[str, Any]) -> tuple[str, ...]:
         trip, command = (row[name] for name in ("round_trip_ms", "command_ms"))

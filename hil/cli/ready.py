@@ -93,7 +93,6 @@ def _ready(live: LiveBench, control: Path) -> dict[str, Any]:
 
 
 def _bauds(live: LiveBench) -> dict[str, int | None]:
-    """Speeds of all ports."""
     config, profiles = live.configured.config, live.configured.catalogue.profiles
     bauds: dict[str, int | None] = {}
     for label in live.places.uarts:

@@ -175,7 +175,6 @@ def _node_table(nodes: dict[str, dict[str, Any]]) -> RenderableType:
 
 
 def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
-    """Columns ``MOTION`` of an axis."""
     state = shown_state(shot)
     angles = (fixed(state.shaft_deg(shot), 2), fixed(state.board_deg(shot), 2))
     return *angles, fixed(shot.get("velocity_rpm"), 1), state.word(shot)

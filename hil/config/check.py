@@ -156,7 +156,6 @@ def _with_taps(key: str, name: str, line: Any, ports: PortsCheck) -> Any:
 def _findings_between(
     value: dict[str, Any], profiles: Mapping[str, ProfileInfo], catalogue: Catalogue
 ) -> Iterator[Finding]:
-    """Findings between devices."""
     devices = value["devices"]
     real = {name for name, raw in devices.items() if raw.get("at") is not None}
     full = {

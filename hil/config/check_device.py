@@ -110,7 +110,6 @@ class DeviceCheck:
             }
 
     def _no_uarts(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
-        """Check that a board without UARTs has no key for one."""
         for key in _AT_UARTS:
             if result.pop(key, None) not in (None, {}):  # as it stands in a log
                 self._add(f"a {profile.name} has no serial interface", "leave this key out", key, at_key=True)

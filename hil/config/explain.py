@@ -27,7 +27,7 @@ from hil.vocab.near_words import did_you_mean, meant, nearest
 
 
 class StrictModel(BaseModel):
-    """Model that takes no other keys and types than it has, and is not changed."""
+    """Frozen model that refuses unknown keys and values of another type."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 

@@ -98,7 +98,7 @@ def _profile(profile: ProfileInfo) -> dict[str, Any]:
 
 
 def _no_uarts(profile: ProfileInfo) -> dict[str, Any]:
-    """Properties that the keys of serial interfaces have of a board without."""
+    """Schema of a board without serial interfaces: their keys may only be null."""
     return {} if profile.uarts else {key: {"type": "null"} for key in ("port", "network", "baud")}
 
 

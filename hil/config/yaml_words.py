@@ -44,7 +44,7 @@ _WORDS = (
      "keep one document in a file: remove the line ---"),
     ("nested more", "{problem}", "no key is nested so deep"),
 )  # fmt: skip
-"""What the parser says (its context and its problem), the message, the remedy."""
+"""Rows of the parser's words (its context and its problem), our message, and the remedy."""
 _TOKENS = {
     "<stream end>": "the end of the file",
     "<block end>": "the end of the indented lines",

@@ -46,7 +46,6 @@ class Boards(Mapping[str, Profile]):
 
 @cache
 def _load(place: BoardPlace, named: Named | None) -> Profile:
-    """Import a board."""
     if not (place.folder / PYTHON).exists():
         raise ConfigError([place.problem(PYTHON, "this file is missing", SAY_IT)])
     said = _imported(place)

@@ -45,7 +45,6 @@ def can_verbs() -> dict[str, Verb]:
 
 
 def _verbs(ramps: tuple[Parameter, ...], stops: str) -> list[Verb]:
-    """Verbs that all drives have."""
     return [
         _verb("enable", "switch the loop on, which holds the shaft where it is"),
         _verb("disable", "switch the loop off"),

@@ -12,7 +12,7 @@ LEAST_ANGLE = 1e-6
 
 
 class ArcTolerance(NamedTuple):
-    """What LinuxCNC 2.9 allows, as measured with its interpreter, in millimetres."""
+    """Limits of LinuxCNC 2.9, as measured with its interpreter, in millimetres."""
 
     radius_mm: float
     """Smaller radii count as 0, and a radius may be too short for the ends by this."""

@@ -104,7 +104,7 @@ class Pause(NamedTuple):
 
 
 class PathMode(NamedTuple):
-    """How corners are passed from here on. ``tolerance_mm`` belongs to ``blend``: None leaves it open."""
+    """Mode of passing corners from here on. ``tolerance_mm`` belongs to ``blend``: None leaves it open."""
 
     place: Place
     kind: PathModeKind
@@ -142,7 +142,7 @@ class Settings(NamedTuple):
 
 
 class Program(NamedTuple):
-    """What a text says.
+    """Motions, remarks and problems of a text in G-code.
 
     ``motions`` is empty if there is a problem: a program is whole or does not move. ``problems`` are in the
     order of the text. ``remarks`` tell what is read and does nothing here. ``understood``: the motions, in a

@@ -1,4 +1,4 @@
-"""Where this reader differs from LinuxCNC's interpreter by intent."""
+"""Intended differences of this reader from LinuxCNC's interpreter."""
 
 from typing import Literal, NamedTuple
 

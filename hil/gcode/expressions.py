@@ -15,7 +15,7 @@ LAST_PARAMETER = 5601
 """The highest number of a parameter, as in LinuxCNC 2.9; RS-274/NGC asks for 5400."""
 
 COMMENT = "("
-"""What stands in a line in the place of a comment."""
+"""Character that takes the place of a comment in a line."""
 
 DEEPEST = 40
 """Brackets in brackets. Each needs up to nine frames of Python's stack, which has 1000."""

@@ -190,7 +190,7 @@ LETTERS: Mapping[str, str] = {
     "Q": "read with G64, and nothing is done: lines are not joined",
     "N": "number of a line, first in it: any",
 }
-"""What the letters are followed by a number for, beside G and M."""
+"""Meanings of the letters beside G and M, for messages."""
 
 REFUSED_LETTERS: Mapping[str, str] = {
     "d": "no word here takes it: the cutter's radius is not compensated",

@@ -26,7 +26,7 @@ class PreloadRefused(Exception):
 
 
 class _Elf(NamedTuple):
-    """What an ELF file is made for. ``is_dynamic``: a loader starts it."""
+    """Target for which an ELF file is made. ``is_dynamic``: a loader starts it."""
 
     machine: tuple[int, int, int]
     is_dynamic: bool
@@ -91,7 +91,6 @@ def _refuse_started(program: Path, found: os.stat_result) -> str:
 
 
 def _refuse_file(program: Path) -> str:
-    """Reason by what is in the file."""
     ours, its = _elf(LIBRARY), _elf(program)
     if its is None:
         return ""

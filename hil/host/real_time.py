@@ -29,7 +29,7 @@ class Grant:
     more: str = ""
     """Remedy where a lower priority than wanted was granted."""
     is_asked: bool = True
-    """Whether the user asked for real time: who did not is spared the remedies."""
+    """True if the user asked for real time: who did not is spared the remedies."""
 
     @property
     def state(self) -> str:

@@ -72,7 +72,6 @@ class LineLoop:
         raise NotImplementedError
 
     def _outstanding(self) -> Sequence[Transaction]:
-        """Transactions that are not over."""
         raise NotImplementedError
 
     def _after_turn(self) -> None:

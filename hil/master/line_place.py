@@ -1,4 +1,4 @@
-"""Where a line is: a tap of a bench that runs here, by its name, or the address of a port."""
+"""Places of lines: a tap of a bench that runs here, by its name, or the address of a port."""
 
 import os
 import time

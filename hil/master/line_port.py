@@ -17,7 +17,7 @@ _PIECE = 4096
 _LOOK_S = 0.2
 """Time after which a thread that reads looks whether it is still wanted."""
 ERRORS = (OSError, ValueError, termios.error)
-"""What pyserial raises: its own are OSErrors."""
+"""Exceptions of pyserial: its own are OSErrors."""
 
 
 class LinePort:

@@ -12,11 +12,11 @@ log = logging.getLogger("hil")
 
 
 class EchoFilter(Protocol):
-    """What was just sent on a line, without I/O: ``hil.wire.echo.Echo``."""
+    """Filter of what was just sent on a line, without I/O: ``hil.wire.echo.Echo``."""
 
     @property
     def told(self) -> EchoStats:
-        """What is known of the line, and what was dropped."""
+        """Counters of what was dropped, and whether the line has an echo."""
 
     def sent(self, data: bytes, at_ns: int) -> None:
         """Note bytes that go out."""

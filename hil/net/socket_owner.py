@@ -19,7 +19,7 @@ def owner_name(path: Path) -> str:
 
 
 def entry_remedy(path: Path) -> str:
-    """What a user can do whom a control socket, or a folder on the way to it, refuses."""
+    """Remedy for a user whom a control socket, or a folder on the way to it, refuses."""
     import grp
     import pwd
 

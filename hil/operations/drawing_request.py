@@ -1,4 +1,4 @@
-"""What the daemon and the process that plans a drawing tell each other."""
+"""Messages between the daemon and the process that plans a drawing."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from struct import Struct

@@ -268,7 +268,7 @@ class PhraseCourse:
         return pieces
 
     def _note_given(self, at_ns: float) -> None:
-        """Note how far what is given from a time of the plan on will reach."""
+        """Note the bench's time that the pieces reach which are given from ``at_ns`` of the plan on."""
         leg, until_ns = self._leg, self._window_ns(at_ns)
         is_all = until_ns >= self.phrase.duration_ns or leg.pace == 0
         self._given_ns = None if is_all else leg.steady_ns + round((until_ns - leg.steady_at_ns) / leg.pace)

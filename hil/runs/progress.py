@@ -46,7 +46,7 @@ class Progress:
     planned_end_ns: int | None = None
     """Time at which the plan ends, known when it moves; waits and steppers' own ramps can make it later."""
     planned_ns: int = 0
-    """Time of its plan, and of that what is gone: at another pace both stay as planned."""
+    """Duration of its plan. It and ``gone_ns``, the part that is done, are in the plan's time at any pace."""
     gone_ns: int = 0
     pace: float = 1.0
     """Pace that it was told: 1 as planned, 0 paused."""

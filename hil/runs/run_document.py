@@ -236,7 +236,6 @@ class RunTextError(ConfigError):
 
 
 def _rest(value: object, error: ValidationError) -> RunDocument | None:
-    """Run that is left without what is wrong."""
     if not isinstance(value, dict):
         return None
     left: dict[str, Any] = {"run": "run"} | value

@@ -57,7 +57,7 @@ class Tap:
 
     @property
     def sole(self) -> SoleOf:
-        """What says of the wire's bytes whether others on a real line here may send them."""
+        """Function that says of the wire's bytes whether others on a real line here may send them."""
         return sole_by(
             self.segment.framing, lambda address: bool(self.segment.clashes_with(address, self.name))
         )

@@ -130,8 +130,10 @@ class Twin:
         return self.due_ns
 
     def _offer(self, now_ns: SimTimeNs, uart: DeviceUart, flight: Flight) -> bool:
-        """Offer packets to what takes them beside the main program, which else gets their bytes. Return
-        whether that is all of the turn: nothing that the firmware has is other than before it."""
+        """Offer packets to a reader beside the main program; if it declines, the program gets their bytes.
+
+        Return true if the turn is over with that: the firmware's state is as before.
+        """
         runtime = self._sketch.runtime
         if runtime.takes and runtime.takes(flight.packets or ()):
             interfaces = self._interfaces

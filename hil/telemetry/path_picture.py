@@ -60,5 +60,4 @@ def _views(asked: Places, letters: str) -> list[tuple[int, int]]:
 
 
 def _named(letter: str) -> str:
-    """Name of an axis with its unit."""
     return f"{letter.upper()} ({'deg' if letter in 'abc' else 'mm'})"

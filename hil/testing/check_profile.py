@@ -241,7 +241,7 @@ def _reset(trial: Trial) -> str | None:
 
 
 def _same_until(end_ns: int, one: Heard, other: Heard) -> str | None:
-    """First difference of what one sent before a time from what another sent first, or None."""
+    """First difference between what ``one`` sent before ``end_ns`` and as much of ``other``, or None."""
     early = {uart: [piece for piece in pieces if piece[0] < end_ns] for uart, pieces in one.items()}
     return _same(early, {uart: pieces[: len(early[uart])] for uart, pieces in other.items()}, LINE_NS)
 

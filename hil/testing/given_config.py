@@ -1,4 +1,4 @@
-"""What a test gives to make a bench from: a path, YAML text or a dict."""
+"""Configurations that a test gives: a path, YAML text or a dict."""
 
 import json
 import os

@@ -209,7 +209,6 @@ def _line(stream: IO[bytes], timeout_s: float) -> tuple[bytes, bool]:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a daemon and wait for it."""
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.terminate()
         process.wait(END_S)

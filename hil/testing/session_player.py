@@ -151,7 +151,6 @@ def _timed(
 
 
 def _texts(timeline: Sequence[TimedText]) -> list[TimedText]:
-    """Join texts of one time."""
     joined: list[TimedText] = []
     for at_ms, text in timeline:
         if joined and abs(joined[-1][0] - at_ms) < 1e-7:

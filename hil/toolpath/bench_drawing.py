@@ -73,7 +73,7 @@ def planned_drawing(
 
 
 def _begin(machine: Machine, axes: Mapping[str, AxisNow]) -> Point:
-    """Where a machine stands, by its axes' set-points."""
+    """Point at which a machine stands, by its axes' set-points."""
     places = {
         axis.letter: (axes[str(axis.bench_axis)].position_deg - axis.zero_deg) / axis.motor_deg_per_unit
         for axis in machine.axes

@@ -228,7 +228,7 @@ class BenchRuns:
 
 
 def machine_problems(machine: Machine, file: str, known: Mapping[str, AxisNow]) -> list[Problem]:
-    """What a bench with these axes lacks for a machine."""
+    """Problems of a machine on a bench with these axes."""
     problems = []
     there = ", ".join(known) or "none"
     for axis in machine.axes:

@@ -245,7 +245,7 @@ class MotionCheck:
         return tuple(point[index] for index in self._indices)
 
     def _length(self, way: Position) -> tuple[int, float]:
-        """What the length of a way is of, and the length."""
+        """Measure of a way (``PathItem.measure``) and its length in that."""
         squares = [0.0, 0.0, 0.0]
         for measure, each in zip(self._measures, way, strict=True):
             squares[measure] += each * each

@@ -150,7 +150,6 @@ class NodePhrases:
         return None
 
     def _moving(self, here: Position, segments: Sequence[Segment]) -> Iterator[list[str]]:
-        """Axes that move in each segment."""
         before = self.pulses_at(here)
         for segment in segments:
             there = self.pulses_at(segment.end)

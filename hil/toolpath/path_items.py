@@ -18,7 +18,7 @@ class Chord(NamedTuple):
     """From its beginning to its end."""
     length: float
     measure: int
-    """What the length is of: 0 of X Y Z, 1 of U V W, 2 of A B C."""
+    """Axes that the length is measured over: 0 for X Y Z, 1 for U V W, 2 for A B C."""
     asked_per_s: float
     """Speed that is asked for; infinite: as fast as the axes can."""
     place: Place

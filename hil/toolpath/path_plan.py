@@ -132,7 +132,7 @@ def plan_path(
 
 
 def _too_long(plan: PathPlan) -> Iterator[Problem]:
-    """Where a program takes longer than a day, and each stretch that nodes would be streamed too long."""
+    """Problems of a program longer than a day, and of stretches that are too long to be streamed to nodes."""
     left_s, segment_s = LONGEST_S, plan.machine.segment_s
     for item in plan.items:
         place: Place | None = None

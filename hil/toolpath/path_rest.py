@@ -70,7 +70,6 @@ def _end(begin: Position, chords: Sequence[Chord]) -> Position:
 
 
 def _from_place(chord: Chord, here: Position) -> Chord:
-    """Rest of a chord from a place on it."""
     way = tuple(b - a for a, b in zip(here, chord.end, strict=True))
     whole = sum(abs(each) for each in chord.way)
     part = sum(abs(each) for each in way) / whole if whole else 0.0

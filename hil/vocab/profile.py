@@ -87,7 +87,7 @@ class Profile:
     framing: Framing | None = None
     """Framing of the line that the board is on; None: it has no say in that."""
     line_nodes: LineNodes | None = None
-    """How the master of that line speaks with its nodes; None: hil has no master for it."""
+    """Commands and answers between the master of that line and its nodes; None: hil has no master for it."""
     verbs: tuple[Verb, ...] = ()
     """Requests that a twin understands beside those of all boards."""
     starve: Callable[..., bool | None] | None = None

@@ -56,7 +56,7 @@ class RtuPlace:
     baud: int = BAUD
     format: str = FORMAT
     echo: bool | None = None
-    """Whether the adapter echoes what it sends; None: nobody has said so."""
+    """True if the adapter echoes what it sends; None: nobody has said so."""
 
     @property
     def character_bits(self) -> int:

@@ -44,7 +44,7 @@ class _Sent:
 
 
 class Echo:
-    """What was just sent on a line, and what of it has come back. Times never go back.
+    """Record of what was just sent on a line, and of what came back of it. Times never go back.
 
     ``wanted``: whether the line has an echo, if somebody has said so. ``sole``: says whether another station
     may send the same; None: nobody knows, and the line is not looked at. ``in_pieces``: what belongs together

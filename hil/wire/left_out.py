@@ -1,4 +1,4 @@
-"""What the reader of a file has left out: counted, with the place of the first of each kind."""
+"""Items that the reader of a file has left out: counted, with the place of the first of each kind."""
 
 _MOST = 6
 """Reasons that are told apart; more would be no line for people."""

@@ -15,7 +15,7 @@ IAC, DONT, DO, WONT, WILL, SB, SE = 255, 254, 253, 252, 251, 250, 240
 BINARY, ECHO, SUPPRESS_GO_AHEAD, COM_PORT = 0, 1, 3, 44
 _AGREED = (BINARY, ECHO, SUPPRESS_GO_AHEAD, COM_PORT)
 _OFFERED = ((WILL, ECHO), (WILL, SUPPRESS_GO_AHEAD), (WILL, BINARY), (DO, BINARY))
-"""What each client is offered; without BINARY the Enter key of most sends a 0, too (RFC 854, page 11)."""
+"""Options offered to each client; without BINARY the Enter key of most sends a 0, too (RFC 854, page 11)."""
 _MOST_AGREED = 8
 """Maximum number of times that one option is agreed to, so that no client's answers go round forever."""
 (SIGNATURE, SET_BAUD, SET_DATA_SIZE, SET_PARITY, SET_STOP_SIZE, SET_CONTROL) = range(6)

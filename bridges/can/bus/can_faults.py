@@ -137,10 +137,10 @@ class CanFaults:
 
 
 def _drawing(noises: dict[int, Fault]) -> dict[int, int]:
-    """What each noise that may hit a bit draws below, by its number: one of rate 0 never does."""
+    """Draws out of 2**64 with which each noise hits a bit, by the noise's number. Rate 0 has no row."""
     return {number: draws for number, fault in noises.items() if (draws := _draws(fault))}
 
 
 def _draws(fault: Fault) -> int:
-    """How many of 2**64 draws hit, at a fault's rate."""
+    """Number of draws out of 2**64 that hit, at a fault's rate."""
     return math.ceil(fault.number("rate") * _DRAWS)

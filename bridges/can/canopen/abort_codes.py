@@ -76,4 +76,4 @@ ABORTS: Mapping[int, str] = {
     AbortCode.NO_DICTIONARY: "there is no object dictionary",
     AbortCode.NO_DATA: "there is no data",
 }
-"""What a code says, in words, for captures and errors."""
+"""Text of an abort code, for captures and errors."""

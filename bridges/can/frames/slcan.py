@@ -35,7 +35,7 @@ _FORMS = {
     "R": f"[01]{_HEX}{{7}}[0-8]",
     **dict.fromkeys("OLCFVN", ""),
 }
-"""What stands behind the letter of each command."""
+"""Forms of the text behind the letter of each command."""
 _COMMAND = re.compile("|".join(f"{letter}{form}" for letter, form in _FORMS.items()).encode())
 
 
@@ -44,7 +44,7 @@ class SlcanCommand(NamedTuple):
 
     letter: str
     text: bytes = b""
-    """What stands behind the letter."""
+    """The text behind the letter."""
     frame: CanFrame | None = None
 
 

@@ -20,8 +20,8 @@ _HEAD = struct.Struct(">IBBBB")
 _CONTROLLER, _PROTOCOL, _NO_ACK, _BUS_OFF, BUS_ERROR = 0x04, 0x08, 0x20, 0x40, 0x80
 """Classes of errors, in the identifier."""
 _LOST, _PASSIVE, _ACTIVE = 0x01, 0x30, 0x40
-"""What a controller has, in the second byte: lost frames, for lack of room; become passive as receiver or
-sender; become active again."""
+"""Bits of a controller's problem, in the second byte: frames lost for lack of room; passive as receiver or
+sender; active again."""
 _ERRORS = {
     "bit": (_PROTOCOL, 0x01, 0),
     "form": (_PROTOCOL, 0x02, 0),

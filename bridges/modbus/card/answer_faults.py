@@ -35,7 +35,7 @@ class AnswerFaults:
         return any(list(self._struck("modbus_no_answer")))
 
     def late_ns(self) -> int:
-        """How much later than else the answer comes."""
+        """Delay that the faults add to the answer."""
         late_ms = [fault.number("late_ms") for fault in self._struck("modbus_late")]
         return round(late_ms[-1] * NS_PER_MS) if late_ms else 0
 

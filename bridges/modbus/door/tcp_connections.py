@@ -84,7 +84,7 @@ class TcpConnections:
             self._close("framing", client.fault)
 
     def _known(self, transport: asyncio.Transport) -> Asker | None:
-        """Who a client is. None: it has no role."""
+        """The client's address and role. None: it has no role."""
         if self._tls is None:
             return Asker(_ANYBODY)
         certificate = transport.get_extra_info("ssl_object").getpeercert(binary_form=True)

@@ -50,7 +50,7 @@ class Answer(NamedTuple):
     """An answer that is no exception."""
 
     values: tuple[int, ...] = ()
-    """What was read."""
+    """Values that were read, one for each address."""
     data: bytes = b""
     """Of function 8, behind the sub-function; of function 17, all that is reported."""
     identification: IdentificationPiece | None = None

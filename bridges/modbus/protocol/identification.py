@@ -81,7 +81,7 @@ class IdentificationPiece(NamedTuple):
     read_device_id_code: int
     conformity_level: int
     next_object_id: int | None
-    """Where to go on; None: this is the last piece."""
+    """Object at which the next piece begins; None: this is the last."""
     objects: dict[int, bytes]
 
 

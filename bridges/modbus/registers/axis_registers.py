@@ -23,7 +23,7 @@ _PLANS = 256
 
 
 class _Plan(NamedTuple):
-    """Where the registers of a request are: in the words of the fields, or in the fixed block followed by
+    """Place of a request's registers: in the words of the fields, or in the fixed block followed by
     those."""
 
     is_fixed: bool

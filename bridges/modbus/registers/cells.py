@@ -12,7 +12,7 @@ _VALUES = {name: Struct(f">{code}") for name, code in _CODES.items()}
 _WORDS = {name: Struct(f">{value.size // 2}H") for name, value in _VALUES.items()}
 I32_MIN, I32_MAX = -(2**31), 2**31 - 1
 NO_I32 = I32_MIN
-"""What stands in an i32 that has no value, or whose parameter is left out."""
+"""Content of an i32 that has no value, or whose parameter is left out."""
 
 
 @dataclass(frozen=True)

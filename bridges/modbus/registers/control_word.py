@@ -26,8 +26,8 @@ class ControlWord:
         self.word = 0
 
     def started(self, word: int) -> list[Wanted]:
-        """What a word asks for: the verb of the bit that becomes 1 with its defaults, whatever its registers
-        have.
+        """Verb that a word asks for, that of the bit that becomes 1, or none. It is asked for with its
+        defaults, whatever its registers have.
 
         Raises:
             Refused: a bit starts nothing, or several become 1.

@@ -139,7 +139,6 @@ class DriveUnit:
         return told
 
     def _field(self, look: AxisLook | None, name: str) -> float:
-        """Value of a field of the axis; 0 where it has none of the name."""
         if look is None or (field := self.map.info.fields.get(name)) is None:
             return 0.0
         return value_at(look.packed, field.type, field.offset)

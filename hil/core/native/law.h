@@ -15,15 +15,18 @@ struct law {
     void (*open)(hil_axis *a, const hil_axis_params *params); /* its memory is all zeros, its axis has its plant */
     void (*close)(hil_axis *a);                               /* gives back what it has taken since */
     void (*power_up)(hil_core *c, hil_axis *a, int64_t now_ns);
-    int64_t (*step)(hil_core *c, hil_axis *a, int64_t until_ns); /* all that it does up to and at until_ns, which is not before law_next_ns; how much more than one thing */
+    /* Does all that is due up to and at until_ns, which is not before law_next_ns. Returns the number of
+       things done, less one. */
+    int64_t (*step)(hil_core *c, hil_axis *a, int64_t until_ns);
     void (*drive)(hil_axis *a); /* at a node: the currents that it has told before, as a fault has begun or ended */
     void (*turn)(hil_axis *a); /* at a node, when is_turned: the currents of now. NULL: it never is */
     void (*pin)(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns); /* a level, which may be as it was */
     int (*set)(hil_axis *a, hil_field field, double value, int64_t now_ns); /* -1: no field that it can set */
-    double (*act)(hil_core *c, hil_axis *a, int call, double x, double y, double z); /* a call of its own (abi.def). NULL: there is none */
+    /* A call of its own (abi.def). NULL: there is none. */
+    double (*act)(hil_core *c, hil_axis *a, int call, double x, double y, double z);
     void (*show)(hil_axis *a); /* into its view, after the plant has filled it. NULL: the plant shows all */
     outputs *(*outputs)(hil_axis *a); /* NULL: it has none */
-    void (*look)(hil_axis *a, int64_t now_ns); /* before and after others are who looks at the outputs. NULL: no matter */
+    void (*look)(hil_axis *a, int64_t now_ns); /* called before and after the watchers of its outputs change. NULL: need not know */
 };
 
 /* The plant's whole steps up to t_ns. Currents that a law has turned change at the plant's own nodes, the first one

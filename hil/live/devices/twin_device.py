@@ -207,7 +207,6 @@ class TwinDevice:
     # ---- how it does ----
 
     def _joints(self) -> Iterator[Joint[UartEnd]]:
-        """Joints of its UARTs that have a port."""
         uarts, joints = self._device.uarts, self._home.places.uarts
         return (joints[label] for uart in uarts if (label := uarts.label(self.name, uart)) in joints)
 
@@ -255,7 +254,6 @@ class TwinDevice:
         }
 
     def _load_notes(self, shots: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
-        """Notes on the loads of its axes."""
         for part, shot in shots.items():
             axis = self._device.axes[part]
             for said in load_notes(shot, axis.holding_Nm, axis.speed_limit_rpm):

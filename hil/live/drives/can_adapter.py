@@ -47,7 +47,7 @@ log = logging.getLogger("hil")
 
 @dataclass(frozen=True)
 class Beat:
-    """What is sent again and again: ``frames`` makes those of one time, in the thread that sends them."""
+    """Frames sent at an interval: ``frames`` makes those of one time, in the thread that sends them."""
 
     period_s: float
     frames: Callable[[], Iterable[CanFrame]]
@@ -68,7 +68,7 @@ class CanAdapter:
         self._fd: int | None = None
         self._threads: list[Thread] = []
         self.garbled = 0
-        """What came and was no frame."""
+        """Count of what came and was no frame."""
         self.unsent = 0
         """Frames for which the adapter had no room."""
 

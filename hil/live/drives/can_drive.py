@@ -86,7 +86,7 @@ class CanDrive(RealDrive):
 
     @property
     def greet_spec(self) -> GreetSpec:
-        """What it is greeted with."""
+        """Specification of the greeting, from the configuration."""
         sync_ns = self.line.sync_ns
         syncs = max(round(self.pace.interval_s * 1e9 / sync_ns), 1)
         return GreetSpec(self.node, sync_ns, syncs, self.master, self.spec.units)

@@ -280,5 +280,4 @@ def _said(error: BaseException) -> str:
 
 
 def _reason(error: OSError) -> str:
-    """Words of the system for an error."""
     return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)

@@ -24,7 +24,7 @@ log = logging.getLogger("hil")
 
 @dataclass(frozen=True)
 class DrivePace:
-    """How often a real drive is asked, and how long its answers are waited for, in seconds."""
+    """Interval of a real drive's readings, and time-out of its answers, in seconds."""
 
     interval_s: float
     """Interval of readings of its state."""
@@ -135,7 +135,7 @@ class RealDrive(ABC):
 
     @property
     def identity(self) -> Mapping[str, str]:
-        """Who it says that it is."""
+        """The drive's identity as it tells it, by names."""
         return {}
 
     @property

@@ -15,7 +15,7 @@ GAP_CHARACTERS = 1
 """Characters that the master leaves between packets: drivers of nodes need a moment to go off."""
 EVENTS_KEPT = 10_000
 LATE = 10
-"""How many times the latency an answer to a scan may be late."""
+"""Multiple of the latency by which an answer to a scan may be late."""
 Ended = Callable[[Transaction], None]
 
 
@@ -58,7 +58,7 @@ class NodeMaster:
         )
         self.rest_ns = (nodes.busy_ns if rest_ns is None else rest_ns) + latency_ns
         self.table: dict[int, NodeRow] = {}
-        """What is known of each node that was spoken to or heard, by its address."""
+        """Row of each node that was spoken to or heard, by its address."""
         self.tells_all = False
         """True if all nodes were told to tell when commands begin and end."""
         self.garbled = 0

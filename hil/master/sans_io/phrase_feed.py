@@ -21,8 +21,8 @@ from hil.vocab.time import FOREVER, NS_PER_MS
 IN_HAND = 2
 """Commands that are handed to the line at once, so that it is never idle."""
 AHEAD_US = 600_000.0
-"""Time by which a command goes out before it is needed: longer than a board that does something else first is
-late."""
+"""Lead of a command over the time at which it is needed. A board that is busy with something else reads it
+less than this late."""
 RESTARTS = 2
 """Number of times that an upload may begin again."""
 END_NS = 5 * NS_PER_MS
@@ -251,7 +251,7 @@ class PhraseFeed:
         self._is_ended = True
 
     def pulses_at(self, axis: str, now_ns: int) -> int:
-        """Where an axis is by the plan if its release came at once, in pulses from the machine's zero."""
+        """Position of an axis by the plan if its release came at once, in pulses from the machine's zero."""
         at_us, done = self.at_us(now_ns + self._master.timing.latency_ns), 0.0
         for start_us, end_us, pulses in self._pulses[axis]:
             if at_us > start_us:

@@ -93,7 +93,7 @@ class RunState(StrEnum):
 
 
 class AxisEnd(NamedTuple):
-    """Where an axis of a run is: ``pulses`` from the machine's zero, if that is known. ``why``: why it is
+    """Position of an axis of a run: ``pulses`` from the machine's zero, if that is known. ``why``: why it is
     not, or how it is known; ``about_pulses``: where it was by the plan when it was stopped."""
 
     axis: str

@@ -182,7 +182,6 @@ class Faults:
 
 
 def _ways(fault: Fault, place: Place) -> list[dict[int, ByteFaults]]:
-    """Directions of a port that a fault is on."""
     assert place.uart
     rx, tx = place.uart.rx_faults, place.uart.tx.faults
     if fault.kind == "host_close":

@@ -30,7 +30,7 @@ ABOUT: Mapping[DriveError, str] = {
     DriveError.LOOP_OFF: "the board switched its loop off by itself",
     DriveError.REFUSED: "the board refused what the drive told it",
 }
-"""What an error code says, in words."""
+"""Texts of error codes."""
 _BITS = {
     DriveError.COMMUNICATION: _GENERIC | _COMMUNICATION,
     DriveError.FOLLOWING: _GENERIC | _PROFILE,

@@ -37,7 +37,7 @@ MODES: Mapping[int, str] = {
 SERVO_DRIVE, STEPPER_DRIVE = 0x0002_0192, 0x0004_0192
 """Object 1000h: profile 402, servo drive or stepper motor."""
 PATHS, TORQUE = "paths", "torque"
-"""What an object needs of the axis: paths, or the verb ``torque``."""
+"""Names of what an object needs of the axis: paths, or the verb ``torque``."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class ObjectRow:
 
 
 def _told(index: int, name: str, data_type: DataType, about: str, mapping: str = "tpdo") -> Entry:
-    """What the drive tells."""
+    """Entry of a value that the drive tells: read only."""
     return Entry(index, 0, name, data_type, RO, mapping=mapping, is_live=True, about=about)
 
 
@@ -64,7 +64,7 @@ def _given(
     *,
     mapping: str = "both",
 ) -> Entry:
-    """What a master writes again and again: kept without power of none."""
+    """Entry of a value that a master writes again and again: no drive keeps it without power."""
     return Entry(index, 0, name, data_type, RW, default, low, high, mapping, about=about)
 
 

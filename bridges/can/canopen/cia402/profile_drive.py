@@ -156,7 +156,7 @@ class ProfileDrive:
                     self._services.changed(index, 0)
 
     def _readers(self) -> dict[int, Callable[[int], int]]:
-        """How live objects are read."""
+        """Readers of the live objects, by index; each is given the sub-index."""
         return {
             ERROR_CODE: lambda now_ns: self._automaton.error_code,
             STATUSWORD: lambda now_ns: self._automaton.statusword,

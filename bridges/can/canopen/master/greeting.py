@@ -90,7 +90,7 @@ class DriveKnown:
 
     @property
     def texts(self) -> dict[str, str]:
-        """Who it says that it is, by names."""
+        """The drive's identity as it tells it, by names."""
         numbers = {name: f"{number:08X}h" for name, number in self.identity.items()}
         return ({"name": self.name} if self.name else {}) | numbers
 

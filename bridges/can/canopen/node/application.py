@@ -59,7 +59,7 @@ class Entry:
     high: int | float | None = None
     """Highest value that may be written; of strings the number of bytes."""
     mapping: str = ""
-    """What it may be mapped into: nothing, ``rpdo``, ``tpdo`` or ``both``."""
+    """PDOs into which it may be mapped: none, ``rpdo``, ``tpdo`` or ``both``."""
     is_stored: bool = False
     """True if 1010h keeps it."""
     is_live: bool = False

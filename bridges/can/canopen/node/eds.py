@@ -18,7 +18,7 @@ _RECORDS = (0x1018, *range(0x1200, 0x1300), *range(0x1400, 0x1C00))
 """Objects that are records though their sub-indices may be of one type (CiA 301, 7.4.8.1)."""
 _BIT_RATES_K = (10, 20, 50, 125, 250, 500, 800, 1000)
 _DATE, _TIME = "01-01-2026", "12:00AM"
-"""When the form of the file was last changed: the same node has the same file on any day."""
+"""Time of the last change of the file's form: the same node has the same file on any day."""
 _DUMMIES = range(1, 8)
 _WAYS = {"tpdo": "rwr", "rpdo": "rww"}
 """Access of what can be read and written, but mapped one way only."""
@@ -155,5 +155,5 @@ def _section(name: str, rows: Iterator[_Row] | Sequence[_Row]) -> Iterator[str]:
 
 
 def _one_line(value: str | int) -> str:
-    """What is left of a value where a line of printable ASCII is asked for."""
+    """The value as one line of printable ASCII: everything else is left out."""
     return "".join(char if " " <= char <= "~" else "?" for char in str(value))

@@ -60,7 +60,7 @@ class ObjectDictionary:
         self._owners |= dict.fromkeys(indexes, owner)
 
     def owner_of(self, index: int) -> ObjectOwner | None:
-        """Who is told of an object; nobody of those below 2000h that no service has."""
+        """Owner that is told of an object; None for those below 2000h that no service has."""
         return self._profile if index >= 0x2000 else self._owners.get(index)
 
     def objects(self) -> Iterator[tuple[int, list[Entry]]]:

@@ -31,7 +31,7 @@ _ANSWERS = ("done", "refused")
 
 
 def lss_request(data: bytes) -> str:
-    """Say a frame of the master."""
+    """Describe a frame of the master."""
     if len(data) != 8:
         return f"{len(data)} bytes, an LSS frame has 8"
     command, number = data[0], int.from_bytes(data[1:5], "little")
@@ -58,7 +58,7 @@ def lss_request(data: bytes) -> str:
 
 
 def lss_response(data: bytes) -> str:
-    """Say a frame of a node."""
+    """Describe a frame of a node."""
     if len(data) != 8:
         return f"{len(data)} bytes, an LSS frame has 8"
     command, number = data[0], int.from_bytes(data[1:5], "little")

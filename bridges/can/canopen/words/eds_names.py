@@ -118,7 +118,6 @@ class _Reader:
 
 
 def _sections(text: str, left_out: LeftOut) -> dict[tuple[int, int], _Fields]:
-    """Entries of objects' sections."""
     sections: dict[tuple[int, int], _Fields] = {}
     fields: _Fields = {}
     for number, line in _lines(text):

@@ -57,7 +57,7 @@ class SdoWords:
         self._transfer: _Transfer | None = None
 
     def request(self, data: bytes) -> str:
-        """Say a frame of the client."""
+        """Describe a frame of the client."""
         if len(data) != FRAME_BYTES:
             return _wrong_length(data)
         transfer = self._transfer
@@ -80,7 +80,7 @@ class SdoWords:
                 return f"unknown command {command}"
 
     def response(self, data: bytes) -> str:
-        """Say a frame of the server."""
+        """Describe a frame of the server."""
         if len(data) != FRAME_BYTES:
             return _wrong_length(data)
         transfer = self._transfer
