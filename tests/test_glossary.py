@@ -13,7 +13,8 @@ from mentions import MENTION, is_defined
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "glossary.md"
 ROOTS = sorted(init.parent.name for init in ROOT.glob("*/__init__.py"))
-ENDINGS = "Endings of class names"
+ENDINGS, VERBS, PLAIN = "Endings of class names", "Verbs", "Plain words"
+NOUNS_MOST, VERBS_MOST = 120, 25
 SINGULAR = {"axes": "axis"}
 LONGEST = 160
 """Characters of a definition."""
@@ -71,7 +72,14 @@ def rows() -> list[Row]:
 
 def words(*, endings: bool) -> set[str]:
     """Words of the page in lower case, with the endings of class names or without."""
-    return {word.lower() for row in rows() if endings or row.section != ENDINGS for word in row.words}
+    return plain() | {
+        word.lower() for row in rows() if endings or row.section != ENDINGS for word in row.words
+    }
+
+
+def plain() -> set[str]:
+    """Words in lower case that names use as a dictionary has them."""
+    return {word.lower() for word in re.findall(r"\*(\w+)\*", PAGE.read_text().partition(f"## {PLAIN}")[2])}
 
 
 def parts(name: str) -> list[str]:
@@ -129,8 +137,28 @@ def test_classes_of_the_vocabulary_are_named_by_words() -> None:
     assert {name: strange for name in shared if (strange := unknown(name, known, endings))} == {}
 
 
-def test_rooms_are_named_by_words() -> None:
-    known = words(endings=False)
+def test_plain_words_are_needed_and_have_no_row() -> None:
+    shared = [name for name, where in classes().items() if any("hil/vocab/" in path for path in where)]
+    used = {part.removesuffix(end) for name in shared for part in parts(name) for end in ("", "s")}
+    assert sorted(plain() - used) == []
+    assert sorted(plain() & {word.lower() for row in rows() for word in row.words}) == []
+
+
+def test_the_page_is_short() -> None:
+    verbs = [word for row in rows() if row.section == VERBS for word in row.words]
+    assert len(verbs) <= VERBS_MOST
+    assert len([word for row in rows() for word in row.words]) - len(verbs) <= NOUNS_MOST
+
+
+@pytest.mark.parametrize("row", [row for row in rows() if row.section == VERBS], ids=lambda row: row.words[0])
+def test_a_verb_is_what_its_place_in_the_code_does(row: Row) -> None:
+    (verb,) = row.words
+    assert re.search(rf"\b{verb.replace(' ', '_')}\w*`$", row.where)
+
+
+def test_rooms_are_named_by_words_or_in_the_layout() -> None:
+    layout = (ROOT / "CONTRIBUTING.md").read_text().partition("\n## Commands")[0]
+    known = words(endings=False) | set(re.findall(r"^\| `hil/(\w+)`", layout, re.M))
     rooms = [path.parent.name for path in (ROOT / "hil").glob("*/__init__.py")]
     assert len(rooms) > 12
     assert [room for room in rooms if {room, room.removesuffix("s")}.isdisjoint(known)] == []
