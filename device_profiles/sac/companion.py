@@ -3,13 +3,23 @@
 Source: SAC user manual, companion app, Appendix C.
 """
 
-import re
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from device_profiles.sac.companion_files import ROWS, QueueFile, Row
 from device_profiles.sac.network import DC1, DC2
+from device_profiles.sac.screen_reading import (
+    CLOCK_CORRECTION_US,
+    DEVICE_ID,
+    INTERRUPT_OVERHEAD_US,
+    MICROSTEP_EXPONENT,
+    SOFT_OPS,
+    STEPS_PER_REV,
+    number_on,
+    read_listing,
+    read_speed,
+)
 from device_profiles.sac.terminal import PROMPT
 from device_profiles.sac.typed_text import WORD, f_of
 from hil.vocab.dialogue import (
@@ -35,8 +45,6 @@ ANSWER_NS = 5 * NS_PER_S
 CALIBRATION_S = 60
 _ECHO_US = 200_000
 """Start wait of a calibration, so that the start signal does not queue behind echo and prompt."""
-STEPS_PER_REV = r"a sprf\s+(\d+)"
-_ROW = re.compile(r"(\d+)\t(\d+)\t([ +])(CW|CCW)\t(\d+)\t(\d+)\t([ *])([\d.]+)\t([\d.]+)\t(\d+)\t(s?) +(\d+)")
 
 
 class BoardTerminal:
@@ -152,7 +160,7 @@ def device_id() -> Dialogue[int]:
     """Read the board's address on the network."""
     terminal = BoardTerminal()
     yield from terminal.sync()
-    return number_on((yield from terminal.screen("cc")), r"M d_id\s+(\d+)")
+    return number_on((yield from terminal.screen("cc")), DEVICE_ID)
 
 
 def save() -> Dialogue[list[Row]]:
@@ -172,12 +180,6 @@ def commands(lines: Sequence[str]) -> Dialogue[list[str]]:
     return said
 
 
-def number_on(screen: str, pattern: str) -> int:
-    if not (match := re.search(pattern, screen)):
-        raise DialogueError(f"this is not a SAC's screen: {screen[:80]!r}")
-    return int(match[1])
-
-
 def stands_still(terminal: BoardTerminal, timeout_ns: int = ANSWER_NS) -> Dialogue[None]:
     """Check that the motor stands.
 
@@ -185,34 +187,12 @@ def stands_still(terminal: BoardTerminal, timeout_ns: int = ANSWER_NS) -> Dialog
         BoardRefusal: the motor runs.
     """
     lines = yield from terminal.ask("vd", timeout_ns)
-    if lines[:1] != ["0\t0"]:
+    if read_speed(lines) != (0, 0):
         raise BoardRefusal("the motor runs; stop it first (S): the queue must not change while it runs")
 
 
 def _listing(terminal: BoardTerminal) -> Dialogue[list[Row]]:
-    lines = yield from terminal.ask("q", 40 * NS_PER_S)
-    rows = [_row(match) for line in lines if (match := _ROW.fullmatch(line))]
-    if [row.position for row in rows] != list(range(1, ROWS + 1)):
-        raise DialogueError(f"the listing has {len(rows)} rows that can be read, not {ROWS}")
-    return rows
-
-
-def _row(match: re.Match[str]) -> Row:
-    position, steps, pulses, direction, rpm, cycle_us, ramp, acc, dec, extra, sync, wait_us = match.groups()
-    return Row(
-        position=int(position),
-        steps=int(steps),
-        is_ccw=int(direction == "CCW"),
-        is_full=int(pulses == " "),
-        rpm=int(rpm),
-        cycle_us=int(cycle_us),
-        is_linear=int(ramp == "*"),
-        acc_hundredths=round(float(acc) * 100),
-        dec_hundredths=round(float(dec) * 100),
-        extra_pulses=int(extra),
-        is_sync=int(sync == "s"),
-        wait_us=int(wait_us),
-    )
+    return read_listing((yield from terminal.ask("q", 40 * NS_PER_S))).rows
 
 
 @dataclass(frozen=True)
@@ -252,7 +232,7 @@ def calibrate(rpm: int) -> Dialogue[Calibration]:
     if not 2 <= cycle_us <= WORD // 2 or steps >= WORD:
         raise Refusal(f"{rpm} RPM is no speed at {steps_per_rev} steps a turn")
     yield from stands_still(terminal)
-    was_on = bool(number_on((yield from terminal.screen("cf")), r"soft_ops\s+(\d)"))
+    was_on = bool(number_on((yield from terminal.screen("cf")), SOFT_OPS))
     yield from terminal.ask("$O1")
     yield Send(f"xm{steps}v{rpm}a999d999u0ft{_ECHO_US}\r".encode())
     begun_ns = yield from _signal(DC1[0], 3, 0)
@@ -264,9 +244,9 @@ def calibrate(rpm: int) -> Dialogue[Calibration]:
         rpm=rpm,
         nominal_ns=steps * cycle_us * 1000,
         measured_ns=ended_ns - begun_ns,
-        pulses=steps << number_on(screen, r"J ustep\s+(\d+)"),
-        interrupt_overhead_us=number_on(screen, r"H ihd\s+(\d+)"),
-        clock_correction_us=number_on(screen, r"I xclk\s+(\d+)"),
+        pulses=steps << number_on(screen, MICROSTEP_EXPONENT),
+        interrupt_overhead_us=number_on(screen, INTERRUPT_OVERHEAD_US),
+        clock_correction_us=number_on(screen, CLOCK_CORRECTION_US),
     )
 
 

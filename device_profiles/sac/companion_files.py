@@ -5,7 +5,6 @@ blanks, with commas between; lines end CR LF; a fraction under 1 has no zero bef
 """
 
 import re
-from collections.abc import Iterator
 from typing import NamedTuple
 
 from device_profiles.sac.typed_text import WORD, f_of
@@ -21,8 +20,10 @@ COLUMNS = (
 _LARGEST = (ROWS, WORD - 1, 1, 1, WORD - 1, WORD - 1, 1, 99900, 99900, 255, 1, WORD - 1)
 _HUNDREDTHS = (7, 8)
 LINE_BYTES = 80
-_FILE_BYTES = 100_000
+FILE_BYTES = 100_000
+_CUT = "it was cut off, copy it again"
 _NUMBER = re.compile(r"[0-9]*\.?[0-9]+|[0-9]+\.")
+_NUMBERS = re.compile(r"[0-9\s.,]+")
 
 
 class Row(NamedTuple):
@@ -72,13 +73,18 @@ def read_queue(data: bytes, file: str) -> QueueFile:
     """
     problems: list[str] = []
     rows: dict[int, tuple[Row, str]] = {}
-    lines = list(_lines(data, file, problems))
+    lines, is_whole = _lines(data, file)
     for number, line in enumerate(lines, 1):
         if not line.strip():
             if number < len(lines):
                 problems.append(f"{file}:{number}:1: an empty line; take it out")
             continue
-        row = _row(line, f"{file}:{number}", problems)
+        if number == len(lines) and not is_whole and _is_cut(line):
+            problems.append(
+                f"{file}:{number}:{len(line) + 1}: the file ends in the middle of this row; {_CUT}"
+            )
+            continue
+        row = read_row(line, f"{file}:{number}", problems)
         if row is None:
             continue
         if row.position in rows:
@@ -95,19 +101,33 @@ def read_queue(data: bytes, file: str) -> QueueFile:
     return QueueFile([row for row, _ in in_order], [where for _, where in in_order])
 
 
-def _lines(data: bytes, file: str, problems: list[str]) -> Iterator[str]:
-    if len(data) > _FILE_BYTES:
-        problems.append(f"{file}:1:1: {len(data):,} bytes; a file of the companion has some thousand")
-        return
+def _lines(data: bytes, file: str) -> tuple[list[str], bool]:
+    """Split a file; answers its lines, and False if it ends within the last one.
+
+    Raises:
+        Refusal: it is too long, or no text.
+    """
+    if len(data) > FILE_BYTES:
+        raise Refusal(f"{file}:1:1: {len(data):,} bytes; a file of the companion has some thousand")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        problems.append(str(not_text(file, error)))
-        return
-    yield from text.replace("\r\n", "\n").removesuffix("\n").split("\n") if text else ()
+        raise Refusal(str(not_text(file, error))) from None
+    lines = text.replace("\r\n", "\n").removesuffix("\n").split("\n") if text else []
+    return lines, not text or text.endswith("\n")
 
 
-def _row(line: str, where: str, problems: list[str]) -> Row | None:
+def _is_cut(line: str) -> bool:
+    """True if a line without an end stops within its row: numbers are missing, or the blank that follows
+    each."""
+    cells = line.split(",")
+    if not _NUMBERS.fullmatch(line) or len(cells) > len(COLUMNS):
+        return False
+    return len(cells) < len(COLUMNS) or (line.startswith(" ") and not line.endswith(" "))
+
+
+def read_row(line: str, where: str, problems: list[str]) -> Row | None:
+    """Read a line of a queue's file. None: each problem was added, as ``where:column: what``."""
     cells = line.split(",")
     if len(cells) != len(COLUMNS):
         wanted = f"a row has {len(COLUMNS)}: {', '.join(COLUMNS)}"
@@ -180,10 +200,7 @@ def read_one_shot(data: bytes, file: str, number: int) -> str:
     Raises:
         Refusal: there is none, or it is no line that a board takes.
     """
-    problems: list[str] = []
-    lines = list(_lines(data, file, problems))
-    if problems:
-        raise Refusal("\n".join(problems))
+    lines, _ = _lines(data, file)
     if not 1 <= number <= ONE_SHOTS:
         raise Refusal(f"{file}: there is no one-shot {number}; a file has 1 to {ONE_SHOTS}")
     command = lines[number - 1].strip() if number <= len(lines) else ""
@@ -195,3 +212,30 @@ def read_one_shot(data: bytes, file: str, number: int) -> str:
     if not is_line(command):
         raise Refusal(f"{file}:{number}:1: no command: at most {LINE_BYTES} printable ASCII characters")
     return command
+
+
+def read_one_shots(data: bytes, file: str) -> list[str]:
+    """Read all 100 commands of a one-shot file, "" for an empty slot. Missing lines at the end are such.
+
+    Raises:
+        Refusal: a line is none that a board takes, or the file was cut off.
+    """
+    lines, is_whole = _lines(data, file)
+    if not lines:
+        raise Refusal(f"{file}:1:1: the file is empty")
+    problems: list[str] = []
+    for number, line in enumerate(lines, 1):
+        if number > ONE_SHOTS and line.strip():
+            problems.append(f"{file}:{number}:1: a command behind the last; a file has {ONE_SHOTS}")
+        elif len(line) > LINE_BYTES:
+            what = f"{len(line)} characters; a board takes {LINE_BYTES} a line"
+            problems.append(f"{file}:{number}:{LINE_BYTES + 1}: {what}")
+        elif "\t" in line:
+            what = "a TAB; a command has printable characters only"
+            problems.append(f"{file}:{number}:{line.index(chr(9)) + 1}: {what}")
+    if not problems and not is_whole and len(lines) < ONE_SHOTS:
+        where = f"{file}:{len(lines)}:{len(lines[-1]) + 1}"
+        problems.append(f"{where}: the file ends in the middle of one-shot {len(lines)}; {_CUT}")
+    if problems:
+        raise Refusal("\n".join(problems))
+    return (lines + [""] * ONE_SHOTS)[:ONE_SHOTS]

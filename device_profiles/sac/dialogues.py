@@ -2,7 +2,8 @@
 
 from typing import ClassVar, Literal
 
-from device_profiles.sac.companion import STEPS_PER_REV, BoardTerminal, number_on, stands_still
+from device_profiles.sac.companion import BoardTerminal, stands_still
+from device_profiles.sac.screen_reading import MICROSTEP_EXPONENT, SLOW_RPM, STEPS_PER_REV, number_on
 from device_profiles.sac.verbs import one_shot
 from hil.firmware.listening import wait_until
 from hil.vocab.axis import How
@@ -39,8 +40,8 @@ class RunAxis:
         yield from terminal.sync()
         yield from terminal.ask("$R")
         screen = yield from terminal.screen("cc")
-        self._pulses_per_rev = number_on(screen, STEPS_PER_REV) << number_on(screen, r"J ustep\s+(\d+)")
-        self._slow_rpm = max(number_on(screen, r"L slow\s+(\d+)"), 1)
+        self._pulses_per_rev = number_on(screen, STEPS_PER_REV) << number_on(screen, MICROSTEP_EXPONENT)
+        self._slow_rpm = max(number_on(screen, SLOW_RPM), 1)
         self._pulses, self.commanded_deg = 0, 0.0
 
     def move_abs(self, position_deg: float, velocity_rpm: float, start_ns: int) -> Dialogue[None]:
