@@ -57,6 +57,20 @@ def test_what_is_typed_as_text_and_as_digits_has_one_limit(using: Using) -> None
     using(use)
 
 
+def test_texts_of_a_board_are_read_by_its_profile(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        speed = {"reader": "vd", "text": "150\t2000"}
+        assert await ask("read_text", "s1", VIEWER, **speed) == {"rpm": 150, "period_us": 2000}
+        assert await ask("read_text", "s1", reader="vd", text="?") == "this is no speed: '?'"
+        long = await ask("read_text", "s1", reader="queue", text="1,2\n" * 10_000, file="q.txt")
+        assert long.startswith("q.txt:1:1: 2 numbers; a row has 12")
+        for device in ("m1", "real"):
+            told = await refusal(ask("read_text", device, **speed))
+            assert told == ("bad_parameter", "a mechaduino has no reader 'vd'; there are none")
+
+    using(use)
+
+
 def test_faults_of_a_device_are_not_those_of_one_with_a_longer_name(using: Using) -> None:
     async def use(ask: Asking) -> None:
         async def begun(target: str, fault: str = "shaft_jam", **parameters: Any) -> int:

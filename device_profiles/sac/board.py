@@ -6,6 +6,7 @@ from device_profiles.sac.framing import FRAMING
 from device_profiles.sac.line_nodes import NODES
 from device_profiles.sac.packet import encode
 from device_profiles.sac.path_planner import PATHS
+from device_profiles.sac.readers import READERS
 from hil.vocab.firmware import MAIN, NETWORK
 from hil.vocab.profile import Commands, Example, Profile, UartSpec
 
@@ -25,6 +26,7 @@ PROFILE = Profile(
     starve=verbs.starve,
     dialogues={"reset": dialogues.reset},
     terminal_axis=dialogues.RunAxis,
+    readers=READERS,
     paths=PATHS,
     shown_first=(
         *("at_ns", "position_deg", "velocity_rpm", "torque_Nm", "commanded_deg", "lag_steps", "lost_steps"),

@@ -126,6 +126,7 @@ def _wrong_types(profile: Profile) -> Iterator[tuple[str, str, str]]:
         ("starve", "a function", profile.starve is None or callable(profile.starve)),
         ("follow", "a function", profile.follow is None or callable(profile.follow)),
         ("dialogues", "a mapping of verbs' names to functions", _maps_to_calls(profile.dialogues)),
+        ("readers", "a mapping of names to functions", _maps_to_calls(profile.readers)),
         ("terminal_axis", "a class", profile.terminal_axis is None or callable(profile.terminal_axis)),
         ("shown_first", "a tuple of fields' names", _holds(profile.shown_first, str)),
         ("examples", "a tuple of Example with bytes", _are_examples(profile.examples)),

@@ -125,6 +125,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "zero": _AT | {"was_deg": float, "board_deg": _MAYBE_NUMBER},
     "list": _LIST,
     "status": _STATUS,
+    "read_text": (str, dict),
     "registers": {
         "device": str,
         "profile": str,

@@ -12,6 +12,7 @@ from hil.sim.input_reading import read_field
 from hil.sim.inputs import Drive, InputLogError, Play, bursts_problem
 from hil.vocab.desk_protocol import AxisLook, Done
 from hil.vocab.device import Doing
+from hil.vocab.dialogue import DialogueError, Refusal
 from hil.vocab.near_words import meant
 from hil.vocab.verbs import Verb, VerbRefused
 from hil.wire.step_dir import Train, train_problem
@@ -92,6 +93,19 @@ class DeviceOperations:
     def look(self, asked: Asked) -> AxisLook:
         device, part = self._devices.at(asked.target)
         return device.look(part)
+
+    async def read_text(self, asked: Asked, reader: str, text: str, file: str) -> Mapping[str, Any] | str:
+        """Read a text as the board's profile does; answers what is wrong if it is none."""
+        device, part = self._devices.at(asked.target)
+        info = device.info(part)
+        if (read := info.readers.get(reader)) is None:
+            raise VerbRefused(
+                "bad_parameter", f"a {info.profile} has no reader {reader!r}; {meant(reader, info.readers)}"
+            )
+        try:
+            return await off_loop(text, read, text, file)
+        except (DialogueError, Refusal) as error:
+            return str(error)
 
     async def wait(
         self,

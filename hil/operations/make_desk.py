@@ -54,6 +54,7 @@ def make_desk(
         "state": devices.state,
         "packed": devices.packed,
         "look": devices.look,
+        "read_text": devices.read_text,
         "registers": reports.registers,
         "eds": lambda asked: data_sheet(sim, asked.target),
         "reset": devices.reset,

@@ -138,6 +138,12 @@ _ROWS = (
     _asked("state", TWIN, VIEWER, "all fields of an axis, now"),
     _asked("packed", TWIN, VIEWER, "all fields of an axis in the binary layout, now"),
     _asked("look", TWIN, VIEWER, "the same, with what it means as motion, and whether the board has stopped"),
+    _asked("read_text", MEMBER, VIEWER,
+           "read a text of a board as data: what its terminal says, or a file of its own; answers what is"
+           " wrong, as a text, if it is none",
+           _name("reader", "the name of the board's reader"), Parameter("text", "the text", form=TEXT),
+           _name("file", "where it came from, for its problems", default=""),
+           takes_time=True),
     _asked("registers", MEMBER, VIEWER, "the register map that doors of Modbus have of a device"),
     _asked("eds", MEMBER, VIEWER, "the electronic data sheet of an axis's CANopen node"),
     _common("reset", DEVICE, takes_time=True),

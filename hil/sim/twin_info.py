@@ -27,8 +27,9 @@ def twin_info(address: str, profile: str, board: Profile, kind: AxisKind | None)
     table = {name: verb for name, verb in board.table.items() if board.uarts or name != "type"}
     verbs = {name: verb for name, verb in table.items() if _can(verb, is_other, has_axis)}
     if kind is None:
-        return DeviceInfo(address, profile, False, verbs, {})
-    return DeviceInfo(address, profile, False, verbs, _fields(kind, board.shown_first), _inputs(kind))
+        return DeviceInfo(address, profile, False, verbs, {}, readers=board.readers)
+    fields = _fields(kind, board.shown_first)
+    return DeviceInfo(address, profile, False, verbs, fields, _inputs(kind), readers=board.readers)
 
 
 def _can(verb: Verb, is_other: bool, has_axis: bool) -> bool:

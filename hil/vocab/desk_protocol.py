@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.axis import AxisState
+from hil.vocab.dialogue import TextReader
 from hil.vocab.operation import Operation
 from hil.vocab.segment import SegmentView
 from hil.vocab.verbs import Role, Verb
@@ -76,6 +77,8 @@ class DeviceInfo:
     own_map: object | None = None
     """Map of registers of its own, a ``DriveMap`` of ``bridges.modbus.registers``; None: it has none, and its
     registers are made of its verbs and fields."""
+    readers: Mapping[str, TextReader] = field(default_factory=dict)
+    """Readers of its texts, by name."""
 
     @property
     def is_seen(self) -> bool:

@@ -4,7 +4,7 @@ It has no I/O and no clock. Its runner moves the bytes, over a real serial port 
 clock, and answers each ``Listen`` with what came.
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -59,6 +59,11 @@ class Refusal(Exception):
 
 class BoardRefusal(Refusal):
     """Refusal because of what the board is or does now: what was asked for is right as it is written."""
+
+
+TextReader = Callable[[str, str], Mapping[str, Any]]
+"""Reader of a text as data in JSON's types: called with the text and the name of its file. Raises
+DialogueError or Refusal: it is no such text."""
 
 
 @dataclass(frozen=True)

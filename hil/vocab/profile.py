@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hil.vocab.axis_plan import AxisPlan
-from hil.vocab.dialogue import Dialogue, Task
+from hil.vocab.dialogue import Dialogue, Task, TextReader
 from hil.vocab.firmware import MAIN, Board, Firmware
 from hil.vocab.framing import Framing
 from hil.vocab.line_node import LineNodes
@@ -98,6 +98,8 @@ class Profile:
     """``follow(firmware, path, start_ns)`` lets an axis follow a path of set-points; None: it cannot."""
     dialogues: Mapping[str, Callable[[], Dialogue[Any]]] = field(default_factory=dict)
     """Dialogues with a real board over its terminal, by the verbs that they stand for."""
+    readers: Mapping[str, TextReader] = field(default_factory=dict)
+    """Readers of what its terminal says, and of files of its own, by name: a page has such texts as data."""
     terminal_axis: Callable[[int], TerminalAxis] | None = None
     """Maker of what lets a real board be an axis of runs; None: nothing does."""
     paths: PathPlanner | None = None

@@ -61,7 +61,7 @@ class BoardDevice(RealDevice):
         self._kind, self._says = profile
         table = self._says.table
         verbs = {verb: each for verb, each in table.items() if verb == "type" or verb in self._says.dialogues}
-        self._info = DeviceInfo(self.name, self._kind, True, verbs, {})
+        self._info = DeviceInfo(self.name, self._kind, True, verbs, {}, readers=self._says.readers)
         self._axis: BoardAxis | None = None
         if make := self._says.terminal_axis:
             self._axis = BoardAxis(bench, self._end, make(delay_ns), period_ns, LEAD_NS + delay_ns)

@@ -114,6 +114,7 @@ def test_a_mistake_in_its_python(tmp_path: Path, changed: dict[str, str], said: 
         ("verbs=(Verb('reset', ''),)", '14: verbs: there are two verbs "reset"'),
         ("dialogues={'stpo': Namer}", '18: dialogues: there is no verb "stpo" (write one of pin, reset'),
         ("dialogues={'reset': 1}", "18: dialogues: a mapping of verbs' names to functions is wanted here"),
+        ("readers={'q': 1}", "16: readers: a mapping of names to functions is wanted here"),
         ("starve=1", "15: starve: a function is wanted here"),
         ("follow=1", "15: follow: a function is wanted here"),
         ("terminal_axis='x'", "22: terminal_axis: a class is wanted here"),

@@ -148,6 +148,8 @@ export interface Operations {
   verbs: { given: Record<string, never>; answer: { verb: string; about: string; parameters: Record<string, string>; texts: string[] }[] };
   /** all fields of an axis, now */
   state: { given: Record<string, never>; answer: Record<string, number | null> };
+  /** read a text of a board as data: what its terminal says, or a file of its own; answers what is wrong, as a text, if it is none */
+  read_text: { given: { reader: string; text: string; file?: string }; answer: string | Record<string, unknown> };
   /** the register map that doors of Modbus have of a device */
   registers: { given: Record<string, never>; answer: { device: string; profile: string; version: number; crc: number; notes: string[]; rows: ({ table: string; type: string; name: string; unit: string; about: string; address: number; registers: number; is_writable: true | false })[] } };
   /** the electronic data sheet of an axis's CANopen node */

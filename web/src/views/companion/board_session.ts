@@ -6,10 +6,10 @@ import { notify, notifyError } from "../../parts/notices";
 import { link as door } from "../../store";
 import type { TerminalHandle } from "../../net/channels";
 import { BoardLink, LinkError, QUESTION, type AskOptions, type LinkState, type Operation } from "./board_link";
+import { readText, type Configuration, type Listing, type Screens, type Speed } from "./board_texts";
 import { Calibrator } from "./calibrator";
 import { withName, withOperation, type CommandTime } from "./command_times";
 import { QueueSync } from "./queue_sync";
-import { readConfiguration, readListing, readSession, readSpeed, type Configuration } from "./queue_screen";
 import { ONE_SHOTS } from "./oneshot_file";
 import { afterBegin, afterEnd, afterLine, afterListing, runningText, STANDING, type Motion } from "./running_row";
 import { withIncoming, withSent, type SentLine } from "./text_log";
@@ -30,7 +30,8 @@ const CHANGES_SETTINGS = /^[$gab]|^[vdl]\d?/i;
 export class BoardSession {
   readonly state = signal<{ state: LinkState; why: string }>({ state: "opening", why: "" });
   readonly sync = new QueueSync(
-    (line, options) => this.ask(line, options),
+    (line) => this.ask(line),
+    () => this.screen("q"),
     () => this.stepsPerRev,
     () => (this.isStale = false),
   );
@@ -38,7 +39,7 @@ export class BoardSession {
   readonly motion = signal<Motion>(STANDING);
   readonly configuration = signal<Configuration | undefined>(undefined);
   /** Defaults and flags of `cf`. */
-  readonly settings = signal<ReadonlyMap<string, string>>(new Map());
+  readonly settings = signal<Readonly<Record<string, string>>>({});
   readonly incoming = signal("");
   readonly sent = signal<readonly SentLine[]>([]);
   readonly times = signal<readonly CommandTime[]>([]);
@@ -116,7 +117,7 @@ export class BoardSession {
   }
 
   get isOpsOn(): boolean {
-    return this.settings.value.get("soft_ops") === "1";
+    return this.settings.value["soft_ops"] === "1";
   }
 
   // ---- what is typed ----
@@ -198,9 +199,13 @@ export class BoardSession {
 
   /** Another client's line: its listing serves here too, and its commands move the same motor. */
   private heardOthers(text: string, answer: string[]): void {
-    const listing = text === "q" ? readListing(answer) : "";
-    if (typeof listing !== "string") this.sync.seen(listing.rows);
+    if (text === "q") void this.takeListing(answer);
     else if (!QUESTION.test(text)) this.typed(text);
+  }
+
+  private async takeListing(lines: string[]): Promise<void> {
+    const listing = await this.listing(lines).catch(() => undefined);
+    if (listing && typeof listing !== "string") this.sync.seen(listing.rows);
   }
 
   private get stepsPerRev(): number {
@@ -265,8 +270,8 @@ export class BoardSession {
 
   private async look(now_ms: number): Promise<void> {
     this.lookedAt_ms = now_ms;
-    const speed = readSpeed(await this.line.ask("vd", { isQuiet: true }));
-    if (!speed) return;
+    const speed = await this.speed();
+    if (typeof speed === "string") return;
     const motion = this.motion.peek();
     if (speed.rpm === 0 && speed.period_us === 0) {
       if (!this.isOpsOn && motion.running !== undefined) this.motion.value = afterEnd(motion);
@@ -281,20 +286,43 @@ export class BoardSession {
 
   private async readSettings(): Promise<void> {
     this.areSettingsStale = false;
-    const found = readConfiguration(await this.line.ask("cc", { isQuiet: true }));
-    if (!found) throw new Error(`${this.port}: its answers are no SAC's; is another board there?`);
+    const found = await this.screen("cc");
+    if (typeof found === "string") throw new Error(`${this.port}: its answers are no SAC's; is another board there?`);
     this.configuration.value = found;
-    this.settings.value = readSession(await this.line.ask("cf", { isQuiet: true }));
+    const settings = await this.screen("cf");
+    if (typeof settings !== "string") this.settings.value = settings;
   }
 
   /** Read the queue: the editor follows it, but for what was edited and not sent. */
   private async readQueue(isMoving?: boolean): Promise<void> {
     this.isStale = false;
-    const speed = isMoving === undefined ? readSpeed(await this.line.ask("vd", { isQuiet: true })) : undefined;
-    const listing = readListing(await this.line.ask("q", { isQuiet: true }));
+    const speed = isMoving === undefined ? await this.speed() : "";
+    const listing = await this.listing(await this.line.ask("q", { isQuiet: true }));
     if (typeof listing === "string") throw new Error(`${this.port}: ${listing}`);
+    if (!listing) {
+      this.isStale = true;
+      return;
+    }
     this.sync.seen(listing.rows);
-    this.motion.value = afterListing(this.motion.peek(), listing.at, isMoving ?? (speed?.period_us ?? 0) > 0);
+    this.motion.value = afterListing(this.motion.peek(), listing.at, isMoving ?? (typeof speed !== "string" && speed.period_us > 0));
+  }
+
+  /** Read a listing; undefined: it is older than what was sent or told while the bench read it. */
+  private async listing(lines: string[]): Promise<Listing | string | undefined> {
+    const { board } = this.queue.peek();
+    const motion = this.motion.peek();
+    const listing = await readText(this.port, "q", lines.join("\n"));
+    return board === this.queue.peek().board && motion === this.motion.peek() ? listing : undefined;
+  }
+
+  /** Show a screen, and read it; a text says why it is none. Throws LinkError. */
+  private async screen<Name extends keyof Screens>(line: Name): Promise<Screens[Name] | string> {
+    return readText(this.port, line, (await this.line.ask(line, { isQuiet: true })).join("\n"));
+  }
+
+  /** Ask for the speed of now. Throws LinkError. */
+  speed(): Promise<Speed | string> {
+    return this.screen("vd");
   }
 
   /** Seconds since the page knows the board, for the list of times. */

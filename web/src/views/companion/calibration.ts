@@ -1,7 +1,7 @@
 /** Calibration of a SAC's clock: it runs for a minute at a speed, and soft_ops tells when.
  * Source: SAC user manual, companion app. */
 
-import type { Configuration } from "./queue_screen";
+import type { Configuration } from "./board_texts";
 import { stepAtOneRpm_us, WORD } from "./queue_row";
 
 export const CALIBRATION_RPM = [5, 20, 60, 160] as const;

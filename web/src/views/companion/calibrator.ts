@@ -4,13 +4,14 @@ import { signal } from "@preact/signals";
 import { notify } from "../../parts/notices";
 import { LinkError, type AskOptions, type Operation } from "./board_link";
 import { CALIBRATION_S, calibrationLine, factorText, judged, LONGEST_S, type Calibration } from "./calibration";
-import { readSpeed, type Configuration } from "./queue_screen";
+import type { Configuration, Speed } from "./board_texts";
 
 /** What a calibration needs of its board. */
 export interface CalibratedBoard {
   readonly isReady: boolean;
   readonly isOpsOn: boolean;
   ask(line: string, options?: AskOptions): Promise<string[]>;
+  speed(): Promise<Speed | string>;
   type(line: string): Promise<boolean>;
   stop(letter: "S" | "s"): Promise<void>;
 }
@@ -65,8 +66,8 @@ export class Calibrator {
   }
 
   private async checkStanding(): Promise<void> {
-    const speed = readSpeed(await this.board.ask("vd", { isQuiet: true }));
-    if (!speed || speed.period_us > 0) throw new LinkError("the motor runs; stop it first");
+    const speed = await this.board.speed();
+    if (typeof speed === "string" || speed.period_us > 0) throw new LinkError("the motor runs; stop it first");
   }
 
   private async minute(rpm: number): Promise<Operation> {

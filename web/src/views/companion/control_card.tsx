@@ -71,7 +71,7 @@ function OpsSwitch({ session, isDisabled }: Props) {
 }
 
 function GapSwitch({ session, isDisabled }: Props) {
-  const isOn = session.settings.value.get("GAP") === "1";
+  const isOn = session.settings.value["GAP"] === "1";
   return (
     <button
       type="button"

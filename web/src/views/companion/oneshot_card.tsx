@@ -2,24 +2,20 @@
 
 import { notify } from "../../parts/notices";
 import type { BoardSession } from "./board_session";
-import { FileRefusal } from "./file_problem";
+import { readFile } from "./board_texts";
 import { LoadButton, saveFile } from "../../parts/files";
-import { lineFault, readOneShots, writeOneShots } from "./oneshot_file";
-import { shortened } from "./queue_card";
+import { lineFault, writeOneShots } from "./oneshot_file";
 
 export function OneShotCard({ session, isDisabled }: { session: BoardSession; isDisabled: boolean }) {
   const shots = session.oneShots.value;
   const put = (index: number, line: string) => {
     session.oneShots.value = shots.map((old, at) => (at === index ? line : old));
   };
-  const load = (name: string, bytes: Uint8Array) => {
-    try {
-      session.oneShots.value = readOneShots(bytes, name);
-      notify(`${name}: ${session.oneShots.value.filter((line) => line.trim()).length} commands`);
-    } catch (error) {
-      if (!(error instanceof FileRefusal)) throw error;
-      notify(shortened(error), true);
-    }
+  const load = async (name: string, bytes: Uint8Array) => {
+    const read = await readFile(session.port, "one_shots", bytes, name);
+    if (!read) return;
+    session.oneShots.value = read.lines;
+    notify(`${name}: ${read.lines.filter((line) => line.trim()).length} commands`);
   };
   return (
     <section class="card" aria-labelledby="oneshot-title">

@@ -3,10 +3,10 @@
 import { useMemo } from "preact/hooks";
 import { notify } from "../../parts/notices";
 import type { BoardSession } from "./board_session";
-import { FileRefusal } from "./file_problem";
+import { readFile } from "./board_texts";
 import { LoadButton, saveFile } from "../../parts/files";
 import { QueueEditor } from "./queue_editor";
-import { readQueue, writeQueue } from "./queue_file";
+import { writeQueue } from "./queue_file";
 import { Selection } from "./queue_keys";
 import { cleared, unsent } from "./queue_model";
 
@@ -73,14 +73,11 @@ function BoardTools({ session, isDisabled }: { session: BoardSession; isDisabled
   const missing = unsent(session.queue.value).length;
   const hasBoard = session.queue.value.board !== undefined;
   const isSending = session.sync.isSending.value;
-  const load = (name: string, bytes: Uint8Array) => {
-    try {
-      session.sync.take(readQueue(bytes, name).rows);
-      notify(`${name}: 30 rows`);
-    } catch (error) {
-      if (!(error instanceof FileRefusal)) throw error;
-      notify(shortened(error), true);
-    }
+  const load = async (name: string, bytes: Uint8Array) => {
+    const read = await readFile(session.port, "queue", bytes, name);
+    if (!read) return;
+    session.sync.take(read.rows);
+    notify(`${name}: 30 rows`);
   };
   return (
     <div class="row tools" role="toolbar" aria-label="Queue and board">
@@ -118,11 +115,4 @@ function BoardTools({ session, isDisabled }: { session: BoardSession; isDisabled
       </button>
     </div>
   );
-}
-
-/** First problems of a file, and how many more there are. */
-export function shortened(refusal: FileRefusal): string {
-  const lines = refusal.message.split("\n");
-  const rest = lines.length - 5;
-  return lines.slice(0, 5).join("\n") + (rest > 0 ? `\nand ${rest} more` : "");
 }

@@ -275,7 +275,7 @@ function useClipboard(table: { current: HTMLTableElement | null }, selection: Se
         if (!/[\t,]/.test(text)) return; // a number, for this cell
         selection.select(Number(cell.dataset["at"]?.split(".")[0]), false);
       }
-      selection.paste(text);
+      void selection.paste(text);
       event.preventDefault();
     };
     document.addEventListener("copy", copy);

@@ -1,9 +1,9 @@
 /** Which rows of the queue are meant, and what is done with them: by buttons and by keys. */
 
 import { signal } from "@preact/signals";
-import { notify } from "../../parts/notices";
 import type { BoardSession } from "./board_session";
-import { copiedText, deleted, inserted, moved, pasted, redone, rowsOfText, undone } from "./queue_model";
+import { readGiven } from "./board_texts";
+import { copiedText, deleted, inserted, moved, pasted, redone, undone } from "./queue_model";
 import { ROWS, seedRow } from "./queue_row";
 
 /** Rows that a page copied last, where the browser has no clipboard for it. */
@@ -84,31 +84,22 @@ export class Selection {
   }
 
   /** Overwrite rows from the first selected one on. */
-  paste(text: string): void {
-    const { rows, problems } = rowsOfText(text);
-    if (problems.length) {
-      notify(problems.slice(0, 5).join("\n"), true);
-      return;
-    }
-    const { from } = this.range.peek();
-    this.session.sync.edit(pasted(this.session.queue.peek(), from, rows));
-    this.place(from, Math.min(rows.length, ROWS - from + 1));
+  paste(text: string): Promise<void> {
+    return this.put(text, pasted);
   }
 
   /** Paste by a button: what the computer's clipboard has, if the browser lets the page read it. */
   async pasteByButton(isAbove: boolean): Promise<void> {
     const text = (await navigator.clipboard?.readText().catch(() => "")) || copied;
-    if (isAbove) this.pasteAbove(text);
-    else this.paste(text);
+    await this.put(text, isAbove ? inserted : pasted);
   }
 
-  /** Insert rows above the first selected one. */
-  private pasteAbove(text: string): void {
-    const { rows, problems } = rowsOfText(text);
-    if (problems.length) return notify(problems.slice(0, 5).join("\n"), true);
+  private async put(text: string, change: typeof pasted): Promise<void> {
     const { from } = this.range.peek();
-    this.session.sync.edit(inserted(this.session.queue.peek(), from, rows));
-    this.place(from, Math.min(rows.length, ROWS - from + 1));
+    const read = await readGiven(this.session.port, "pasted", text);
+    if (!read) return;
+    this.session.sync.edit(change(this.session.queue.peek(), from, read.rows));
+    this.place(from, Math.min(read.rows.length, ROWS - from + 1));
   }
 
   undo(): void {

@@ -1,7 +1,7 @@
 /** Editor of a queue's 30 rows: pure changes, each of which can be taken back. */
 
-import { COLUMNS, readNumber, readRow, writeRow } from "./queue_file";
-import { byCycle, byRpm, MIN_CYCLE_US, ROWS, sameRow, seedRow, stepAtOneRpm_us, USUAL_STEPS_PER_REV, type QueueRow } from "./queue_row";
+import { writeRow } from "./queue_file";
+import { byCycle, byRpm, MAX_ACCELERATION, MIN_CYCLE_US, ROWS, sameRow, seedRow, stepAtOneRpm_us, USUAL_STEPS_PER_REV, WORD, type QueueRow } from "./queue_row";
 
 const UNDO_DEPTH = 100;
 
@@ -105,31 +105,11 @@ export function cleared(state: QueueState): QueueState {
   return changed(state, newQueue(state.steps_per_rev).rows);
 }
 
-// ---- the clipboard: lines of a queue file, or cells of a spreadsheet ----
+// ---- the clipboard: lines of a queue file ----
 
 export function copiedText(state: QueueState, from: number, to: number): string {
   const rows = state.rows.slice(from - 1, to);
   return rows.map((row, index) => `${writeRow(from + index, row)}\r\n`).join("");
-}
-
-export interface PastedRows {
-  readonly rows: readonly QueueRow[];
-  readonly problems: readonly string[];
-}
-
-/** Read rows from a text; their own positions do not count. */
-export function rowsOfText(text: string): PastedRows {
-  const rows: QueueRow[] = [];
-  const problems: string[] = [];
-  text.split(/\r?\n/).forEach((line, index) => {
-    if (!line.trim()) return;
-    const read = readRow(line.replaceAll("\t", ","), (column, what) => {
-      problems.push(`line ${index + 1}, column ${column}: ${what}`);
-    });
-    if (read) rows.push(read[1]);
-  });
-  if (!rows.length && !problems.length) problems.push("there are no rows in the clipboard");
-  return { rows: problems.length ? [] : rows, problems };
 }
 
 // ---- cells ----
@@ -141,18 +121,26 @@ export interface Cell {
   readonly label: string;
   readonly unit: string;
   readonly about: string;
-  readonly column: number;
+  /** Name of its column in files and refusals. */
+  readonly column: string;
+  readonly largest: number;
+  /** True: it has two decimals. */
+  readonly isDecimal: boolean;
 }
+
+const NUMBER = /^(\d*\.?\d+|\d+\.)$/;
+const whole = { isDecimal: false, largest: WORD - 1 };
+const ramp = { isDecimal: true, largest: MAX_ACCELERATION };
 
 /** Cells of a row with numbers to type, in the listing's order. */
 export const CELLS: readonly Cell[] = [
-  { name: "steps", label: "Steps", unit: "", column: 1, about: "steps, below 0 counter-clockwise: 1 to 4294967295" },
-  { name: "rpm", label: "RPM", unit: "rpm", column: 4, about: "velocity; the cycle follows" },
-  { name: "cycle_us", label: "Cycle", unit: "us", column: 5, about: "period of a step at full speed, at least 2 us; RPM follow" },
-  { name: "acc", label: "Acc", unit: "", column: 7, about: "acceleration, 0.01 to 999; 999 and 0: no ramp" },
-  { name: "dec", label: "Dec", unit: "", column: 8, about: "deceleration, 0.01 to 999; 999 and 0: no ramp, on into the next row" },
-  { name: "extra_pulses", label: "usteps", unit: "", column: 9, about: "pulses added to the cruise, 0 to 255" },
-  { name: "wait_us", label: "deltaT", unit: "us", column: 11, about: "wait before the start, 0 to 4294967295 us" },
+  { name: "steps", label: "Steps", unit: "", column: "steps", ...whole, about: "steps, below 0 counter-clockwise: 1 to 4294967295" },
+  { name: "rpm", label: "RPM", unit: "rpm", column: "RPM", ...whole, about: "velocity; the cycle follows" },
+  { name: "cycle_us", label: "Cycle", unit: "us", column: "cycle", ...whole, about: "period of a step at full speed, at least 2 us; RPM follow" },
+  { name: "acc", label: "Acc", unit: "", column: "acc", ...ramp, about: "acceleration, 0.01 to 999; 999 and 0: no ramp" },
+  { name: "dec", label: "Dec", unit: "", column: "dec", ...ramp, about: "deceleration, 0.01 to 999; 999 and 0: no ramp, on into the next row" },
+  { name: "extra_pulses", label: "usteps", unit: "", column: "u", ...whole, largest: 255, about: "pulses added to the cruise, 0 to 255" },
+  { name: "wait_us", label: "deltaT", unit: "us", column: "deltaT", ...whole, about: "wait before the start, 0 to 4294967295 us" },
 ];
 const CELL_BY_NAME = new Map(CELLS.map((cell) => [cell.name, cell]));
 
@@ -178,12 +166,11 @@ export function withCell(row: QueueRow, name: CellName, text: string, stepsPerRe
   const cell = CELL_BY_NAME.get(name)!;
   const typed = text.trim();
   const isBack = name === "steps" && typed.startsWith("-");
-  const value = readNumber(isBack ? typed.slice(1) : typed, cell.column);
+  const value = readNumber(isBack ? typed.slice(1) : typed, cell);
   if (typeof value === "string") return value;
-  const label = COLUMNS[cell.column];
   switch (name) {
     case "steps":
-      return value < 1 ? `${label} is ${typed}; a queue holds no continuous motion` : { ...row, steps: value, is_ccw: isBack };
+      return value < 1 ? `${cell.column} is ${typed}; a queue holds no continuous motion` : { ...row, steps: value, is_ccw: isBack };
     case "rpm":
       return withRpm(row, value, stepsPerRev);
     case "cycle_us":
@@ -195,6 +182,22 @@ export function withCell(row: QueueRow, name: CellName, text: string, stepsPerRe
     default:
       return { ...row, [name]: value };
   }
+}
+
+/** Number as a cell takes it, with decimals in hundredths; a text says what is wrong with it. */
+function readNumber(text: string, { column, largest, isDecimal }: Cell): number | string {
+  if (!NUMBER.test(text) || text.length > 12 || (text.includes(".") && !isDecimal)) {
+    return `${column} is "${text.slice(0, 20)}"; write a ${isDecimal ? "" : "whole "}number`;
+  }
+  const [digits = "", decimals = ""] = text.split(".");
+  const significant = decimals.replace(/0+$/, "");
+  const value = Number(digits);
+  if (significant.length > 2 || (value >= 100 && significant)) {
+    return `${column} is ${text}; a board keeps two decimals below 100, and none from there on`;
+  }
+  const hundredths = value * 100 + Number(significant.padEnd(2, "0"));
+  if (hundredths > largest * 100) return `${column} is ${text}; ${largest} is the largest`;
+  return isDecimal ? hundredths : value;
 }
 
 function withRpm(row: QueueRow, rpm: number, stepsPerRev: number): QueueRow | string {

@@ -2,20 +2,20 @@
 
 import { signal } from "@preact/signals";
 import { notify, notifyError } from "../../parts/notices";
-import type { AskOptions } from "./board_link";
+import type { Listing } from "./board_texts";
 import { changed, newQueue, replacedByBoard, seenOnBoard, sentToBoard, unsent, type QueueState } from "./queue_model";
 import { isPossible, rowCommand, sameRow, stepAtOneRpm_us } from "./queue_row";
-import { readListing } from "./queue_screen";
 
 export class QueueSync {
   readonly queue = signal<QueueState>(newQueue());
   readonly isOffline = signal(false);
   readonly isSending = signal(false);
 
-  /** `ask`: types a line at the board and answers what it says; `stepsPerRev`: the board's own; `isRead`: called
+  /** `ask`: types a line at the board; `list`: lists its queue; `stepsPerRev`: the board's own; `isRead`: called
    * when its queue was read back. */
   constructor(
-    private readonly ask: (line: string, options?: AskOptions) => Promise<string[]>,
+    private readonly ask: (line: string) => Promise<string[]>,
+    private readonly list: () => Promise<Listing | string>,
     private readonly stepsPerRev: () => number,
     private readonly isRead: () => void,
   ) {}
@@ -83,7 +83,7 @@ export class QueueSync {
 
   private async readBack(positions: ReadonlySet<number>): Promise<void> {
     const wanted = this.queue.peek().board!;
-    const listing = readListing(await this.ask("q", { isQuiet: true }));
+    const listing = await this.list();
     if (typeof listing === "string") throw new Error(`the rows were sent, but could not be read back: ${listing}`);
     const wrong = [...positions].filter((p) => !sameRow(wanted[p - 1]!, listing.rows[p - 1]!));
     this.seen(listing.rows);
@@ -94,7 +94,7 @@ export class QueueSync {
   /** Throw away what was not sent: the editor has what the board has. */
   async revert(): Promise<void> {
     try {
-      const listing = readListing(await this.ask("q", { isQuiet: true }));
+      const listing = await this.list();
       if (typeof listing === "string") throw new Error(listing);
       this.queue.value = replacedByBoard(this.queue.peek(), listing.rows, this.stepsPerRev());
     } catch (error) {
