@@ -17,8 +17,7 @@ from hil.master.sans_io.run_items import RunState
 from hil.telemetry.picture import FORMATS
 from hil.testing import Bench, FollowedPath, attend, draw_by_runs, followed_by
 from hil.toolpath.bench_runs import BenchRuns
-from hil.toolpath.board_angle import zero_shift_deg
-from hil.toolpath.deviation import asked_path, deviation
+from hil.toolpath.deviation import asked_path, deviation, zero_shift_deg
 from hil.toolpath.machine import parse_machine
 from hil.toolpath.node_phrases import NodePhrases
 from hil.toolpath.path_plan import plan_path, plan_program

@@ -23,9 +23,9 @@ from bridges.web.web_client import Surroundings
 from bridges.web.web_options import FIRST_PORT, LAST_PORT, PROXY, Options, authority, has_port
 from bridges.web.web_terminals import SharedPorts
 from bridges.web.web_users import UsersError, read_users
+from hil.net.acceptor import abort
 from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
 from hil.net.endpoint import is_loopback
-from hil.net.transports import abort
 from hil.net.turns import Turns
 from hil.net.visitors import NO_ROOM, Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError

@@ -33,7 +33,7 @@ from bridges.web.web_messages import (
 from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
 from bridges.web.wire_streams import Records
-from hil.net.transports import abort
+from hil.net.acceptor import abort
 from hil.net.turns import Turns
 from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.vocab.operation import Urgency, moved_by, urgency_of

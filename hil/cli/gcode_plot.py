@@ -48,7 +48,7 @@ class FollowedAxes:
         self.lost = 0
 
     def begin(self) -> None:
-        from hil.toolpath.board_angle import zero_shift_deg
+        from hil.toolpath.deviation import zero_shift_deg
 
         for axis in self._machine.axes:
             given: dict[str, Any] = {"signals": ["position_deg"], "interval_ns": INTERVAL_NS}
@@ -109,7 +109,7 @@ class FollowedAxes:
 def begin_of(machine: "Machine", bench: BenchOptions) -> "Point":
     """Find where a machine stands, by the zeros of its axes' boards."""
     from hil.gcode.canonical import Point
-    from hil.toolpath.board_angle import zero_shift_deg
+    from hil.toolpath.deviation import zero_shift_deg
 
     places = {}
     for axis in machine.axes:

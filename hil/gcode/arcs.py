@@ -1,34 +1,18 @@
-"""Arcs in a plane: the centre that a radius gives, and whether a centre fits both ends."""
+"""Arcs in a plane: the centre that words or a radius give, a check that it fits both ends, and the turns."""
 
 from math import atan2, hypot, sqrt, tau
-from typing import NamedTuple
+
+from hil.gcode.block import Block
+from hil.gcode.canonical import PLANE_AXES, Arc, Feed, Place, Point
+from hil.gcode.expressions import WHOLE
+from hil.gcode.state import ArcTolerance, ProgramState
+from hil.gcode.words import AXES
 
 Spot = tuple[float, float]
 """Point of a plane: its first and second axis, in millimetres."""
-
-
 LEAST_ANGLE = 1e-6
 """Radians; LinuxCNC 2.9 makes a whole circle of less."""
-
-
-class ArcTolerance(NamedTuple):
-    """Limits of LinuxCNC 2.9, as measured with its interpreter, in millimetres."""
-
-    radius_mm: float
-    """Smaller radii count as 0, and a radius may be too short for the ends by this."""
-    always_mm: float
-    """Radii at both ends may differ by this."""
-    share: float = 1e-3
-    """They may differ by this share of the larger one, too."""
-    never_mm: float = 0.0
-    """They may never differ by more."""
-
-
-TOLERANCE_MM = ArcTolerance(0.00127, 0.02 * sqrt(2), never_mm=2 * sqrt(2))
-"""With G21."""
-
-TOLERANCE_INCH = ArcTolerance(0.00127, 0.0508 * sqrt(2), never_mm=5.08 * sqrt(2))
-"""With G20: 0.00005 inches, and twice the root of 2 in thousandths of an inch."""
+_OFFSETS = "ijk"
 
 
 class ArcMistake(Exception):
@@ -79,3 +63,53 @@ def check_centre(begin: Spot, end: Spot, centre: Spot, within: ArcTolerance) -> 
         raise ArcMistake(
             f"the arc's radius is {first:.6g} mm at its begin and {last:.6g} mm at its end", remedy
         )
+
+
+def arc_of(
+    block: Block, state: ProgramState, place: Place, end: Point, feed: Feed, *, is_clockwise: bool
+) -> Arc:
+    """Arc from where the axes are to ``end``. Raises ``ArcMistake``, for words that are missing, too."""
+    first, second, across = PLANE_AXES[state.plane]
+    begin = state.position[first], state.position[second]
+    to = end[first], end[second]
+    given = [letter for letter in _OFFSETS if letter in block.numbers]
+    if _OFFSETS[across] in given:
+        name, axis = _OFFSETS[across].upper(), AXES[across].upper()
+        raise ArcMistake(f"{name} is the centre along {axis}, which is not in the plane", _in_plane(state))
+    if "r" in block.numbers:
+        if given:
+            raise ArcMistake("the arc has R, and a centre too", "give one of them")
+        if AXES[first] not in block.numbers and AXES[second] not in block.numbers:
+            raise ArcMistake(
+                "an arc with R has no end in its plane", "give its end, or its centre with I J K"
+            )
+        radius = block.numbers["r"] * state.units.mm
+        centre = centre_by_radius(begin, to, radius, is_clockwise, state.units.tolerance)
+    elif not given:
+        raise ArcMistake("the arc has neither a centre nor a radius", _in_plane(state))
+    else:
+        if state.is_arc_absolute and len(given) < 2:
+            raise ArcMistake("with G90.1 an arc needs both numbers of its centre", _in_plane(state))
+        centre = _along(block, state, first), _along(block, state, second)
+        check_centre(begin, to, centre, state.units.tolerance)
+    check_sweep(begin, to, centre, is_clockwise=is_clockwise)
+    return Arc(place, state.plane, end, centre, -_turns(block) if is_clockwise else _turns(block), feed)
+
+
+def _along(block: Block, state: ProgramState, index: int) -> float:
+    number = block.numbers.get(_OFFSETS[index], 0.0) * state.units.mm
+    return number + (state.offset if state.is_arc_absolute else state.position)[index]
+
+
+def _in_plane(state: ProgramState) -> str:
+    first, second = sorted(PLANE_AXES[state.plane][:2])
+    return f"in the plane {state.plane.upper()} give {_OFFSETS[first].upper()} and {_OFFSETS[second].upper()}"
+
+
+def _turns(block: Block) -> int:
+    if "p" not in block.numbers or block.has("G4") or block.has("G64"):
+        return 1
+    turns = round(block.numbers["p"])
+    if turns < 1 or abs(block.numbers["p"] - turns) > WHOLE:
+        raise ArcMistake("P is not a number of turns", "write 1, 2, ... or remove P")
+    return turns

@@ -2,8 +2,7 @@
 
 import re
 
-from hil.gcode.arc_words import arc_of
-from hil.gcode.arcs import ArcMistake
+from hil.gcode.arcs import ArcMistake, arc_of
 from hil.gcode.block import LIMIT, Block, read_block
 from hil.gcode.canonical import (
     PLANE_AXES,

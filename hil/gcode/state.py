@@ -1,8 +1,8 @@
 """State of a machine as a program changes it: where the axes are, offsets, modes and parameters."""
 
+from math import sqrt
 from typing import NamedTuple
 
-from hil.gcode.arcs import TOLERANCE_INCH, TOLERANCE_MM, ArcTolerance
 from hil.gcode.canonical import Feed, FeedKind, Plane, Settings, SwitchName, SwitchState
 from hil.gcode.words import AXES
 
@@ -18,6 +18,26 @@ SHIFT_IS_ON, SHIFT = 5210, 5211
 SYSTEM, ORIGIN, ORIGINS_APART = 5220, 5221, 20
 HERE = 5420
 READ_ONLY = range(5400, 5429)
+
+
+class ArcTolerance(NamedTuple):
+    """Limits of LinuxCNC 2.9, as measured with its interpreter, in millimetres."""
+
+    radius_mm: float
+    """Smaller radii count as 0, and a radius may be too short for the ends by this."""
+    always_mm: float
+    """Radii at both ends may differ by this."""
+    share: float = 1e-3
+    """They may differ by this share of the larger one, too."""
+    never_mm: float = 0.0
+    """They may never differ by more."""
+
+
+TOLERANCE_MM = ArcTolerance(0.00127, 0.02 * sqrt(2), never_mm=2 * sqrt(2))
+"""With G21."""
+
+TOLERANCE_INCH = ArcTolerance(0.00127, 0.0508 * sqrt(2), never_mm=5.08 * sqrt(2))
+"""With G20: 0.00005 inches, and twice the root of 2 in thousandths of an inch."""
 
 
 class Units(NamedTuple):

@@ -1,5 +1,5 @@
-"""Acceptor of clients at a listening socket. Asyncio's own server would log a hundred errors at a time,
-without end, while no file descriptor is left."""
+"""Acceptor of clients at a listening socket, and the end of a connection at once. Asyncio's own server would
+log a hundred errors at a time, without end, while no file descriptor is left."""
 
 import asyncio
 import errno
@@ -7,6 +7,7 @@ import os
 import select
 import socket
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 ACCEPT_AGAIN_S = 1.0
@@ -94,3 +95,10 @@ class Acceptor:
             self._spare = -1
         self.loop.remove_reader(self.listener)
         self.listener.close()
+
+
+def abort(transport: asyncio.WriteTransport) -> None:
+    """End a connection at once, also one that has ended."""
+    # One that was closed while something waited to be sent, and that has sent it, has no loop any more.
+    with suppress(AttributeError):
+        transport.abort()

@@ -12,8 +12,8 @@ from typing import Protocol
 from pydantic import BaseModel, ConfigDict, Field
 
 from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
-from hil.net.limits import Limit
 from hil.net.traffic import Outgoing, Traffic
+from hil.net.visitors import Limit
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
 
 _READ_BYTES = 65536

@@ -1,4 +1,5 @@
-"""Admission control for listening sockets: at most so many clients at a time; idle ones are dropped first."""
+"""Admission control for listening sockets: at most so many clients at a time; idle ones are dropped first. A
+limit is logged once when it is reached, and then counted: a flood must not fill the log."""
 
 import asyncio
 import socket
@@ -8,7 +9,45 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
-from hil.net.limits import Limit
+
+AGAIN_S = 60.0
+"""Minimum time between two log lines on one limit."""
+
+
+class Limit:
+    """Limit. ``count`` is how often it was reached. ``say`` gets a line for the log at once and, if it was
+    reached again, one with the number after ``AGAIN_S``."""
+
+    def __init__(self, say: Callable[[str], object], loop: asyncio.AbstractEventLoop) -> None:
+        self.count = 0
+        self._say = say
+        self._loop = loop
+        self._timer: asyncio.TimerHandle | None = None
+        self._told = 0
+        self._text = ""
+
+    def reached(self, text: str) -> None:
+        """Count that the limit stopped something: ``text`` says which limit, and what to do."""
+        self.count += 1
+        self._text = text
+        if self._timer is None:
+            self._tell(text)
+
+    def _tell(self, text: str) -> None:
+        self._say(text)
+        self._told = self.count
+        self._timer = self._loop.call_later(AGAIN_S, self._later)
+
+    def _later(self) -> None:
+        self._timer = None
+        if more := self.count - self._told:
+            self._tell(f"{self._text} ({more} more in the last {AGAIN_S:g} s)")
+
+    def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
 
 _REFUSED, _REFUSED_S = 16, 0.2
 """Maximum number of refused connections that stay for a moment, and the moment."""

@@ -25,8 +25,7 @@ from hil.sim.segment_tap import Tap
 from hil.sim.twin import Twin
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
-from hil.testing.given_config import GivenConfig, path_of, unreadable
-from hil.testing.named_things import NamedThings, NoSuchName, no_such
+from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such, path_of, unreadable
 from hil.vocab.address import address_of, no_part
 from hil.vocab.axis import AxisNow
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send

@@ -12,9 +12,8 @@ from bridges.can.cards.can_tap import CanTap
 from bridges.can.frames.can_frame import CanFrame
 from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
-from hil.testing.checked_bytes import checked_bytes
 from hil.testing.faces import TapFace
-from hil.testing.named_things import NamedThings
+from hil.testing.given import NamedThings, checked_bytes
 from hil.testing.sdo_client import SdoClient
 from hil.vocab.address import Address
 from hil.vocab.time import NS_PER_MS, SimTimeNs

@@ -11,8 +11,7 @@ from hil.telemetry import Recording
 from hil.telemetry.path_picture import path_drawn
 from hil.testing.bench import Bench
 from hil.toolpath.bench_runs import BenchRuns, machine_problems
-from hil.toolpath.board_angle import zero_shift_deg
-from hil.toolpath.deviation import Deviation, asked_path, deviation
+from hil.toolpath.deviation import Deviation, asked_path, deviation, zero_shift_deg
 from hil.toolpath.machine import Machine, parse_machine
 from hil.toolpath.path_items import Position
 from hil.toolpath.path_plan import plan_program

@@ -16,8 +16,7 @@ from hil.sim.settable import setting_problem
 from hil.sim.twin import Twin
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
-from hil.testing.checked_bytes import checked_bytes
-from hil.testing.named_things import NoSuchName
+from hil.testing.given import NoSuchName, checked_bytes
 from hil.vocab.address import no_input, no_part, pin_of
 from hil.vocab.near_words import meant
 from hil.vocab.time import SimTimeNs, ms

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hil.testing.bench import Bench
     from hil.testing.can_faces import CanBusFace, DriveFace
     from hil.testing.faces import FaultFace
-    from hil.testing.given_config import GivenConfig
+    from hil.testing.given import GivenConfig
     from hil.testing.served_bench import ServedBench
 
 NODE = "sac"
@@ -45,7 +45,7 @@ def bench() -> "Iterator[Callable[..., Bench]]":
 def live_bench(tmp_path: Path) -> "Iterator[Callable[..., ServedBench]]":
     """Run benches in processes of their own, in real time, until the test's end: ``live_bench("bench.yaml")``
     answers when its boards do. Options as of ``hil.testing.live``. Logs and captures stay in ``tmp_path``."""
-    from hil.testing.given_config import path_of
+    from hil.testing.given import path_of
     from hil.testing.served_bench import LiveError, live
 
     with ExitStack() as stack:

@@ -1,10 +1,13 @@
-"""Distance of a path that was followed from the one that was asked for."""
+"""Distance of a path that was followed from the one that was asked for; and of the zeros of boards, where
+set-points are, from those of the shafts, which `hil zero` moves."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import dist, sqrt
+from typing import Any
 
+from hil.core import KINDS
 from hil.gcode.canonical import Arc, Canonical, Point, Straight
 from hil.toolpath.machine import Machine
 from hil.toolpath.motion_check import ORIGIN, arc_points
@@ -92,3 +95,19 @@ def _to_piece(begin: Position, end: Position, place: Position) -> tuple[float, f
     part = min(max(dot / square, 0.0), 1.0) if square > 0 else 0.0
     off = sum((a + part * (b - a) - c) ** 2 for a, b, c in zip(begin, end, place, strict=True))
     return part, sqrt(off)
+
+
+def board_signal(signals: Mapping[str, Any]) -> str:
+    """Signal of an axis that tells where it stands by its board's zero: what a servo's encoder counts, or
+    what the board of a stepper has commanded. Empty: the board has no zero of its own."""
+    names = (name for kind in KINDS.values() for name in kind.board_angles[:1])
+    return next((name for name in names if name in signals), "")
+
+
+def zero_shift_deg(state: Mapping[str, Any]) -> float:
+    """Board's angle less the shaft's, of the state of an axis that stands; 0 for a servo that is off, which
+    counts no angle."""
+    signal = board_signal(state)
+    if not signal or not state.get("loop_on", 1) or state[signal] is None:
+        return 0.0
+    return float(state[signal] - state["position_deg"])

@@ -15,9 +15,8 @@ from hil.gcode.canonical import (
     Straight,
     Switch,
 )
-from hil.toolpath.chord_joining import joined
 from hil.toolpath.machine import LETTERS, Machine, MachineAxis
-from hil.toolpath.path_items import Chord, Item, Position, Stretch
+from hil.toolpath.path_items import Chord, Item, Position, Stretch, joined
 from hil.vocab.problem import Problem
 
 ORIGIN = Point()

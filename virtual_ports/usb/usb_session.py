@@ -3,8 +3,8 @@
 import asyncio
 from collections.abc import Callable
 
+from hil.net.acceptor import abort
 from hil.net.traffic import QUEUE_BYTES, Traffic
-from hil.net.transports import abort
 from hil.vocab.ports import PortHost
 from virtual_ports.usb.cdc_acm import CdcAcm
 from virtual_ports.usb.descriptors import Descriptors

@@ -16,7 +16,7 @@ from bridges.modbus.registers.control_word import Wanted
 from bridges.modbus.registers.exception_codes import code_and_reason
 from bridges.modbus.registers.halves import Halves
 from bridges.modbus.unit_transaction import LOOK, Transaction, at_once, unit_transaction
-from hil.net.limits import Limit
+from hil.net.visitors import Limit
 from hil.vocab.desk_protocol import AxisLook, Desk, Source
 from hil.vocab.verbs import VerbRefused
 

@@ -10,7 +10,7 @@ from typing import Any, cast
 from bridges.modbus.door.request_handler import Asker, RequestHandler
 from bridges.modbus.protocol.mbap import MbapPacket, MbapSplitter, encode
 from bridges.modbus.protocol.pdu import is_write
-from hil.net.transports import abort
+from hil.net.acceptor import abort
 from hil.net.turns import Turns
 from hil.net.visitors import Visit
 from hil.vocab.operation import Urgency

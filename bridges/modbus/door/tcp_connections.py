@@ -12,9 +12,8 @@ from bridges.modbus.door.client_role import NoRole, role_of
 from bridges.modbus.door.door_options import Certificates
 from bridges.modbus.door.request_handler import Asker, RequestHandler
 from bridges.modbus.door.tcp_client import TcpClient
-from hil.net.limits import Limit
 from hil.net.turns import Turns
-from hil.net.visitors import Visit, Visitors
+from hil.net.visitors import Limit, Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import Role

@@ -12,10 +12,10 @@ from chance_programs import damaged, program
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hil.gcode.arcs import TOLERANCE_INCH
 from hil.gcode.block import LIMIT
 from hil.gcode.canonical import PLANE_AXES, Arc, Dwell, Point, Program, Straight, Switch
 from hil.gcode.reader import MOST_PROBLEMS, read_program
+from hil.gcode.state import TOLERANCE_INCH
 
 CASES = int(os.environ.get("HIL_FUZZ", "1000"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))

@@ -23,7 +23,6 @@ OWN_WAY = {
     "virtual_ports/usb/vhci.py": {"open"},  # a file of sysfs
     "hil/host/journal.py": {"open"},  # standard streams
     "bridges/zenoh/site_keys.py": {"open"},  # exclusively
-    "hil/testing/live_capture.py": {"open", "write_bytes", "write_text"},  # in a test's own folder
     "hil/testing/served_bench.py": {"open", "write_bytes", "write_text"},  # in a test's own folder
 }
 """Files that write in a way of their own, and the calls that they use."""

@@ -15,8 +15,8 @@ from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.pdu import Span, Table, exception_words
 from hil.drives.control_bits import RegisterWrite
 from hil.live.drives.asking import Denied, Garbled, NoAnswer, PlaceLost
+from hil.net.acceptor import abort
 from hil.net.echo_guard import EchoGuard
-from hil.net.transports import abort
 from hil.vocab.ports import EchoStats, Sole
 from hil.wire.drive_address import RtuPlace, TcpPlace
 from hil.wire.echo import Echo

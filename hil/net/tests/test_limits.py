@@ -1,6 +1,6 @@
 from collections.abc import Callable
 
-from hil.net.limits import AGAIN_S, Limit
+from hil.net.visitors import AGAIN_S, Limit
 
 
 class Clock:

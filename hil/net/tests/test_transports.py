@@ -3,7 +3,7 @@
 import asyncio
 import socket
 
-from hil.net.transports import abort
+from hil.net.acceptor import abort
 
 
 def test_a_connection_that_sent_its_last_words_can_be_aborted() -> None:

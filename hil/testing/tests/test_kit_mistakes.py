@@ -84,7 +84,7 @@ def test_the_fixtures_say_it_too(bench: Any, live_bench: Any) -> None:
 def test_a_dict_of_a_live_bench_may_have_what_that_of_a_kits_may(tmp_path: Path) -> None:
     from types import MappingProxyType
 
-    from hil.testing.given_config import as_json
+    from hil.testing.given import as_json
 
     table = tmp_path / "table.txt"
     given = MappingProxyType({"devices": {"m1": {"flash": MappingProxyType({"table": table})}}})

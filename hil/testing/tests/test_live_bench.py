@@ -142,7 +142,7 @@ def test_reports_of_tests_that_fail(tmp_path: Path) -> None:
     assert said.count("hil serve t (") == 3
     assert "s1 client -> board 'v\\r'" in said
     assert "no_such" in said
-    assert "E       hil.testing.named_things.NoSuchName: there is no port 's2'" in said
+    assert "E       hil.testing.given.NoSuchName: there is no port 's2'" in said
     assert "<text>:3:17: devices.m1.profile: there is no profile" in said
     assert "ConfigError: <dict>: devices.m1.profile: there is no profile" in said
     assert "site-packages" not in said

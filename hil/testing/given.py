@@ -1,13 +1,14 @@
-"""Configurations that a test gives: a path, YAML text or a dict."""
+"""Things that a test gives: a configuration, bytes for ports and names. A slip is told in a sentence."""
 
 import json
 import os
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from hil.config import ConfigError
+from hil.vocab.near_words import meant
 from hil.vocab.problem import Problem
 
 GivenConfig = str | os.PathLike[str] | Mapping[str, Any]
@@ -53,3 +54,52 @@ def _plain(value: object) -> object:
     if isinstance(value, Mapping):
         return dict(value)
     raise TypeError(f"an object of type {type(value).__name__} is no configuration value")
+
+
+def checked_bytes(data: bytes) -> bytes:
+    """Copy what is to be written to a port, or is waited for at one.
+
+    Raises:
+        TypeError: it is text or a number, with what to give instead.
+    """
+    __tracebackhide__ = True
+    if isinstance(data, (bytes, bytearray, memoryview)):
+        return bytes(data)
+    instead = repr(data.encode()) if isinstance(data, str) else "b'...'"
+    raise TypeError(f"a port carries bytes: {instead}, not {data!r}")
+
+
+Thing = TypeVar("Thing")
+
+
+class NoSuchName(KeyError):
+    """Error of a name that is not there: ``str(error)`` is a sentence."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+def no_such(what: str, name: object, known: Mapping[str, object]) -> NoSuchName:
+    """Error of a name that is not among those known; ``what``: the kind of thing, as in ``device``."""
+    return NoSuchName(f"there is no {what} {name!r}; {meant(str(name), known)}")
+
+
+class NamedThings(Mapping[str, Thing]):
+    """Mapping that refuses a wrong name by a sentence."""
+
+    def __init__(self, what: str, things: Mapping[str, Thing]) -> None:
+        self._what = what
+        self._things = things
+
+    def __getitem__(self, name: str) -> Thing:
+        __tracebackhide__ = True
+        try:
+            return self._things[name]
+        except KeyError:
+            raise no_such(self._what, name, self._things) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._things)
+
+    def __len__(self) -> int:
+        return len(self._things)
