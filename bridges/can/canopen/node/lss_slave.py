@@ -27,8 +27,8 @@ class AddressMatch:
     def reset(self) -> None:
         self._next = 0
 
-    def take(self, step: int, number: int) -> bool:
-        """Take a message; true if it is the last and all have matched, in their order."""
+    def match(self, step: int, number: int) -> bool:
+        """Match a message; true if it is the last and all have matched, in their order."""
         if step == 0:
             self._next = 0
         is_right = step == self._next and self._checks[step](number)
@@ -71,8 +71,8 @@ class FastScan:
     def reset(self) -> None:
         self._at = 0
 
-    def take(self, number: int, bit: int, at: int, following: int) -> Scanned:
-        """Take a message: bits of ``number`` from 31 down to ``bit`` are to be those of the address's number
+    def match(self, number: int, bit: int, at: int, following: int) -> Scanned:
+        """Match a message: bits of ``number`` from 31 down to ``bit`` are to be those of the address's number
         ``at``; once bit 0 fits too, ``following`` is the next. If that is an earlier one, the slave is
         selected."""
         if bit == _ANYBODY:
@@ -162,11 +162,11 @@ class LssSlave:
         if command == _SWITCH_GLOBAL:
             self._switch_global(data[1], now_ns)
         elif _SELECT_FROM <= command < _SELECTED:
-            if not self._is_configuring and self._selection.take(command - _SELECT_FROM, number):
+            if not self._is_configuring and self._selection.match(command - _SELECT_FROM, number):
                 self._is_configuring = True
                 self._answer(_SELECTED)
         elif _IDENTIFY_FROM <= command < _IDENTIFY_UNCONFIGURED:
-            if self._identification.take(command - _IDENTIFY_FROM, number):
+            if self._identification.match(command - _IDENTIFY_FROM, number):
                 self._answer(_IDENTIFIED)
         elif command in (_IDENTIFY_UNCONFIGURED, _FAST_SCAN):
             if self.active_node_id == self.node_id == UNCONFIGURED:
@@ -186,7 +186,7 @@ class LssSlave:
         if command == _IDENTIFY_UNCONFIGURED:
             self._answer(_UNCONFIGURED_IDENTIFIED)
         elif not self._is_configuring:
-            scanned = self._fast_scan.take(number, bit, at, following)
+            scanned = self._fast_scan.match(number, bit, at, following)
             self._is_configuring = scanned is Scanned.SELECTED
             if scanned is not Scanned.OTHER:
                 self._answer(_IDENTIFIED)

@@ -40,7 +40,7 @@ class Transfer(Protocol):
     def is_in_block(self) -> bool:
         """True while frames of the client are segments without a command."""
 
-    def take(self, data: bytes, now_ns: int) -> bool:
+    def feed(self, data: bytes, now_ns: int) -> bool:
         """Take a frame of the client, eight bytes; True if the transfer is over. Raises SdoAbort."""
 
 
@@ -91,7 +91,7 @@ class SdoServer:
                 self.reset()
                 return
             if transfer and (transfer.is_in_block or not is_start):
-                if transfer.take(data, now_ns):
+                if transfer.feed(data, now_ns):
                     self._end_transfer()
                 else:
                     self._timer.start(now_ns + TIME_OUT_NS)

@@ -36,7 +36,7 @@ class SegmentDownload:
         self._data = bytearray()
         self._toggle = 0
 
-    def take(self, data: bytes, now_ns: int) -> bool:
+    def feed(self, data: bytes, now_ns: int) -> bool:
         if sdo_frames.specifier(data) != SdoRequest.DOWNLOAD_SEGMENT:
             raise SdoAbort(AbortCode.COMMAND)
         if sdo_frames.toggle_of(data) != self._toggle:
@@ -67,7 +67,7 @@ class SegmentUpload:
         self._send = send
         self._toggle = 0
 
-    def take(self, data: bytes, now_ns: int) -> bool:
+    def feed(self, data: bytes, now_ns: int) -> bool:
         if sdo_frames.specifier(data) != SdoRequest.UPLOAD_SEGMENT:
             raise SdoAbort(AbortCode.COMMAND)
         if sdo_frames.toggle_of(data) != self._toggle:
@@ -106,7 +106,7 @@ class BlockDownload:
         self._has_last = False
         send(sdo_frames.begin_block_answer(entry.index, entry.subindex, MOST_IN_BLOCK, has_crc=has_crc))
 
-    def take(self, data: bytes, now_ns: int) -> bool:
+    def feed(self, data: bytes, now_ns: int) -> bool:
         if not self.is_in_block:
             return self._end(data, now_ns)
         number, is_last = sdo_frames.block_segment_number(data)
@@ -164,7 +164,7 @@ class BlockUpload:
         self._has_started = self._has_ended = False
         send(sdo_frames.begin_block_upload_answer(index, subindex, len(value), has_crc=has_crc))
 
-    def take(self, data: bytes, now_ns: int) -> bool:
+    def feed(self, data: bytes, now_ns: int) -> bool:
         step = sdo_frames.block_step(data)
         if sdo_frames.specifier(data) != SdoRequest.BLOCK_UPLOAD:
             raise SdoAbort(AbortCode.COMMAND)

@@ -54,7 +54,7 @@ def read_eds(text: str, node: int, left_out: LeftOut) -> EdsObjects:
     reader = _Reader(sections, node, left_out)
     for index, part in sections:
         if part >= _WHOLE:
-            reader.take(index, part)
+            reader.read_section(index, part)
     if not reader.names:
         raise EdsError("there is no object in it, as [1000] with a ParameterName")
     return EdsObjects(reader.names, reader.values)
@@ -66,8 +66,8 @@ class _Reader:
         self.names: dict[tuple[int, int], ObjectName] = {}
         self.values: dict[tuple[int, int], bytes] = {}
 
-    def take(self, index: int, part: int) -> None:
-        """Take the section of an object or a sub-index."""
+    def read_section(self, index: int, part: int) -> None:
+        """Read the section of an object or a sub-index."""
         fields = self._sections[index, part]
         name, _ = fields.get("parametername", ("", 0))
         kind = TYPES_BY_NUMBER.get(self._plain(fields, "datatype"), "")
