@@ -18,14 +18,14 @@ _ACCEPTS_AT_ONCE = 16  # a flood of them must not hold up the boards
 
 @dataclass(eq=False)
 class Acceptor:
-    """Acceptor at a listening socket. ``take`` gets each client. ``no_file`` is told why none can be accepted
+    """Acceptor at a listening socket. ``admit`` gets each client. ``no_file`` is told why none can be taken
     now, and answers after how many seconds to try again: no file descriptor or memory is left, and the
     listener stays readable. ``has_spare``: a file descriptor is kept for one more client. The listener is
     closed with this."""
 
     listener: socket.socket
     loop: asyncio.AbstractEventLoop
-    take: Callable[[socket.socket], None]
+    admit: Callable[[socket.socket], None]
     no_file: Callable[[str], float]
     has_spare: bool = False
     _spare: int = field(default=-1, init=False)
@@ -53,7 +53,7 @@ class Acceptor:
                 delay_s = self.no_file(error.strerror or str(error))
                 self._timer = self.loop.call_later(delay_s, self._again)
                 return
-            self.take(connection)
+            self.admit(connection)
 
     def _accepted(self) -> socket.socket:
         """Accept a client, at last with the spare file descriptor."""

@@ -37,7 +37,7 @@ class Turns:
         self._over_s, self._at_s = 0.0, self._loop.time()
         """Time that turns were over their share, at that time."""
 
-    def take(self) -> bool:
+    def spend(self) -> bool:
         """Take a turn for one request, if this pass has one left."""
         if not self._left:
             return False
@@ -52,7 +52,7 @@ class Turns:
         Raises:
             VerbRefused: a stop of it came meanwhile; the verb would move it afterwards.
         """
-        if urgency is Urgency.STOP or (not self._waits(urgency) and self.take()):
+        if urgency is Urgency.STOP or (not self._waits(urgency) and self.spend()):
             return
         sleeper = _Sleeper(self, self._loop.create_future(), moves)
         self._sleepers.add(sleeper)
@@ -125,5 +125,5 @@ class _Sleeper:
         self.is_overtaken = False
 
     def has_turn(self, most: int) -> None:
-        if not self.waiting.done() and self._turns.take():
+        if not self.waiting.done() and self._turns.spend():
             self.waiting.set_result(None)

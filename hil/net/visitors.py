@@ -100,9 +100,9 @@ class Visitors:
 
     def listen(self, listener: socket.socket) -> None:
         """Let clients in at this socket, too."""
-        self._acceptors.append(Acceptor(listener, self.loop, self.take, self._wait, self.has_spare))
+        self._acceptors.append(Acceptor(listener, self.loop, self.admit, self._wait, self.has_spare))
 
-    def take(self, connection: socket.socket) -> None:
+    def admit(self, connection: socket.socket) -> None:
         """Serve a client, or refuse it."""
         if not self._make_room():
             self.turned_away += 1

@@ -71,7 +71,7 @@ class TcpClient(asyncio.Protocol):
     def _answer_some(self, most: int) -> None:
         """Answer some of the requests that wait, up to one that takes time."""
         answers, began_s = bytearray(), thread_time()
-        while most and self._waiting and self._turns.take():
+        while most and self._waiting and self._turns.spend():
             most -= 1
             packet = self._waiting.popleft()
             self._visit.has_asked = True

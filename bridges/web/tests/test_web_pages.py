@@ -560,7 +560,7 @@ def test_a_verb_that_waits_does_not_move_what_another_page_has_stopped() -> None
     async def use(door: Door) -> None:
         turns = door.bridge._pages._around.turns  # type: ignore[attr-defined]
         async with door.page() as mover, door.page() as stopper:
-            while turns.take():
+            while turns.spend():
                 pass
             turns.note(None, 60.0)  # whoever comes now waits
             moving = asyncio.create_task(

@@ -57,7 +57,7 @@ def test_a_verb_that_a_stop_has_overtaken_is_refused_and_no_other() -> None:
 
     async def main() -> None:
         turns = Turns()
-        while turns.take():
+        while turns.spend():
             pass
         turns.note(None, 0.002)  # more than the burst: whoever comes now waits
         names = ("m1", "m1.elbow", "m10", "m2", "")

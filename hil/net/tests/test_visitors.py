@@ -88,7 +88,7 @@ class House:
     def comes(self, *, begins: bool = True) -> FakeConnection:
         self.loop.now_s += 1
         connection = FakeConnection()
-        self.visitors.take(connection)
+        self.visitors.admit(connection)
         if begins and not connection.is_closed:
             with pytest.raises(StopIteration):
                 self.loop.tasks[-1].stay.send(None)
@@ -129,7 +129,7 @@ def test_who_finds_all_busy_gets_the_refusal_and_its_end() -> None:
         house.visits[house.comes()].is_busy = True
     ours, client = socket.socketpair()
     with client:
-        house.visitors.take(ours)
+        house.visitors.admit(ours)
         client.sendall(b"GET / HTTP/1.1\r\n\r\n")
         house.loop.timers[-1][1]()
         head, _, body = client.recv(1000).partition(b"\r\n\r\n")

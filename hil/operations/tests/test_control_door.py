@@ -19,7 +19,7 @@ def test_who_is_let_go_before_anybody_served_it_is_not_kept_waiting(tmp_path: Pa
         ours, client = socket.socketpair()
         with client:
             client.setblocking(False)
-            visitors.take(ours)
+            visitors.admit(ours)
             assert visitors.let_go()
             try:
                 return await asyncio.wait_for(asyncio.get_running_loop().sock_recv(client, 1), 5)

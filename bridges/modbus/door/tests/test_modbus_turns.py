@@ -20,7 +20,7 @@ class Asking:
     def has_turn(self, most: int) -> None:
         if self._requests:
             self._turns.note(self, self._took_s)
-        while most and self._requests and self._turns.take():
+        while most and self._requests and self._turns.spend():
             most -= 1
             self._requests -= 1
             self._log.append(self._name)
@@ -58,7 +58,7 @@ async def passes(count: int, log: list[str]) -> None:
 def test_a_pass_has_so_many_turns() -> None:
     async def use(turns: Turns, log: list[str]) -> None:
         for _ in range(3):
-            log += ["x" for _ in range(IN_A_PASS + 3) if turns.take()]
+            log += ["x" for _ in range(IN_A_PASS + 3) if turns.spend()]
             await passes(2, log)
 
     assert on_loop(use).replace(".", "") == "x" * IN_A_PASS * 3
@@ -77,7 +77,7 @@ def test_who_has_many_requests_has_the_turns_of_one() -> None:
 
 def test_with_nobody_waiting_nothing_is_due() -> None:
     async def use(turns: Turns, log: list[str]) -> None:
-        assert turns.take()
+        assert turns.spend()
         await passes(3, log)
         assert not asyncio.get_running_loop()._ready  # type: ignore[attr-defined]
 
