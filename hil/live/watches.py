@@ -56,13 +56,13 @@ class Watches:
         self._poll()
         return watch
 
-    def take(self, watch: int, at_most: int) -> tuple[list[tuple[float, ...]], int]:
+    def drain(self, watch: int, at_most: int) -> tuple[list[tuple[float, ...]], int]:
         """Take the rows since the last call, and the losses since the start. Raises KeyError: it is over."""
         held = self._open[watch]
         held.asked_s = asyncio.get_running_loop().time()
         self.sampler.poll()
         self._keep_limit()
-        return held.subscription.take(at_most), held.subscription.lost
+        return held.subscription.drain(at_most), held.subscription.lost
 
     def close(self, watch: int) -> None:
         """End a watch, if it has not ended."""

@@ -86,7 +86,7 @@ class LookingOn:
     def samples(self, asked: Asked, watch: int) -> dict[str, Any]:
         """Samples since the last call."""
         try:
-            rows, lost = self._watches.take(watch, SAMPLES_AT_A_TIME)
+            rows, lost = self._watches.drain(watch, SAMPLES_AT_A_TIME)
         except KeyError:
             raise VerbRefused(
                 "not_now", f"watch {watch} has ended; ask for samples every {WATCH_IDLE_S} s"

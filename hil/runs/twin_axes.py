@@ -122,7 +122,7 @@ class TwinAxis:
         if self._subscription is None:
             return ()
         self._sampler.poll_axis(self._name)
-        return self._subscription.take()
+        return self._subscription.drain()
 
     def release(self) -> None:
         if self._held:  # it may be another axis's name by now

@@ -83,7 +83,7 @@ class PacketWakes:
         """Drop all times: all characters have come."""
         self._times_ns.clear()
 
-    def take(self, now_ns: int) -> None:
+    def drop_until(self, now_ns: int) -> None:
         """Drop the times up to now."""
         while self._times_ns and self._times_ns[0] <= now_ns:
             self._times_ns.popleft()

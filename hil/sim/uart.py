@@ -187,7 +187,7 @@ class DeviceUart:
     def take_arrivals(self) -> None:
         """Move characters complete by now into the receive buffer; those without room are overruns."""
         if self.incoming.flights:
-            for flight in self.incoming.take(self.now_ns):
+            for flight in self.incoming.drain(self.now_ns):
                 self.take_in(flight)
 
     def take_in(self, flight: Flight) -> None:

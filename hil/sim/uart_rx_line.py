@@ -94,7 +94,7 @@ class Incoming:
         self.next_ns = FOREVER
         return flight
 
-    def take(self, now_ns: int) -> list[Flight]:
+    def drain(self, now_ns: int) -> list[Flight]:
         """Take everything that is complete by now off the line."""
         come: list[Flight] = []
         while self.flights:
@@ -109,7 +109,7 @@ class Incoming:
                 self._taken = end
                 come.append(flight.part(first, end))
             break
-        self.wakes.take(now_ns)
+        self.wakes.drop_until(now_ns)
         self._find_next()
         return come
 

@@ -70,7 +70,7 @@ class Subscription:
         """Number of samples in the queue."""
         return len(self._queue)
 
-    def take(self, at_most: int | None = None) -> list[tuple[float, ...]]:
+    def drain(self, at_most: int | None = None) -> list[tuple[float, ...]]:
         """Rows of (at_ns, a value for each signal) since the last call."""
         rows = self.take_packed(at_most)
         return [(_AT_NS(row), *(read(row) for read in self._readers)) for row in rows]

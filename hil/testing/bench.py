@@ -250,7 +250,7 @@ class Bench:
         if self._recordings:
             self._sampler.poll()
         for subscription, recording in self._recordings:
-            recording.rows += subscription.take()
+            recording.rows += subscription.drain()
             recording.lost = subscription.lost
 
 

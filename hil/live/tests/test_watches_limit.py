@@ -42,7 +42,7 @@ def test_all_watches_have_a_limit_together(monkeypatch: pytest.MonkeyPatch) -> N
         bench.new = {"b": 80, "c": 80}
         watches._poll()
         assert waiting() == [33, 33, 34]
-        assert watches.take(numbers[2], 1000)[1] == 66
+        assert watches.drain(numbers[2], 1000)[1] == 66
         watches.stop()
 
     asyncio.run(main())

@@ -34,7 +34,7 @@ def bench_of(*names: str) -> tuple[BenchRuntime, Sampler]:
 
 def times_of(sampler: Sampler, subscription: Subscription) -> list[float]:
     sampler.poll()
-    return [row[0] for row in subscription.take()]
+    return [row[0] for row in subscription.drain()]
 
 
 def grid(interval_ns: int | Fraction, after_ns: int, until_ns: int) -> list[int]:
