@@ -40,7 +40,7 @@ class ServoBus:
         self._uart.write(sent)
         self._reply = b""
         if self._has_power():
-            self._reply = b"".join(twin.take(sent) for twin in self._twins)
+            self._reply = b"".join(twin.answer(sent) for twin in self._twins)
         yield from self._loop.hold(1, wait_ms)
 
     def torque(self, servo_id: int, value: int) -> Steps:

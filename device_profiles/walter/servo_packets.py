@@ -61,8 +61,8 @@ class ServoTwin:
         counts = (self._joint.do("where") + self._null_deg) / DEG_PER_COUNT + CENTRE_COUNTS
         return max(0, min(MOST_COUNTS, round(counts)))
 
-    def take(self, sent: bytes) -> bytes:
-        """Take a packet from the bus; returns the reply, or nothing."""
+    def answer(self, sent: bytes) -> bytes:
+        """Answer a packet from the bus; returns the reply, or nothing."""
         servo_id, command, data = sent[3], sent[4], sent[7:]
         if servo_id not in (self._part.servo_id, BROADCAST) or not self._joint.do("answers"):
             return b""

@@ -61,7 +61,7 @@ def check_motions(
     behind the motion that needs one too many is not looked at."""
     check = MotionCheck(machine, file, begin, most_chords)
     for motion in motions:
-        check.take(motion)
+        check.feed(motion)
         if check.is_full:
             break
     check.finish()
@@ -100,7 +100,7 @@ class MotionCheck:
 
     # ---- what comes ----
 
-    def take(self, motion: Canonical) -> None:
+    def feed(self, motion: Canonical) -> None:
         """Take the next motion."""
         match motion:
             case Straight():
