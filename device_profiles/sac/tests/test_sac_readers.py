@@ -2,8 +2,11 @@
 
 import json
 import re
+from contextlib import suppress
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from device_profiles.sac.readers import READERS
 from hil.testing import Bench
@@ -213,3 +216,15 @@ def test_screens_of_a_twin_are_read():
     assert shown("cc")["steps_per_rev"] == 200
     assert shown("cf")["soft_ops"] == "0"
     assert shown("vd") == {"rpm": 0, "period_us": 0}
+
+
+@pytest.mark.long
+@given(
+    st.sampled_from([FILE, SHOTS, "\n".join(LISTING)]), st.lists(st.tuples(st.integers(0, 1500), st.text()))
+)
+def test_any_text_is_data_or_refused(text, changes):
+    for place, what in changes:
+        text = text[:place] + what + text[place + len(what) :]
+    for reader in READERS.values():
+        with suppress(DialogueError, Refusal):
+            json.dumps(reader(text, "any.txt"))
