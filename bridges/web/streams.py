@@ -33,7 +33,7 @@ class PageStream(Protocol):
 
     is_fast: bool
 
-    def take(self, now_s: float) -> bytes | str | LongText | None:
+    def next_message(self, now_s: float) -> bytes | str | LongText | None:
         """Message with what came since the last turn; None: nothing did."""
 
     def drop(self) -> None:
@@ -94,7 +94,7 @@ class AxisSamples:
         self._rows.append(_AT_NS(packed)[0] / 1e9)
         self._rows.extend(self._values(packed))
 
-    def take(self, now_s: float) -> bytes | None:
+    def next_message(self, now_s: float) -> bytes | None:
         """Block of the rows since the last turn."""
         self._watch.flush()
         if not self._rows:
@@ -142,7 +142,7 @@ class PassingItems:
             self._bytes -= self._size(self._waiting.popleft())
             self.lost += 1
 
-    def take(self, now_s: float) -> str | None:
+    def next_message(self, now_s: float) -> str | None:
         said: list[Any] = []
         for _ in range(min(len(self._waiting), TAKEN_ITEMS)):
             item = self._waiting.popleft()
@@ -182,7 +182,7 @@ class RunsProgress:
     def _put(self, progress: Mapping[str, Any]) -> None:
         self._latest[progress["run"]] = progress
 
-    def take(self, now_s: float) -> str | None:
+    def next_message(self, now_s: float) -> str | None:
         if not self._latest:
             return None
         items = list(self._latest.values())
@@ -205,7 +205,7 @@ class ToldReading:
         self._reading, self._number, self._interval_s = reading, number, 1 / rate_Hz
         self._told, self._due_s = 0, 0.0
 
-    def take(self, now_s: float) -> LongText | None:
+    def next_message(self, now_s: float) -> LongText | None:
         if now_s < self._due_s or (found := self._reading.read(now_s)) is None:
             return None
         self._due_s = now_s + self._interval_s - SLOW_S / 2  # turns come a little early or late

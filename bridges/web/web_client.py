@@ -132,7 +132,7 @@ class WebClient:
         """Give the page what came since its last turn; a page that does not read gets nothing, and goes."""
         if not self._outbox.is_full:
             self._stalled_at_s = None
-            self.watches.take(self._outbox, now_s)
+            self.watches.fill(self._outbox, now_s)
             return
         self.watches.drop()
         if self._stalled_at_s is None:

@@ -81,11 +81,11 @@ class PageWatches:
             raise VerbRefused("no_place", f"watch {number} is none of packets or frames")
         return stream
 
-    def take(self, outbox: Outbox, now_s: float) -> None:
+    def fill(self, outbox: Outbox, now_s: float) -> None:
         """Give the page what came since its last turn: all samples in one message."""
         blocks = []
         for _, _, stream in self._streams.values():
-            match stream.take(now_s):
+            match stream.next_message(now_s):
                 case bytes(block):
                     blocks.append(block)
                 case str() | LongText() as text:

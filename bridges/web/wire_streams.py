@@ -221,11 +221,11 @@ class LinePackets(RecordedItems):
         super().__init__(desk, source, number, place, self._words.say, _size, records)
         self._heard_lost = 0
 
-    def take(self, now_s: float) -> str | None:
+    def next_message(self, now_s: float) -> str | None:
         if self.lost != self._heard_lost:
             self._heard_lost = self.lost
             self._words.start_again()
-        return super().take(now_s)
+        return super().next_message(now_s)
 
     def _after_silence(self) -> Sequence[Any]:
         now_ns = self._clock.times_ns()[0] - SETTLED_NS
