@@ -33,7 +33,7 @@ Receive = Callable[[int], bytes | None]
 class CaptureFile(Protocol):
     """File for whole blocks of pcapng, as they come."""
 
-    def take(self, blocks: bytes) -> None:
+    def write(self, blocks: bytes) -> None:
         """Write blocks. Raises CaptureError: they do not belong here."""
 
     def close(self) -> None: ...
@@ -57,7 +57,7 @@ class Stream:
     def __init__(self, out: BinaryIO, name: str) -> None:
         self._out, self._name, self._written = out, name, 0
 
-    def take(self, blocks: bytes) -> None:
+    def write(self, blocks: bytes) -> None:
         self._out.write(blocks)
         self._out.flush()
         self._written += len(blocks)
@@ -87,7 +87,7 @@ class _Pcapng:
         self._out = begin_file(Path(write))
         self._head, self._written, self._number = b"", 0, 0
 
-    def take(self, blocks: bytes) -> None:
+    def write(self, blocks: bytes) -> None:
         if self._written == len(self._head):  # no record yet
             self._head += blocks[: header_length(blocks)]
         # However many have come at once, no file is longer than it may be.
@@ -130,7 +130,7 @@ class Records:
         self._head, self._is_complete = b"", False
         self._left_out = left_out
 
-    def take(self, blocks: bytes) -> Iterator[Record]:
+    def feed(self, blocks: bytes) -> Iterator[Record]:
         """Take whole blocks; gives the records among them."""
         size = 0 if self._is_complete else header_length(blocks)
         self._head += blocks[:size]
@@ -150,8 +150,8 @@ class _CanLog:
         """Buses, in the order of their first frames: those logs have numbers for them."""
         self._records = Records()
 
-    def take(self, blocks: bytes) -> None:
-        for record in self._records.take(blocks):
+    def write(self, blocks: bytes) -> None:
+        for record in self._records.feed(blocks):
             self._put(logged(record))
         if self._ending != ".blf":
             self._out.flush()
@@ -222,7 +222,7 @@ def records_of(receive: Receive, left_out: LeftOut | None = None) -> Iterator[Re
     """
     records = Records(left_out)
     for blocks in blocks_of(receive, has_end=True):
-        yield from records.take(blocks) if blocks else (None,)
+        yield from records.feed(blocks) if blocks else (None,)
 
 
 def blocks_of(receive: Receive, *, has_end: bool = False) -> Iterator[bytes]:

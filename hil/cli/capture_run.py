@@ -118,7 +118,7 @@ class _Run:
             self._show(self._silence())
             self.has_bench_ended = not self._is_hung_up and not self._has_enough()
         if self._interfaces:
-            self._target.take(self._counted.rest(self._interfaces))
+            self._target.write(self._counted.rest(self._interfaces))
 
     def _begin(self, blocks: bytes) -> None:
         self._interfaces = interfaces_in(blocks)
@@ -133,11 +133,11 @@ class _Run:
 
     def _take_piece(self, blocks: bytes) -> None:
         """Take whole blocks; where items are counted, one."""
-        records = list(self._records.take(blocks))
+        records = list(self._records.feed(blocks))
         if not self._count or not records:
-            self._target.take(blocks)
+            self._target.write(blocks)
         for record in records:
-            items = list(self.decoder.take(record))
+            items = list(self.decoder.feed(record))
             if self._count:
                 self._counted.put(blocks, record, self.decoder.stream_of(record))
             self._show(self._window.put(items))
@@ -154,7 +154,7 @@ class _Run:
             self.tally.add(item)
             self._first_ns = item.at_ns if self._first_ns is None else self._first_ns
         if self._count:
-            self._target.take(self._counted.count(shown))
+            self._target.write(self._counted.count(shown))
         self._target.show(shown, self._first_ns or 0)
 
     def _has_enough(self) -> bool:

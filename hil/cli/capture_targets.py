@@ -49,7 +49,7 @@ class LinesTarget:
         """Begin; answers ``out``."""
         return sys.stdout.fileno()
 
-    def take(self, blocks: bytes) -> None:
+    def write(self, blocks: bytes) -> None:
         """Take blocks of pcapng."""
 
     def show(self, items: Iterable[DecodedItem], first_ns: int) -> None:
@@ -93,9 +93,9 @@ class FileTarget:
         self._file = capture_file(self.name, *self._rotation)
         return sys.stdout.fileno() if self.name == "-" else None
 
-    def take(self, blocks: bytes) -> None:
+    def write(self, blocks: bytes) -> None:
         assert self._file
-        self._file.take(blocks)
+        self._file.write(blocks)
 
     def show(self, items: Iterable[DecodedItem], first_ns: int) -> None:
         """Show nothing."""
@@ -143,8 +143,8 @@ class WiresharkTarget:
         self._stream = Stream(self._process.stdin, self.name)  # type: ignore[arg-type]
         return self._process.stdin.fileno()
 
-    def take(self, blocks: bytes) -> None:
-        self._stream.take(blocks)
+    def write(self, blocks: bytes) -> None:
+        self._stream.write(blocks)
 
     def show(self, items: Iterable[DecodedItem], first_ns: int) -> None:
         """Show nothing."""

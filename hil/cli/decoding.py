@@ -40,7 +40,7 @@ class TerminalLines:
         self._event = 0
         self._at_ns = self._last_ns = 0
 
-    def take(self, record: Record) -> Iterator[DecodedItem]:
+    def feed(self, record: Record) -> Iterator[DecodedItem]:
         """Take bytes of one side; answers the lines that are over."""
         if record.event != self._event:
             yield from self._end()
@@ -218,7 +218,7 @@ class Decoder:
         self.left_out = LeftOut()
         """Tally of what was left out of it, by who reads it and here."""
 
-    def take(self, record: Record) -> Iterator[DecodedItem]:
+    def feed(self, record: Record) -> Iterator[DecodedItem]:
         """Take a record; answers what it completes."""
         self._begin(record.at_ns)
         self.lost += record.lost
@@ -230,7 +230,7 @@ class Decoder:
         elif record.line.framing == RAW:
             if record.line not in self._terminals:
                 self._terminals[record.line] = TerminalLines(record.interface)
-            yield from self._terminals[record.line].take(record)
+            yield from self._terminals[record.line].feed(record)
         else:
             yield from self._line(record).packets(record)
 
@@ -243,12 +243,12 @@ class Decoder:
             yield self._buses.decoded(logged, record.comment, record)
 
     def stream_of(self, record: Record) -> Hashable:
-        """Key of the sequence that a record's bytes belong to: ``stream`` of its items. After ``take``."""
+        """Key of the sequence that a record's bytes belong to: ``stream`` of its items. After ``feed``."""
         if record.line.is_can or record.event not in (RecordKind.TX, RecordKind.RX):
             return record
         return self._terminals[record.line] if record.line.framing == RAW else self._line(record)
 
-    def take_logged(self, frame: LoggedFrame) -> Iterator[DecodedItem]:
+    def feed_logged(self, frame: LoggedFrame) -> Iterator[DecodedItem]:
         """Take a frame of a log of CAN."""
         self._begin(frame.at_ns)
         yield self._buses.decoded(frame)
@@ -302,7 +302,7 @@ def decoded_log(frames: Iterable[LoggedFrame], decoder: Decoder) -> Iterator[Dec
         CaptureError: as who reads it.
     """
     for each in frames:
-        yield from decoder.take_logged(each)
+        yield from decoder.feed_logged(each)
 
 
 def decoded(records: Iterable[Record], decoder: Decoder) -> Iterator[DecodedItem]:
@@ -323,7 +323,7 @@ def decoded_live(records: Iterable[Record | None], decoder: Decoder) -> Iterator
     error: CaptureError | None = None
     try:
         for record in records:
-            yield from decoder.take(record) if record else (*decoder.silence(), None)
+            yield from decoder.feed(record) if record else (*decoder.silence(), None)
     except CaptureError as caught:
         error = caught
     yield from decoder.silence()  # follows the last record

@@ -73,7 +73,7 @@ def written(folder: Path, ending: str, capture: bytes = CAPTURE) -> Path:
     file = capture_file(str(path), 0, 1)
     try:
         for blocks in blocks_of(Connection(capture, 100).recv):
-            file.take(blocks)
+            file.write(blocks)
     finally:
         file.close()
     return path
@@ -248,10 +248,10 @@ def test_files_say_where_they_are(tmp_path: Path) -> None:
     for files, said in ((9, f"{tmp_path}/a.pcapng to {tmp_path}/a-9.pcapng"), (1, f"in {tmp_path}/a-")):
         file = capture_file(str(path), 300, files)
         for blocks in blocks_of(Connection(CAPTURE, 60).recv):
-            file.take(blocks)
+            file.write(blocks)
         file.close()
         assert said.removesuffix("a-9.pcapng") in file.told()
     whole = capture_file(str(path), 0, 1)
-    whole.take(CAPTURE)
+    whole.write(CAPTURE)
     whole.close()
     assert whole.told() == f"{len(CAPTURE)} bytes in {path}"
