@@ -8,7 +8,7 @@ from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from math import ceil
+from math import ceil, sqrt
 
 from hil.runs.plan import Phrase
 from hil.runs.run_document import AxisRules
@@ -192,6 +192,49 @@ class PhraseCourse:
                 made[name] = (*before, *self._ramp(name), *self._rest(name, leg.steady_at_ns, leg))
         return from_ns, made
 
+    # ---- another start ----
+
+    def at_start(self, start_ns: int) -> "PhraseCourse":
+        """The same course from another start on, with what the axes were given at first."""
+        course = PhraseCourse(self.phrase, start_ns, self._rules, self.pace, self._can_join)
+        course._note_given(0.0)
+        return course
+
+    def begin_again(
+        self, begun_ns: Mapping[str, int], now_ns: int, lead_ns: int
+    ) -> tuple["PhraseCourse", int, Mapping[str, Path]]:
+        """Begin at another start, together: not all axes had their paths in time. Those that have begun, at
+        ``begun_ns``, come back from ``lead_ns`` after now on, within their limits. Answers the course from
+        the new start on, and the paths from a little before now on with the time at which they begin."""
+        pace, from_ns, turn_ns = self.pace, now_ns - BACK_NS, now_ns + lead_ns
+        begins_ns = {name: min(begun_ns.get(name, turn_ns), turn_ns) for name in self.phrase.paths}
+        turns = {name: self._turn(name, (turn_ns - at_ns) * pace) for name, at_ns in begins_ns.items()}
+        back_ns = max(self._back_ns(name, *turn) for name, turn in turns.items())
+        course = self.at_start(turn_ns + back_ns)
+        made: dict[str, Path] = {}
+        for name, first in course.first_paths().items():
+            at_ns, (turn_deg, speed), first_deg = begins_ns[name], turns[name], self._place(name, 0.0)[0]
+            stood = PathPiece(max(at_ns - from_ns, 0), first_deg)
+            went = self._between(name, max(from_ns - at_ns, 0) * pace, (turn_ns - at_ns) * pace, pace)
+            stands_ns = turn_ns - max(from_ns, at_ns) - sum(piece.duration_ns for piece in went)
+            back = _piece(back_ns, turn_deg, speed, first_deg, 0.0)
+            made[name] = (stood, *went, PathPiece(max(stands_ns, 0), turn_deg), back, *first)
+        return course, from_ns, made
+
+    def _turn(self, name: str, at_ns: float) -> tuple[float, float]:
+        """Place and speed of an axis at a time of the plan, on its way at this pace; at rest at 0."""
+        at_deg, speed = self._place(name, at_ns)
+        return at_deg, speed * self.pace if at_ns else 0.0
+
+    def _back_ns(self, name: str, at_deg: float, speed: float) -> int:
+        """Time in which an axis comes back to its first place and stands there, within its limits."""
+        rules, way = self._rules[name], abs(at_deg - self._place(name, 0.0)[0])
+        fastest, steepest = rules.velocity_rpm * DEG_PER_S, rules.acceleration_rpm_per_s * DEG_PER_S
+        back_s = max(3 * way / fastest, 8 * abs(speed) / steepest, sqrt(12 * way / steepest))
+        return max(ceil(back_s * NS_PER_S), LEAST_RAMP_NS)
+
+    # ---- pieces ----
+
     def _ramp(self, name: str) -> list[PathPiece]:
         leg = self._leg
         count = ceil(leg.ramp_ns / STEP_NS)
@@ -200,13 +243,9 @@ class PhraseCourse:
         at_deg, speed = self._place(name, leg.plan_ns(times[0]))
         speed *= leg.pace_at(times[0])
         for from_ns, to_ns in pairwise(times):
-            t = (to_ns - from_ns) / NS_PER_S
             to_deg, to_speed = self._place(name, leg.plan_ns(to_ns))
             to_speed *= leg.pace_at(to_ns)
-            way = to_deg - at_deg
-            per_s2 = (6 * way - 2 * t * (2 * speed + to_speed)) / t**2
-            per_s3 = (6 * t * (speed + to_speed) - 12 * way) / t**3
-            pieces.append(PathPiece(to_ns - from_ns, at_deg, speed, per_s2, per_s3))
+            pieces.append(_piece(to_ns - from_ns, at_deg, speed, to_deg, to_speed))
             at_deg, speed = to_deg, to_speed
         return pieces
 
@@ -272,3 +311,11 @@ class PhraseCourse:
         leg, until_ns = self._leg, self._window_ns(at_ns)
         is_all = until_ns >= self.phrase.duration_ns or leg.pace == 0
         self._given_ns = None if is_all else leg.steady_ns + round((until_ns - leg.steady_at_ns) / leg.pace)
+
+
+def _piece(duration_ns: int, at_deg: float, speed: float, to_deg: float, to_speed: float) -> PathPiece:
+    """Piece from a place and speed to another place and speed."""
+    t, way = duration_ns / NS_PER_S, to_deg - at_deg
+    per_s2 = (6 * way - 2 * t * (2 * speed + to_speed)) / t**2
+    per_s3 = (6 * t * (speed + to_speed) - 12 * way) / t**3
+    return PathPiece(duration_ns, at_deg, speed, per_s2, per_s3)

@@ -32,7 +32,10 @@ _STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an imme
 
 
 class Baton(Protocol):
-    """Gives the start of each phrase. The phrase after the last is the end, which all axes reach together."""
+    """Gives the start of each phrase. The phrase after the last is the end, which all axes reach together.
+    ``is_shared``: other benches have been told the same start."""
+
+    is_shared: bool
 
     def start_ns(self, phrase: int) -> int | None:
         """Start of a phrase in simulated time, still to come; None: not known yet. Asked when the phrases
@@ -41,6 +44,8 @@ class Baton(Protocol):
 
 class Soon:
     """``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
+
+    is_shared = False
 
     def __init__(self, clock: Axes, lead_ns: int) -> None:
         self._clock = clock
@@ -52,6 +57,8 @@ class Soon:
 
 class Told:
     """``Baton`` whose starts others tell: ``starts_ns`` by phrase."""
+
+    is_shared = True
 
     def __init__(self) -> None:
         self.starts_ns: dict[int, int] = {}
@@ -167,18 +174,14 @@ class Execution:
         can_join = all(self.plan.axes[name].joins_paths for name in phrase.paths)
         pace = 1.0 if phrase.events or not can_join else self._pace or 1.0
         course = PhraseCourse(phrase, start_ns, self.plan.run.axes, pace, can_join)
-        planned_ns = end_ns = course.end_ns() or start_ns
-        for name, path in course.first_paths().items():
-            if axis := self._axes.get(name):
-                lasts_ns = planned_ns - start_ns
-                end_ns = max(end_ns, axis.follow(path, start_ns, lasts_ns, phrase.paths[name][-1].r))
+        course, late_ns = self._begin(course, can_join)
         for event in phrase.events:
             if axis := self._axes.get(event.axis):
-                axis.give(event, start_ns)
-        end_ns += BEGINS_NS if phrase.awaited else 0
-        yield from self._go(phrase, course, end_ns - planned_ns, can_join)
+                axis.give(event, course.start_ns)
+        late_ns += BEGINS_NS if phrase.awaited else 0
+        yield from self._go(phrase, course, late_ns, can_join)
         self._steps_before += len(phrase.marks)
-        give_up_ns = end_ns + STAND_NS
+        give_up_ns = self._bench.now_ns + STAND_NS
         while any(axis.is_under_way for name, axis in self._axes.items() if name in phrase.awaited):
             if self._bench.now_ns > give_up_ns:
                 raise Ended("failed", "a stepper does not come to its end", self.plan.run.on_fault)
@@ -188,6 +191,51 @@ class Execution:
         self._check_ends(phrase)
         if phrase.wait and phrase.wait.axis in self._axes:
             yield from self._wait(phrase.wait)
+
+    def _begin(self, course: PhraseCourse, can_join: bool) -> tuple[PhraseCourse, int]:
+        """Give the axes their paths. Answers the course that they have, from one start: a later one if some
+        missed the one that was chosen; and how much later some end, where not all can join paths."""
+        start_ns, lasts_ns = course.start_ns, (course.end_ns() or course.start_ns) - course.start_ns
+        begun_ns: dict[str, int] = {}
+        paths = {name: path for name, path in course.first_paths().items() if name in self._axes}
+        for name, path in paths.items():
+            last_deg = course.phrase.paths[name][-1].r
+            begun_ns[name] = self._axes[name].follow(path, start_ns, lasts_ns, last_deg)
+            if can_join and begun_ns[name] > start_ns:  # the others get theirs for another start
+                break
+        late_ns = max(begun_ns.values(), default=start_ns) - start_ns
+        if late_ns and self._baton.is_shared:
+            raise self._too_busy("the start was", late_ns)
+        if not late_ns or not can_join:
+            return course, late_ns
+        if len(paths) == 1:
+            return course.at_start(start_ns + late_ns), 0
+        return self._begin_again(course, begun_ns), 0
+
+    def _begin_again(self, course: PhraseCourse, begun_ns: Mapping[str, int]) -> PhraseCourse:
+        """Let all axes of a phrase begin at another start, as some missed theirs."""
+        lead_ns = self.lead_ns
+        while True:
+            now_ns = self._bench.now_ns
+            self._check_given(course, now_ns + lead_ns)
+            again, from_ns, paths = course.begin_again(begun_ns, now_ns, lead_ns)
+            if self._bench.now_ns < now_ns + lead_ns or lead_ns == MOST_LEAD_NS:
+                break
+            lead_ns = min(2 * lead_ns, MOST_LEAD_NS)  # too late: the axes would jump
+        for name, path in paths.items():
+            if axis := self._axes.get(name):
+                axis.join(path, from_ns, again.end_ns() or again.start_ns, course.phrase.paths[name][-1].r)
+        return again
+
+    def _check_given(self, course: PhraseCourse, now_ns: int) -> None:
+        """Raise Ended if an axis is at the end of what it was given: it would seem to be stopped by
+        somebody."""
+        if behind_ns := course.behind_ns(now_ns):
+            raise self._too_busy("more of the axes' path was due", behind_ns)
+
+    def _too_busy(self, what: str, late_ns: int) -> Ended:
+        why = f"this computer was too busy: {what} {late_ns / 1e6:.0f} ms ago"
+        return Ended("failed", why, self.plan.run.on_fault)
 
     def _check_ends(self, phrase: Phrase) -> None:
         """Check that the axes are where the phrase leads."""
@@ -215,11 +263,7 @@ class Execution:
         progress = self.progress
         while True:
             now_ns = self._bench.now_ns
-            if behind_ns := course.behind_ns(now_ns):  # the axes would seem to be stopped by somebody
-                why = (
-                    f"this computer was too busy: more of the axes' path was due {behind_ns / 1e6:.0f} ms ago"
-                )
-                raise Ended("failed", why, self.plan.run.on_fault)
+            self._check_given(course, now_ns)
             at_ns, end_ns = course.plan_ns(now_ns), course.end_ns()
             begun = bisect_right(phrase.marks, at_ns, key=lambda mark: mark[0])
             if begun and now_ns >= course.start_ns:

@@ -11,8 +11,6 @@ from hil.vocab.axis import Axis, AxisState, How
 from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 
-SHOWS_NS = 1_000_000
-"""Time until a motion shows: some steps of a control law, of 154 us each."""
 LAST_NS = 1_000_000_000
 """Time beyond the planned end of a path for which an axis may still be on it."""
 LATE_NS = 10_000_000
@@ -52,19 +50,14 @@ class RunAxis:
             raise self.failed(f"{self.name}: {refusal}") from None
 
     def follow(self, path: Path, start_ns: int, duration_ns: int, last_deg: float) -> int:
-        """Let the axis's set-point go along a path, of which this is the beginning or all; answers the whole
-        path's end. Raises Ended: it was refused."""
+        """Let the axis's set-point go along a path, of which this is the beginning or all; answers the time
+        at which it begins, later than the start if it comes late. Raises Ended: it was refused."""
         try:
-            self.axis.follow(path, start_ns)
+            begin_ns = self.axis.follow(path, start_ns)
         except VerbRefused as refusal:
             raise self.failed(f"{self.name}: {refusal}") from None
-        given_ns = self.state().at_ns
-        begin_ns, end_ns = start_ns, start_ns + duration_ns
-        if given_ns > start_ns:  # late: what it does shows with the law's next step
-            begin_ns = given_ns
-            end_ns = max(end_ns, begin_ns + SHOWS_NS)
-        self._path = begin_ns, end_ns, last_deg
-        return end_ns
+        self._path = begin_ns, begin_ns + duration_ns, last_deg
+        return begin_ns
 
     def join(self, path: Path, start_ns: int, end_ns: int, last_deg: float) -> None:
         """Let the axis's set-point go on along a path that began then; the whole way ends at ``end_ns`` at

@@ -132,8 +132,8 @@ class TwinAxis:
 
     # ---- what it is given ----
 
-    def follow(self, path: Path, start_ns: int) -> None:
-        self._give(Follow(start_ns, path))
+    def follow(self, path: Path, start_ns: int) -> int:
+        return max(start_ns, self._give(Follow(start_ns, path)))
 
     def join(self, path: Path, start_ns: int) -> None:
         self._give(Follow(start_ns, path, is_joined=True))
@@ -155,10 +155,11 @@ class TwinAxis:
         known = {parameter.name for parameter in self._device.verbs[verb].parameters}
         self._give(Do(verb, tuple(item for item in given.items() if item[0] in known), at_ns))
 
-    def _give(self, given: Input) -> None:
+    def _give(self, given: Input) -> int:
+        """Give the axis an input; answers the time at which it took effect."""
         if problem := input_problem(self._bench, self._name, given):
             raise VerbRefused("bad_parameter", problem)
-        self._bench.apply_input(self._name, given, on_refused=self._refused_later(given))
+        return self._bench.apply_input(self._name, given, on_refused=self._refused_later(given))[0]
 
     def _refused_later(self, given: Input) -> Callable[[VerbRefused], None]:
         def refused(refusal: VerbRefused) -> None:

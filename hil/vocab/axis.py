@@ -115,8 +115,9 @@ class Axis(Protocol):
     def release(self) -> None:
         """End what ``hold`` began; a board that still moves is let go when it stands."""
 
-    def follow(self, path: Path, start_ns: int) -> None:
-        """Let the axis's set-point go along a path from a time on; an axis that ``follows_paths``."""
+    def follow(self, path: Path, start_ns: int) -> int:
+        """Let the axis's set-point go along a path from a time on; answers that time, or the time at which
+        it begins as the axis was given it late. An axis that ``follows_paths``."""
 
     def join(self, path: Path, start_ns: int) -> None:
         """Let the axis's set-point go on along a path that began at a time, from where that path is now; an

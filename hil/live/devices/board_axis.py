@@ -121,9 +121,10 @@ class BoardAxis:
         else:
             self.through.hold_clients(False)
 
-    def follow(self, path: Path, start_ns: int) -> None:
+    def follow(self, path: Path, start_ns: int) -> int:
         servo = cast(TerminalServo, self._terminal)
         self._begin(servo.follow(path, self._wall_ns(start_ns), self._period_ns))
+        return max(start_ns, self._bench.now_ns)
 
     def join(self, path: Path, start_ns: int) -> None:
         raise VerbRefused("cannot", NOT_JOINED)

@@ -168,9 +168,10 @@ class DriveAxis:
         if not self.is_held:
             await self.motion.end()
 
-    def follow(self, path: Path, start_ns: int) -> None:
+    def follow(self, path: Path, start_ns: int) -> int:
         self._check_session()
         self.motion.follow(path, start_ns)
+        return start_ns
 
     def join(self, path: Path, start_ns: int) -> None:
         raise VerbRefused("cannot", NOT_JOINED)

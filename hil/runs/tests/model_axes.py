@@ -106,9 +106,10 @@ class ModelAxis:
         times_ns = range(since_ns + 1, self.clock.now_ns + 1, 5 * NS_PER_MS)
         return [(float(at_ns), self._at(at_ns), self._at(at_ns) - off_deg) for at_ns in times_ns]
 
-    def follow(self, path: Path, start_ns: int) -> None:
+    def follow(self, path: Path, start_ns: int) -> int:
         assert self.follows_paths
         self._begin("follow", path, start_ns)
+        return start_ns
 
     def join(self, path: Path, start_ns: int) -> None:
         assert self.follows_paths

@@ -6,9 +6,10 @@ from typing import Any
 import pytest
 
 from hil.config import ConfigError
-from hil.runs import Execution, Progress, Soon, TwinAxes
+from hil.runs import Execution, Progress, Soon, Told, TwinAxes
 from hil.sim.inputs import Do
 from hil.testing import Bench
+from hil.vocab.axis import Axes
 
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
 SAC = {"profile": "sac"}
@@ -136,6 +137,71 @@ def test_a_path_that_is_given_late_is_not_taken_for_a_change(late_ms: int) -> No
     for until_ns in execution.run():
         made.run_until(until_ns / 1e6)
     assert (execution.progress.state, execution.progress.why) == ("done", None)
+
+
+class Late:
+    """Axes of a bench whose clock goes on before one is given its first path, as on a busy machine."""
+
+    def __init__(self, made: Bench, axes: Axes, name: str, late_ms: float) -> None:
+        self._made, self._axes, self._name, self._late_ms = made, axes, name, late_ms
+
+    @property
+    def now_ns(self) -> int:
+        return self._axes.now_ns
+
+    def __getitem__(self, device: str) -> Any:
+        axis = self._axes[device]
+        if device == self._name:
+            follow = axis.follow
+
+            def follow_late(path: Any, start_ns: int) -> Any:
+                self._made.run(self._late_ms)
+                self._late_ms = 0
+                return follow(path, start_ns)
+
+            axis.follow = follow_late  # type: ignore[method-assign]
+        return axis
+
+
+@pytest.mark.parametrize("late_ms", [30, 90, 700])
+@pytest.mark.parametrize("late", ["m1", "m2", "m3"])
+def test_axes_of_which_one_misses_the_start_go_in_step(late: str, late_ms: float) -> None:
+    """The event loop was held up while the axes were given their paths: they begin again, together."""
+    made = bench(servos=3)
+    shares = {"m1": 1.0, "m2": 0.5, "m3": -0.25}
+    for name in shares:
+        made.axis(name).do("position", position_deg=0.0)
+    made.run(100)
+    limits = {"velocity_rpm": 60.0, "acceleration_rpm_per_s": 600.0}
+    line = {"line": {name: 180 * share for name, share in shares.items()}}
+    made_for = made.execute(run(line, axes=dict.fromkeys(shares, limits)))
+    axes: Any = Late(made, made_for._bench, late, late_ms)
+    execution = Execution(made_for.plan, axes, Soon(axes, 20_000_000))
+    recordings = {name: made.axis(name).record("r", interval_ms=1) for name in shares}
+    to_end(made, execution.run())
+    assert (execution.progress.state, execution.progress.why) == ("done", None)
+    rows = {name: [r for _, r in recording.rows] for name, recording in recordings.items()}
+    assert [values[-1] for values in rows.values()] == [180.0, 90.0, -45.0]
+    begun = max(number for number, r in enumerate(rows[late]) if abs(r) < 1e-3)
+    for name, share in shares.items():
+        off_deg = [abs(r - share * m1) for r, m1 in zip(rows[name], rows["m1"], strict=True)][begun:]
+        assert max(off_deg) < 1e-3
+        r = rows[name]
+        assert max(abs(b - a) / 0.02 for a, b in zip(r, r[20:], strict=False)) < 60.0 * 6 * 1.02
+        bends = [abs(a - 2 * b + c) / 0.02**2 for a, b, c in zip(r, r[20:], r[40:], strict=False)]
+        assert max(bends) < 600.0 * 6 * 1.15  # control steps are 0.15 ms apart
+
+
+def test_a_bench_that_misses_a_start_that_others_were_told_says_so() -> None:
+    made = bench()
+    made_for = made.execute(run({"move": {"m1": 20.0}}, axes={"m1": {"velocity_rpm": 60.0}}))
+    baton = Told()
+    baton.starts_ns[0] = made.now_ns - 70_000_000
+    execution = Execution(made_for.plan, made_for._bench, baton)
+    to_end(made, execution.run())
+    assert execution.progress.state == "failed"
+    assert execution.progress.why == "this computer was too busy: the start was 70 ms ago"
+    assert made.axis("m1").snapshot().following == 0
 
 
 def test_a_mixed_run_with_waits_pins_and_repetitions() -> None:
