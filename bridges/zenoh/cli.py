@@ -80,14 +80,9 @@ def router(
 @app.command()
 def keys(
     folder: Annotated[Path, typer.Argument(help="A new or empty folder.", metavar="DIR", show_default=False)],
-    bench: Annotated[
+    benches: Annotated[
         list[str],
-        typer.Option(
-            "--bench",
-            help="A bench's name; with --router again for more.",
-            metavar="NAME",
-            autocompletion=lambda: [],
-        ),
+        typer.Option("--bench", help="A bench's name; with --router again for more.", metavar="NAME"),
     ],
     user: Annotated[
         list[str],
@@ -110,14 +105,10 @@ def keys(
     days: Annotated[
         int, typer.Option("--days", min=1, max=3650, help="How long certificates are valid.")
     ] = 365,
-    port: Annotated[
+    tcp_port: Annotated[
         int,
         typer.Option(
-            "--port",
-            min=1,
-            max=65535,
-            help="Where the daemon or the router listens.",
-            autocompletion=lambda: [],
+            "--port", min=1, max=65535, help="Where the daemon or the router listens.", metavar="PORT"
         ),
     ] = 7447,
 ) -> None:
@@ -143,7 +134,9 @@ def keys(
             raise typer.Exit(2)
         users.append((name, roles[role]))
     try:
-        site = Site(bench[0], host or [], users, datetime.now(UTC), days, port, bench[1:], router or [])
+        site = Site(
+            benches[0], host or [], users, datetime.now(UTC), days, tcp_port, benches[1:], router or []
+        )
         lines = make_site(folder, site)
     except SecurityError as error:
         typer.echo(f"hil: {error}", err=True)

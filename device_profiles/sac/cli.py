@@ -47,18 +47,13 @@ def oneshot(
     file: Annotated[
         Path, typer.Argument(help="A file of one-shot commands.", metavar="FILE", show_default=False)
     ],
-    number: Annotated[
-        int,
-        typer.Argument(
-            help="Which of its lines, from 1.", metavar="N", show_default=False, autocompletion=lambda: []
-        ),
-    ],
+    line: Annotated[int, typer.Argument(help="Which of its lines, from 1.", metavar="N", show_default=False)],
 ) -> Task:
     """Send one command of a one-shot file.
 
     Example: hil sac oneshot commands.txt 1
     """
-    command = read_one_shot(_content(file), str(file), number)
+    command = read_one_shot(_content(file), str(file), line)
     return Task(companion.commands([command]), lambda lines: "\n".join([f"sent: {command}", *lines]))
 
 

@@ -11,7 +11,6 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import fail
-from hil.cli.command_classes import Below
 
 ABOUT = """\
 The Arduino IDE, 2 and 1.8 (from 1.8.9), and arduino-cli ask helper programs where boards are.
@@ -46,17 +45,13 @@ RuntimeDir = Annotated[
 
 Ide18 = Annotated[bool, typer.Option("--ide-1.8", help="Speak as the IDE 1.8 does, which says no HELLO.")]
 
-app = typer.Typer(cls=Below, rich_markup_mode=None, help="Show the devices to the Arduino IDE, 2 and 1.8.")
 
-
-@app.callback(invoke_without_command=True)
 def about(context: typer.Context) -> None:
     """Show devices in the Arduino IDE and arduino-cli; alone, it explains how."""
     if context.invoked_subcommand is None:
         typer.echo(ABOUT)
 
 
-@app.command()
 def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> None:
     """Add hil to each IDE here, by a folder in its sketchbook.
 
@@ -82,7 +77,6 @@ def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> No
     typer.echo("Restart the IDE." if written else f"Nothing to do in {_listed(books)}.")
 
 
-@app.command()
 def uninstall(sketchbook: Sketchbook = None) -> None:
     """Remove what `hil arduino install` wrote.
 

@@ -5,18 +5,9 @@ from typing import Annotated
 import typer
 
 from hil.cli.ask import ANY_BENCH, BenchOptions
-from hil.cli.command_classes import Below
 from hil.cli.told import CommandAnswer
 
-can_app = typer.Typer(cls=Below, help="CANopen nodes.", no_args_is_help=True, rich_markup_mode=None)
 
-
-@can_app.callback()
-def _commands() -> None:
-    pass
-
-
-@can_app.command()
 def eds(
     device: Annotated[str, typer.Argument(help="An axis with a node on a CAN bus.", show_default=False)],
     bench: BenchOptions = ANY_BENCH,

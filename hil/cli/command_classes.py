@@ -79,9 +79,7 @@ class Quick:
             self.format_commands(ctx, formatter)
 
 
-_PASSED_ON = {"bench": "--bench", "runtime_dir": "--runtime-dir", "as_json": "--json"}
-"""Options that are taken before a command's name, too, by their parameters."""
-_WITHOUT = {"bench": "asks no running bench; leave out --bench", "as_json": "has no --json"}
+_WITHOUT = {"--bench": "asks no running bench; leave out --bench", "--json": "has no --json"}
 """Words for a command that such an option is not for. --runtime-dir is for all benches: it does no harm."""
 
 
@@ -97,17 +95,26 @@ class OneCommand(Quick, TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
         said = _said_before(ctx)
-        for name, why in _WITHOUT.items():
-            if name in said and name not in _names(self):
+        for flag, why in _WITHOUT.items():
+            if flag in said and not _has(self, flag):
                 raise USAGE_ERROR(f"`{ctx.command_path}` {why}", ctx)
         return super().parse_args(ctx, [*_own_words(self, said), *args])
 
 
 class Below(Quick, TyperGroup):
-    """Group of commands below one of ``hil``, as `hil fault`."""
+    """Group of commands below one of ``hil``, as `hil fault`. ``hint``: as in its row."""
+
+    hint = ""
 
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
         return super().parse_args(ctx, [*_own_words(self, _said_before(ctx)), *args])
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except USAGE_ERROR as error:
+            error.message += self.hint.format(args[0])
+            raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands with their whole summaries."""
@@ -118,23 +125,23 @@ class Below(Quick, TyperGroup):
 
 
 def _said_before(ctx: Any) -> dict[str, list[str]]:
-    """Words of the options that stand before a command's name, by their parameters; the nearest ones hold."""
+    """Words of the options that stand before a command's name, by their flags; the nearest ones hold."""
     said: dict[str, list[str]] = {}
     while (ctx := ctx.parent) is not None:
-        for name, flag in _PASSED_ON.items():
-            source = ctx.get_parameter_source(name)
-            if source is not None and source.name == "COMMANDLINE" and name not in said:
-                value = ctx.params[name]
-                said[name] = [flag] if value is True else [flag, str(value)]
+        for each in ctx.command.params:
+            source = ctx.get_parameter_source(each.name)
+            if source is not None and source.name == "COMMANDLINE":
+                flag, value = each.opts[0], ctx.params[each.name]
+                said.setdefault(flag, [flag] if value is True else [flag, str(value)])
     return said
 
 
 def _own_words(command: Any, said: dict[str, list[str]]) -> list[str]:
-    return [word for name in said if name in _names(command) for word in said[name]]
+    return [word for flag, words in said.items() if _has(command, flag) for word in words]
 
 
-def _names(command: Any) -> set[str]:
-    return {each.name for each in command.params}
+def _has(command: Any, flag: str) -> bool:
+    return any(flag in each.opts for each in command.params)
 
 
 def summary(command: Any) -> str:

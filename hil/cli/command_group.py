@@ -10,8 +10,8 @@ from typer.core import TyperGroup
 
 from hil import __version__
 from hil.cli.ask import Bench, RuntimeDir
-from hil.cli.command_classes import OneCommand, Quick, summary
-from hil.cli.command_table import BOARD, COMMANDS, PANELS, CommandRow
+from hil.cli.command_classes import Below, OneCommand, Quick, summary
+from hil.cli.command_table import BOARD, COMMANDS, PANELS, CommandRow, rows_below
 from hil.cli.told import AsJson, asks_a_bench, begin, telling
 
 _HELP = {"help_option_names": ["--help", "-h"]}
@@ -53,26 +53,36 @@ def panel_of(name: str) -> str:
 
 @cache
 def _made(row: CommandRow) -> Any:
-    module, _, name = row.where.partition(":")
-    found = getattr(import_module(f"hil.cli.{module}"), name)
-    if isinstance(found, typer.Typer):
-        for info in found.registered_commands:
-            info.cls, info.callback = OneCommand, telling(info.callback)
-        if found.registered_callback and found.registered_callback.callback:
-            found.registered_callback.callback = telling(found.registered_callback.callback)
-        made: Any = typer.main.get_group(found)
-        made.name = row.name
-    else:
-        alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    """Make a command, or a group with its commands."""
+    app = typer.Typer(
+        name=row.name,
+        cls=Below,
+        help=row.about,
+        no_args_is_help=not row.where,
+        invoke_without_command=bool(row.where),
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    if row.about:
+        app.callback()(telling(_function(row)) if row.where else lambda: None)
+    for each in rows_below(row.name) if row.about else [row]:
         settings = {
-            "ignore_unknown_options": row.takes_negative,
-            "allow_interspersed_args": not row.takes_command,
+            "ignore_unknown_options": each.takes_negative,
+            "allow_interspersed_args": not each.takes_command,
         }
-        alone.command(row.name, cls=OneCommand, hidden=row.is_hidden, context_settings=settings)(
-            telling(found)
+        name = each.name.rpartition(" ")[2]
+        app.command(name, cls=OneCommand, hidden=each.is_hidden, context_settings=settings)(
+            telling(_function(each))
         )
-        made = typer.main.get_command(alone)
+    made: Any = typer.main.get_command(app)
+    made.hint = row.hint
     return made
+
+
+def _function(row: CommandRow) -> Any:
+    module, _, name = row.where.partition(":")
+    return getattr(import_module(f"hil.cli.{module}"), name)
 
 
 def _version(wanted: bool) -> None:

@@ -10,11 +10,18 @@ PANELS = (BENCH, BOARD, MOTION, WIRE, FAULTS, SERVICE)
 
 
 class CommandRow(NamedTuple):
-    """Command or group of commands. ``where``: its module in hil.cli, and its name there."""
+    """Command, or a group that has ``about``: then ``where`` is what it does without a command; empty: it
+    shows its help."""
 
     name: str
+    """As it is typed: one of a group has the group's name before its own."""
     panel: str
-    where: str
+    where: str = ""
+    """Its module in hil.cli, and its function there."""
+    about: str = ""
+    """Help of a group; that of a command is its function's docstring."""
+    hint: str = ""
+    """Words for what is no command of this group; {} is what was typed."""
     takes_negative: bool = False
     """True if a value that begins with - is no option."""
     is_hidden: bool = False
@@ -38,30 +45,68 @@ _ROWS = (
     CommandRow("pin", BOARD, "board_access:pin"),
     CommandRow("set", BOARD, "board_access:set_field", takes_negative=True),
     CommandRow("zero", BOARD, "board_access:zero"),
-    CommandRow("profile", BOARD, "profile_commands:profile_app"),
+    CommandRow("profile", BOARD, about="List, make and check kinds of boards."),
+    CommandRow("profile list", BOARD, "profile_commands:list_profiles"),
+    CommandRow("profile new", BOARD, "profile_commands:new"),
+    CommandRow("profile check", BOARD, "profile_commands:check"),
     CommandRow("axis", MOTION, "axis_command:axis", takes_negative=True),
     CommandRow("run", MOTION, "run_command:run"),
-    CommandRow("runs", MOTION, "runs_commands:runs_app"),
+    CommandRow(
+        "runs",
+        MOTION,
+        "runs_commands:runs",
+        "List runs, show one, slow one down, cancel one.\n\n"
+        "Without a command: those that wait, move or have ended.\n\n"
+        "Example: hil runs",
+        " `hil runs show {0}` shows a run of that name.",
+    ),
+    CommandRow("runs show", MOTION, "runs_commands:show"),
+    CommandRow("runs cancel", MOTION, "runs_commands:cancel"),
+    CommandRow("runs pace", MOTION, "runs_commands:pace"),
     CommandRow("step", MOTION, "draw_commands:step", takes_negative=True),
     CommandRow("drive", MOTION, "draw_commands:drive"),
     CommandRow("plot", MOTION, "draw_commands:plot"),
     CommandRow("capture", WIRE, "capture_commands:capture"),
     CommandRow("decode", WIRE, "capture_commands:decode"),
     CommandRow("play", WIRE, "capture_commands:play"),
-    CommandRow("mother", WIRE, "mother_commands:mother_app"),
-    CommandRow("can", WIRE, "can_commands:can_app"),
-    CommandRow("fault", FAULTS, "fault_commands:fault_app"),
+    CommandRow("mother", WIRE, about="Be the master of a line: command its nodes, watch them, find them."),
+    CommandRow("mother send", WIRE, "mother_commands:send"),
+    CommandRow("mother text", WIRE, "mother_commands:text"),
+    CommandRow("mother release", WIRE, "mother_commands:release"),
+    CommandRow("mother stop", WIRE, "mother_commands:stop"),
+    CommandRow("mother scan", WIRE, "mother_commands:scan"),
+    CommandRow("mother nodes", WIRE, "mother_nodes:nodes"),
+    CommandRow("mother watch", WIRE, "mother_nodes:watch"),
+    CommandRow("mother queue", WIRE, "mother_queue:queue"),
+    CommandRow("mother gcode", WIRE, "mother_gcode:gcode"),
+    CommandRow("can", WIRE, about="CANopen nodes."),
+    CommandRow("can eds", WIRE, "can_commands:eds"),
+    CommandRow("fault", FAULTS, about="Inject, list and clear faults."),
+    CommandRow("fault kinds", FAULTS, "fault_commands:kinds"),
+    CommandRow("fault inject", FAULTS, "fault_commands:inject"),
+    CommandRow("fault clear", FAULTS, "fault_commands:clear"),
+    CommandRow("fault list", FAULTS, "fault_commands:list_faults"),
     CommandRow("doctor", SERVICE, "bench_commands:doctor"),
-    CommandRow("usb", SERVICE, "usb_commands:usb_app"),
+    CommandRow("usb", SERVICE, about="Ports of kind usb."),
+    CommandRow("usb doctor", SERVICE, "doctor_usb:doctor"),
     CommandRow("docs", SERVICE, "help_commands:docs"),
     CommandRow("schema", SERVICE, "config_commands:schema"),
     CommandRow("completion", SERVICE, "help_commands:completion"),
-    CommandRow("arduino", SERVICE, "arduino_commands:app"),
+    CommandRow(
+        "arduino", SERVICE, "arduino_commands:about", "Show the devices to the Arduino IDE, 2 and 1.8."
+    ),
+    CommandRow("arduino install", SERVICE, "arduino_commands:install"),
+    CommandRow("arduino uninstall", SERVICE, "arduino_commands:uninstall"),
     CommandRow("reference", SERVICE, "help_commands:reference", is_hidden=True),
     CommandRow("arduino-discovery", SERVICE, "arduino_commands:discovery", is_hidden=True),
     CommandRow("arduino-monitor", SERVICE, "arduino_commands:monitor", is_hidden=True),
 )
-COMMANDS = {row.name: row for row in _ROWS}
+COMMANDS = {row.name: row for row in _ROWS if " " not in row.name}
+
+
+def rows_below(name: str) -> list[CommandRow]:
+    """Find the commands of a group."""
+    return [row for row in _ROWS if row.name.startswith(f"{name} ")]
 
 
 class ValueRow(NamedTuple):

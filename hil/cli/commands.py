@@ -94,6 +94,6 @@ def _parameter(given: Any, path: tuple[str, ...]) -> CliParameter:
         bool(given.required),
         given.nargs == -1 or given.multiple,
         str(given.default) if shown else "",
-        row.takes if takes_value and not given._custom_shell_complete else "",
+        row.takes if takes_value else "",
         (given.metavar or placeholder(given.name)).removesuffix("..."),
     )

@@ -1,5 +1,5 @@
-"""Findings of ``hil usb doctor``: checks that the kernel can have virtual USB devices, and that the user may
-plug them in. All is read below a root, so that a folder can stand for any system."""
+"""``hil usb doctor``: checks that the kernel can have virtual USB devices, and that the user may plug them
+in. All is read below a root, so that a folder can stand for any system."""
 
 import os
 import re
@@ -8,7 +8,8 @@ from errno import EACCES, EPERM, EROFS
 from pathlib import Path
 
 from hil.cli.installed_files import installed
-from hil.host.doctor import Diagnosis
+from hil.cli.told import AsJson
+from hil.host.doctor import Diagnosis, worst_first
 from hil.host.system import Files, group_number, kernel_config
 from hil.net.usb_hub import FREE, GROUP, controller, hub_ports
 
@@ -19,6 +20,19 @@ MORE_PORTS = f"stop another bench; or a kernel built with a greater {_HC_PORTS} 
 AT_BOOT = ("etc/modules", "etc/modules-load.d/*.conf", "run/modules-load.d/*.conf")
 AT_BOOT_SHIPPED = ("usr/local/lib/modules-load.d/*.conf", "usr/lib/modules-load.d/*.conf")
 """Files of modules that systemd loads at boot: modules-load.d(5)."""
+
+
+def doctor(as_json: AsJson = False) -> None:
+    """Check whether this system can have virtual USB devices, and you may plug them in.
+
+    Prints each problem, its effect, and the line that corrects it. Exits with 1 if something is missing
+    without which no port of kind usb opens.
+
+    Example: hil usb doctor
+    """
+    from hil.cli.views import tell_findings
+
+    tell_findings(worst_first(list(judge_usb())), as_json)
 
 
 def judge_usb(root: Path = Path("/")) -> Iterator[Diagnosis]:

@@ -7,18 +7,12 @@ import typer
 
 from hil.cli.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.axis_command import number_or_text
-from hil.cli.command_classes import Below
 from hil.cli.told import CommandAnswer
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 
 NONE = "no fault is active"
 
-fault_app = typer.Typer(
-    cls=Below, help="Inject, list and clear faults.", no_args_is_help=True, rich_markup_mode=None
-)
 
-
-@fault_app.command()
 def kinds() -> CommandAnswer:
     """List the kinds of faults with their parameters.
 
@@ -41,7 +35,6 @@ def kinds() -> CommandAnswer:
     return CommandAnswer(rows, "\n".join(lines))
 
 
-@fault_app.command()
 def inject(
     fault: Annotated[str, typer.Argument(help="Its kind; `hil fault kinds` lists them.")],
     target: Annotated[str, typer.Argument(help="The place of the fault, as in s2.")],
@@ -68,7 +61,6 @@ def _parameter(text: str) -> tuple[str, Any]:
     return name, number_or_text(value)
 
 
-@fault_app.command()
 def clear(
     number: Annotated[
         int | None,
@@ -87,7 +79,6 @@ def clear(
     return CommandAnswer({"cleared": numbers}, "\n".join(f"fault {each} cleared" for each in numbers) or NONE)
 
 
-@fault_app.command("list")
 def list_faults(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """List the faults that are active.
 

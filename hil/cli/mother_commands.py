@@ -4,9 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.command_classes import Below
 from hil.cli.exit_codes import Exit
-from hil.cli.mother_gcode import gcode
 from hil.cli.mother_lines import (
     ANY_LINE,
     LineOptions,
@@ -20,8 +18,6 @@ from hil.cli.mother_lines import (
     place_of,
     row_of,
 )
-from hil.cli.mother_nodes import nodes, watch
-from hil.cli.mother_queue import queue
 from hil.cli.told import CommandAnswer
 
 if TYPE_CHECKING:
@@ -31,15 +27,7 @@ if TYPE_CHECKING:
 
 Tries = Annotated[int, typer.Option("--tries", help="How often a packet goes out at most.", min=1, max=100)]
 
-mother_app = typer.Typer(
-    cls=Below,
-    help="Be the master of a line: command its nodes, watch them, find them.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
 
-
-@mother_app.command()
 def send(
     line: OneLine,
     node: NodeNames,
@@ -81,7 +69,6 @@ def send(
     return told(on_lines([place], tries, work), names_line=False)
 
 
-@mother_app.command()
 def text(
     line: OneLine,
     node: NodeNames,
@@ -107,7 +94,6 @@ def text(
     return told(on_lines([place], 3, work), names_line=False)
 
 
-@mother_app.command()
 def release(
     lines: Lines,
     options: LineOptions = ANY_LINE,
@@ -127,7 +113,6 @@ def release(
     return told(on_lines(places, 1, work), names_line=len(lines) > 1)
 
 
-@mother_app.command()
 def stop(
     lines: Lines,
     at_once: Annotated[bool, typer.Option("--at-once", help="Without a deceleration.")] = False,
@@ -159,7 +144,6 @@ def stop(
     return told(on_lines(places, 3, work), names_line=len(lines) > 1)
 
 
-@mother_app.command()
 def scan(
     lines: Lines,
     asked: Annotated[str, typer.Option("--addresses", metavar="NODE", help="Which, as in 4-35.")] = "all",
@@ -237,9 +221,3 @@ def told(rows: list[dict[str, Any]], *, names_line: bool) -> CommandAnswer:
     return CommandAnswer(
         rows, "\n".join(line_of(each, names_line=names_line) for each in rows), exit_of_rows(rows)
     )
-
-
-mother_app.command()(nodes)
-mother_app.command()(watch)
-mother_app.command()(queue)
-mother_app.command()(gcode)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil.cli.ask import fail
-from hil.cli.command_classes import Below
 from hil.cli.problem_lines import tell_problems
 from hil.cli.told import CommandAnswer
 
@@ -18,15 +17,7 @@ _OF_HIL = "device_profiles."
 """Beginning of the packages of hil's own boards, which are whole, and need not be tried."""
 NAME = "[a-z][a-z0-9_]{0,31}"
 
-profile_app = typer.Typer(
-    cls=Below,
-    help="List, make and check kinds of boards.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
 
-
-@profile_app.command("list")
 def list_profiles(
     folders: Annotated[
         list[Path] | None,
@@ -56,7 +47,6 @@ def list_profiles(
     return CommandAnswer(rows, "\n".join(lines))
 
 
-@profile_app.command()
 def new(
     name: Annotated[
         str, typer.Argument(help="Its name: a letter a-z, then up to 31 characters of a-z, 0-9 and _.")
@@ -94,7 +84,6 @@ def new(
     return CommandAnswer({"folder": str(board), "files": list(files)}, "\n".join(lines))
 
 
-@profile_app.command()
 def check(
     folder: Annotated[Path, typer.Argument(help="The board's folder.", show_default=False)],
     sessions: Annotated[

@@ -1,40 +1,18 @@
 """``hil runs``: the runs of a bench, one of them, its pace, and its end."""
 
 import json
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from hil.cli.ask import ANY_BENCH, BenchOptions
-from hil.cli.command_classes import USAGE_ERROR, Below
 from hil.cli.run_command import run_named
 from hil.cli.run_reports import is_under_way, run_line, run_report
 from hil.cli.told import AsJson, CommandAnswer
 
-
-class _Runs(Below):
-    """Group whose wrong command may be a run's name."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        try:
-            return super().resolve_command(ctx, args)
-        except USAGE_ERROR as error:
-            error.message += f" `hil runs show {args[0]}` shows a run of that name."
-            raise
-
-
-runs_app = typer.Typer(
-    cls=_Runs,
-    help="List runs, show one, slow one down, cancel one.\n\n"
-    "Without a command: those that wait, move or have ended.\n\n"
-    "Example: hil runs",
-    invoke_without_command=True,
-    rich_markup_mode=None,
-)
 RunName = Annotated[str, typer.Argument(help="The run's name, as `hil run` printed it.", show_default=False)]
 
 
-@runs_app.callback()
 def runs(context: typer.Context, as_json: AsJson = False, bench: BenchOptions = ANY_BENCH) -> None:
     if context.invoked_subcommand is not None:
         return
@@ -48,7 +26,6 @@ def runs(context: typer.Context, as_json: AsJson = False, bench: BenchOptions = 
         typer.echo("no run was submitted to this bench", err=True)
 
 
-@runs_app.command()
 def show(name: RunName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """Show a run: its state, its axes, their following errors.
 
@@ -58,7 +35,6 @@ def show(name: RunName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     return CommandAnswer(progress, run_report(progress))
 
 
-@runs_app.command()
 def cancel(
     name: RunName,
     at_once: Annotated[
@@ -78,7 +54,6 @@ def cancel(
     return CommandAnswer(progress, stops if is_under_way(progress) else run_line(progress))
 
 
-@runs_app.command()
 def pace(
     name: RunName,
     share: Annotated[

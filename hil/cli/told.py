@@ -156,5 +156,5 @@ def _may_ask(line: str) -> bool:
 
 
 def asks_a_bench(command: Any) -> bool:
-    """True if a command's --bench is one that runs: it does not complete the name in a way of its own."""
-    return any(each.name == "bench" and not each._custom_shell_complete for each in command.params)
+    """True if a command's --bench is one that runs: ``Bench`` of ``ask.py``, by its parameter's name."""
+    return any(each.name == "bench" for each in command.params)

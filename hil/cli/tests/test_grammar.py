@@ -56,13 +56,13 @@ def test_each_command_has_an_example_that_parses(command: CliCommand) -> None:
 
 
 @pytest.mark.parametrize("command", LEAVES, ids=lambda each: " ".join(each.path))
-@pytest.mark.parametrize(("name", "words"), [("bench", ["-b", "x"]), ("as_json", ["--json"])])
-def test_options_that_stand_before_the_verb(command: CliCommand, name: str, words: list[str]) -> None:
+@pytest.mark.parametrize(("flag", "words"), [("--bench", ["-b", "x"]), ("--json", ["--json"])])
+def test_options_that_stand_before_the_verb(command: CliCommand, flag: str, words: list[str]) -> None:
     """They are the command's own, or refused: none is ignored."""
     line = [*words, *example_of(command)]
-    if name in {each.name for each in command.options}:
+    if name := next((each.name for each in command.options if flag in each.flags), None):
         own = parsed(example_of(command))[name]  # a word behind the verb holds; a list has both
-        given: Any = {"bench": "x", "as_json": True}[name]
+        given: Any = {"--bench": "x", "--json": True}[flag]
         assert parsed(line)[name] == ([given, *own] if isinstance(own, list) else own or given)
     else:
         with pytest.raises(USAGE_ERROR, match=r"asks no running bench|has no --json"):
