@@ -14,7 +14,8 @@ import pytest
 from e2e_support import PATIENCE_S, Client, Place, Server, config, until
 from prometheus_client.parser import text_string_to_metric_families
 
-from hil.operations.metrics import METRICS
+from hil.compose.buses import find_wire_infos
+from hil.operations.metrics import metric_rows
 
 METRICS_BRIDGE = {"metrics": {"listen": "127.0.0.1:0"}}
 Samples = dict[tuple[str, ...], float]
@@ -35,7 +36,7 @@ def scrape_at(where: str) -> Samples:
         assert answer.headers["Content-Type"].startswith("text/plain; version=0.0.4")
         text = answer.read().decode()
     families = list(text_string_to_metric_families(text))
-    assert [f.type for f in families] == [metric.kind for metric, _ in METRICS]
+    assert [f.type for f in families] == [metric.kind for metric, _ in metric_rows(find_wire_infos())]
     assert all(f.documentation for f in families)
     return {(s.name, *s.labels.values()): s.value for f in families for s in f.samples}
 

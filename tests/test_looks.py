@@ -7,11 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from device_profiles.sac.packet import encode
+from hil.compose.buses import find_wire_infos
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import TapEnd
-from hil.operations.metrics import METRICS
-from hil.operations.reports import listed_segments
+from hil.operations.metrics import metric_rows
+from hil.operations.wire_reports import listed_wires
 from hil.testing import Bench
 from hil.vocab.time import SimTimeNs
 
@@ -33,12 +34,12 @@ def look(bench: Bench) -> None:
     """Look at a bench as the daemon does, while the group is 2 ms behind the wall's time."""
     runtime = bench._runtime
     ahead = SimpleNamespace(
-        now_ns=bench.now_ns + 2_000_000, segments=runtime.segments, cards_on=runtime.cards_on
+        now_ns=bench.now_ns + 2_000_000, wires_of=runtime.wires_of, cards_on=runtime.cards_on
     )
     sim: Any = ahead
-    listed_segments(sim, Places())
+    listed_wires(sim, Places(), "segments")
     scrape: Any = SimpleNamespace(of=SimpleNamespace(sim=sim))
-    for row in METRICS:
+    for row in metric_rows(find_wire_infos()):
         if row.metric.labels[:1] == ("segment",):
             list(row.read(scrape))
     wire = bench.segment("bus0")

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from bridges.can.bus_reports import REPORTS
 from hil.vocab.bus import BusKind, Raw, WireKind
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ BUS = BusKind(
         model=_model,
         findings=_findings,
         fault_places=_fault_places,
+        info=REPORTS,
         add=_add,
     ),
     sections=(

@@ -13,6 +13,7 @@ from hil.cli.decoded_item import KEYS
 from hil.cli.exit_codes import EXIT_CODES
 from hil.cli.port_views import programs_section
 from hil.cli.surroundings import ENVIRONMENT, FILES, READY
+from hil.compose.buses import find_wire_infos
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.config.drive_map_text import drive_map_of
@@ -20,8 +21,8 @@ from hil.core import FIELDS
 from hil.core import KINDS as KINDS_OF_AXIS
 from hil.gcode.gcode_reference import gcode_reference
 from hil.operations.control_socket import CONTROL_VERSION
-from hil.operations.health import KINDS
-from hil.operations.metrics import METRICS
+from hil.operations.health import problem_kinds
+from hil.operations.metrics import metric_rows
 from hil.operations.table import OPERATIONS
 from hil.runs.run_document import run_reference
 from hil.sim.twin_info import twin_info
@@ -157,14 +158,17 @@ def _metrics() -> str:
         "\nWhat makes a bench late or failed:\n",
         "| kind | state | meaning |",
         "|---|---|---|",
-        *(f"| `{kind}` | {_state(kind)} | {_cell(meaning)} |" for kind, meaning in KINDS.items()),
+        *(
+            f"| `{kind}` | {_state(kind)} | {_cell(meaning)} |"
+            for kind, meaning in problem_kinds(find_wire_infos()).items()
+        ),
         "\n## Metrics\n",
         "With `bridges: {metrics: {}}`. Names and units follow Prometheus; a histogram has buckets by powers"
         " of two from 1 us to 1 s.\n",
         "| metric | kind | labels | meaning |",
         "|---|---|---|---|",
     ]
-    for metric, _ in METRICS:
+    for metric, _ in metric_rows(find_wire_infos()):
         labels = ", ".join(f"`{label}`" for label in metric.labels)
         rows.append(f"| `{metric.name}` | {metric.kind} | {labels} | {_cell(metric.about)} |")
     return "\n".join(rows)

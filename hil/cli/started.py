@@ -21,9 +21,6 @@ from hil.vocab.address import address_of
 from hil.vocab.firmware import NETWORK
 from hil.vocab.port_programs import is_held, port_use
 
-MOST_NODES = 8
-"""Maximum number of nodes that are named of a CAN bus."""
-
 
 def started(serving: Serving, writer: LogWriter, runtime: Path | None = None) -> None:
     """Write the message, after what is in the log already. Without a standard output nobody is told.
@@ -70,11 +67,9 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
     for name, tap in serving.live.places.taps.items():
         place = f"the other end of {tap.port.address}" if is_held(kinds[name]) else tap.port.address
         lines.append(f"\n{name}: tap at {place}, {tap.end.tap.speed}")
-    for name, bus in serving.live.sim.wires_of("can").items():
-        cards = list(serving.live.sim.cards_on(bus).values())
-        nodes = ", ".join(f"{card.name} is node {card.node_id}" for card in cards[:MOST_NODES])
-        more = f" and {len(cards) - MOST_NODES} more" if len(cards) > MOST_NODES else ""
-        lines.append(f"\n{name}: CAN bus, {bus.bus.bit_rate} bit/s" + (f"; {nodes}{more}" if cards else ""))
+    for name, wire in serving.live.sim.wires.items():
+        if about := wire.about(serving.live.sim.cards_on(wire)):
+            lines.append(f"\n{name}: {about}")
     for name, at in serving.live.devices.items():
         if at.where:
             seen = f"; {axis} {name}" if at.info("").is_seen else ""

@@ -19,6 +19,7 @@ from hil.vocab.axis import CONTROL_MODES
 
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
+    from hil.vocab.wire import WireView
 
 RUNS = 5
 """Maximum number of runs that the status has."""
@@ -72,6 +73,8 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
 
 
 def status_view(status: dict[str, Any]) -> RenderableType:
+    from hil.compose.buses import find_wire_infos
+
     ticks, missed = status["ticks"], status["missed"]
     head = Text.assemble(
         (f"bench {status['bench']}", "bold"),
@@ -98,14 +101,11 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         for name, other in row["snapshots"].items():
             table.add_row(name, "", "", "", "", *_motion(other), "")
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
-    wires: RenderableType = _segment_table(status["segments"]) if status["segments"] else Text()
-    nodes = {name: node for row in status["segments"] for name, node in row["nodes"].items()}
-    if nodes:
-        wires = Group(wires, _node_table(nodes))
-    if status["buses"]:
-        wires = Group(wires, *bus_tables(status["buses"]))
-    remarks += [(row["segment"], row["notes"]) for row in status["segments"]]
-    remarks += [(row["bus"], row["notes"]) for row in status["buses"]]
+    wires: list[RenderableType] = [] if status["segments"] else [Text()]
+    for told in find_wire_infos().values():
+        if rows := status.get(told.key):
+            wires += map(_wire_table, told.tables(rows))
+            remarks += [(row[told.label], row["notes"]) for row in rows]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     under_way = [Text(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
     if (more := len(status["runs"]) - RUNS) > 0:
@@ -118,7 +118,7 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
     ]
     adapters = [Text(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
-    return Group(head, Text(), table, wires, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
+    return Group(head, Text(), table, *wires, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -151,26 +151,13 @@ def _drive_line(drive: dict[str, Any]) -> str:
     return f"{drive['state']}, {age}{trips}; {counts}, {drive['reconnects']} reconnects{who and '; '}{who}"
 
 
-def _segment_table(rows: list[dict[str, Any]]) -> RenderableType:
+def _wire_table(told: "WireView") -> Table:
     table = Table(box=None)
-    for column in ("segment", "stations", "load", "packets", "collisions", "errors"):
-        table.add_column(column, justify="left" if column in ("segment", "errors") else "right")
-    for row in rows:
-        errors = ", ".join(f"{count} {what}" for what, count in row["errors"].items()) or "none"
-        table.add_row(
-            row["segment"], str(len(row["stations"])), f"{row['load']:.1%}", str(row["packets"]),
-            str(row["collisions"]), errors,
-        )  # fmt: skip
-    return table
-
-
-def _node_table(nodes: dict[str, dict[str, Any]]) -> RenderableType:
-    table = Table(box=None)
-    for column in ("node", "unit", "requests", "answers", "exceptions", "last refusal"):
-        table.add_column(column, justify="left" if column in ("node", "last refusal") else "right")
-    for name, row in nodes.items():
-        counts = [str(row[kind]) for kind in ("unit", "requests", "answers", "exceptions")]
-        table.add_row(name, *counts, Text(row["refusal"] or ""))
+    for column in told.columns:
+        justify: Literal["left", "right"] = "left" if column in told.texts else "right"
+        table.add_column(column, justify=justify, overflow="fold")
+    for row in told.rows:
+        table.add_row(*map(Text, row))
     return table
 
 
@@ -260,35 +247,6 @@ def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
         unit = field.unit if field and not name.endswith(f"_{field.unit}") else ""
         yield f"{name:{width}}  {said} {unit}".rstrip()
     yield from ("\n" + said for field, said in _ANGLES.items() if field in fields)
-
-
-_OF_NODES = ("id", "state", "sent", "heard", "TEC", "REC", "errors", "drive")
-
-
-def bus_tables(rows: list[dict[str, Any]]) -> Iterator[RenderableType]:
-    """Make the table of buses, and that of the controllers on them."""
-    buses, nodes = Table(box=None), Table(box=None)
-    for column in ("bus", "bit/s", "load", "frames", "errors"):
-        buses.add_column(column, justify="left" if column in ("bus", "errors") else "right")
-    for column in ("node", *_OF_NODES):
-        is_text = column in ("node", "state", "drive")
-        nodes.add_column(column, justify="left" if is_text else "right", overflow="fold")
-    for row in rows:
-        load = f"{row['load_percent']:.1f}%"
-        buses.add_row(row["bus"], str(row["bit_rate"]), load, str(row["frames"]), _errors(row["errors"]))
-        for name, node in row["nodes"].items():
-            drive = row["drives"].get(name, {})
-            counts = [str(node[key]) for key in ("sent", "heard", "transmit_errors", "receive_errors")]
-            nodes.add_row(
-                name, str(drive.get("id", "")), node["state"], *counts, str(sum(node["errors"].values())),
-                Text(str(drive.get("state", ""))),
-            )  # fmt: skip
-    yield buses
-    yield nodes
-
-
-def _errors(errors: dict[str, int]) -> str:
-    return ", ".join(f"{count} {kind}" for kind, count in errors.items()) or "none"
 
 
 def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:

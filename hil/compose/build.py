@@ -182,7 +182,7 @@ def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalo
     group = bench.roster.group_of(members[0]) if members else bench.open_group()
     framings = (bench.devices[device].framing for device, _ in stations)
     framing = framing_of(config, framings, catalogue)
-    segment = make_segment(group, framing, FORMATS[config.format])
+    segment = make_segment(name, group, framing, FORMATS[config.format])
     bench.roster.add_wire(name, segment, group)
     bauds = [config.baud] if config.baud else []
     for device, part in stations:

@@ -1,12 +1,14 @@
 """Kinds of buses that exist."""
 
+from collections.abc import Mapping
 from functools import cache
 
 from hil.compose.kinds_of_doors import Kinds
 from hil.config.catalogue import Unusable
-from hil.discovery.installed import BUSES
+from hil.discovery.installed import BUSES, PORTS
 from hil.vocab.bus import BusKind
 from hil.vocab.problem import Problem
+from hil.vocab.wire import WireInfo
 
 
 @cache
@@ -21,3 +23,11 @@ def find_buses() -> tuple[tuple[BusKind, ...], tuple[Problem, ...]]:
         except Unusable as error:
             problems.append(Problem(f"the bus {name}", 0, 0, str(error), error.remedy))
     return tuple(found), tuple(problems)
+
+
+@cache
+def find_wire_infos() -> Mapping[str, WireInfo]:
+    """Find the reports on wires, by the key of a configuration under which they stand: segments first."""
+    segments: WireInfo = Kinds("virtual_ports", PORTS, "segment_reports").attribute("rs485", "REPORTS")
+    own = {bus.wires.key: bus.wires.info for bus in find_buses()[0] if bus.wires}
+    return {segments.key: segments, **own}

@@ -1,13 +1,13 @@
 """Kinds of boards, ports and bridges that exist, and how each is made."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
-from hil.compose.buses import find_buses
+from hil.compose.buses import find_buses, find_wire_infos
 from hil.compose.framings import Framings
 from hil.compose.kinds_of_doors import Kinds
 from hil.compose.profile_infos import NamedParts, ProfileInfos
@@ -62,6 +62,7 @@ def find_catalogue(
         read_text,
         Framings(boards),
         *find_buses(),
+        find_wire_infos(),
     )
 
 
@@ -117,7 +118,7 @@ def bridge_reference(kind: str) -> str:
     return text
 
 
-def make_segment(clock: "Clock", framing: "Framing", line_format: "LineFormat") -> "Segment":
+def make_segment(name: str, clock: "Clock", framing: "Framing", line_format: "LineFormat") -> "Segment":
     """Make a wire without stations, on which things happen at times of ``clock``."""
-    segment: Segment = import_module("virtual_ports.rs485.segment").Segment(clock, framing, line_format)
-    return segment
+    make: Callable[..., Segment] = import_module("virtual_ports.rs485.segment").Segment
+    return make(clock, framing, line_format, name)

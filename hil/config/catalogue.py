@@ -23,6 +23,7 @@ from hil.vocab.framing import Framing
 from hil.vocab.parameters import plain
 from hil.vocab.problem import ConfigError, Problem
 from hil.vocab.profile import Profile
+from hil.vocab.wire import WireInfo
 
 
 def map_text() -> type[BaseModel]:
@@ -225,6 +226,8 @@ class Catalogue:
     """Kinds of buses."""
     bus_problems: tuple[Problem, ...] = ()
     """Problems of kinds of buses that cannot be used."""
+    wire_infos: Mapping[str, WireInfo] = field(default_factory=dict)
+    """Reports on wires, by the key of a configuration under which they stand."""
 
     @property
     def wire_kinds(self) -> list[WireKind]:

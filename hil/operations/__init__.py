@@ -12,8 +12,8 @@ May import: bridges.modbus.protocol, bridges.modbus.registers, hil.config, hil.c
 hil.live.apply, hil.live.captures, hil.live.clock, hil.live.configured, hil.live.devices.bench_devices,
 hil.live.fault_registry, hil.live.live_bench, hil.live.memory_commits, hil.live.off_loop, hil.live.places,
 hil.live.refusals, hil.live.runs, hil.live.vitals, hil.live.watches, hil.net, hil.runs, hil.sim.bench,
-hil.sim.channels, hil.sim.input_check, hil.sim.input_reading, hil.sim.inputs, hil.sim.segment_tap,
-hil.toolpath, hil.vocab, hil.wire, the standard library.
+hil.sim.card, hil.sim.channels, hil.sim.input_check, hil.sim.input_reading, hil.sim.inputs,
+hil.sim.segment_tap, hil.toolpath, hil.vocab, hil.wire, the standard library.
 
 Tests may import too: hil.client, hil.compose, hil.daemon, hil.testing.
 """

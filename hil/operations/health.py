@@ -10,13 +10,12 @@ from hil.host.real_time import Grant
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.vitals import Vitals
+from hil.operations.wire_reports import wire_problems
 from hil.sim.bench import BenchRuntime
-from hil.sim.segment_tap import Tap
-from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BenchDoor, Bridge
 from hil.vocab.device import Device
 from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, OK, HealthProblem
-from hil.vocab.segment import SegmentView, speed_notes
+from hil.vocab.wire import WireInfo
 
 MISSED_SHARE = 0.01
 LOOP_LATE_NS = 1_000_000_000
@@ -37,9 +36,13 @@ KINDS = {
     "port": "a port cannot go on, or a real board or drive is away",
     "segment": "stations of a segment share an address, or have several speeds",
     "name": "another bench has the name of this one",
-    "bus": "a client has opened a tap of a CAN bus with a wrong bit rate",
 }
-"""Kinds of problems, and the meaning of each."""
+"""Kinds of problems, and the meaning of each; those that wires alone have come behind them."""
+
+
+def problem_kinds(wires: Mapping[str, WireInfo]) -> dict[str, str]:
+    """Kinds of problems of a bench that can have such wires, and the meaning of each."""
+    return KINDS | {kind: about for told in wires.values() for kind, about in told.problems}
 
 
 @dataclass(frozen=True)
@@ -58,8 +61,7 @@ class Health:
 
     def problems(self) -> list[HealthProblem]:
         """Present problems, the bench's own first."""
-        of_lines = (*self._of_segments(), *self._of_taps())
-        return [*self._of_bench(), *self._of_devices(), *of_lines]
+        return [*self._of_bench(), *self._of_devices(), *wire_problems(self.sim, self.places)]
 
     def as_dict(self) -> dict[str, Any]:
         """Health for JSON: ``state`` as in ``STATES``, ``late_ms``, the longest time in the last minute that
@@ -93,27 +95,6 @@ class Health:
         for name, tap in self.places.taps.items():
             if tap.failure:
                 yield HealthProblem("port", name, tap.failure, "restart the bench")
-
-    def _of_segments(self) -> Iterator[HealthProblem]:
-        for name, segment in self.sim.segments.items():
-            for address, stations in segment.clashes().items():
-                what = f"two stations have one address {address}: {', '.join(stations)}"
-                yield HealthProblem("segment", name, what, "give each an address of its own")
-            yield from self._speeds(name, segment)
-
-    def _speeds(self, name: str, segment: SegmentView) -> Iterator[HealthProblem]:
-        """Problem of stations of several speeds; what clients of taps have set is theirs."""
-        own = {label: tap.baud for label, tap in self.sim.taps.items() if isinstance(tap, Tap)}
-        for what in speed_notes({each: own.get(each, baud) for each, baud in segment.speeds().items()}):
-            yield HealthProblem(
-                "segment", name, what, "give all one `baud`, those of devices and the segment's"
-            )
-
-    def _of_taps(self) -> Iterator[HealthProblem]:
-        for bus in self.sim.wires_of("can"):
-            for name, tap in self.sim.taps.items():
-                for note in tap.notes.values() if owner_of(name) == bus else ():
-                    yield HealthProblem("bus", name, note, "open it with the bit rate of the bus")
 
 
 def lateness(grant: Grant, missed_share: float, loop_worst_ns: int) -> Iterator[HealthProblem]:

@@ -16,10 +16,11 @@ from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
 from hil.sim.segment_tap import Tap
-from hil.vocab.address import address_of
+from hil.vocab.address import address_of, owner_of
 from hil.vocab.desk_protocol import Watch, Watched
 from hil.vocab.near_words import meant
 from hil.vocab.verbs import VerbRefused
+from hil.vocab.wire import Wire
 from hil.wire.pcapng import RAW, Interface
 
 SAMPLES_AT_A_TIME = 5000
@@ -42,11 +43,11 @@ class LookingOn:
 
     def ports(self) -> Sequence[str]:
         """Names of places at which bytes pass."""
-        return [name for name in self._places if name not in self._sim.segments]
+        return list(self._places)
 
     def buses(self) -> Sequence[str]:
         """Names of the CAN buses."""
-        return list(self._sim.wires_of("can"))
+        return [name for name, wire in self._sim.wires.items() if wire.interface(name).is_can]
 
     def open(
         self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction
@@ -114,16 +115,12 @@ class LookingOn:
         return capture, end
 
     def _interface(self, name: str) -> Interface:
-        """Line of a place: a segment's, a CAN bus, or the one that a node is on."""
-        if bus := self._sim.wires_of("can").get(name):
-            return Interface(name, baud=bus.bus.bit_rate, is_can=True)
+        """Line of a place: a wire, or the one that a node or a tap of packets is on."""
         card, tap = self._cards().get(name), self._sim.taps.get(name)
-        line = card.wire if card else self._sim.segments.get(name)
-        if isinstance(tap, Tap):
-            line = tap.segment
-        if line:
-            return Interface(name, line.framing.name, line.baud, line.line_format)
-        return self._terminal(name)
+        on = owner_of(name) if isinstance(tap, Tap) else name
+        line: Wire | None = card.wire if card else self._sim.wires.get(on)
+        found: Interface = line.interface(name) if line else self._terminal(name)
+        return found
 
     def _terminal(self, name: str) -> Interface:
         """Line of a port: packets at the UART with which its board could be on a segment, else bytes."""
@@ -137,7 +134,7 @@ class LookingOn:
     def _captured(self, capture: Capture, index: int, name: str) -> Callable[[], None]:
         """Let a capture record what passes at a place; answers a function that ends it."""
         if wire := self._sim.wires.get(name):
-            call = capture.heard if name in self._sim.segments else capture.carried
+            call = capture.carried if capture.sources[index].is_can else capture.heard
             return _listening(wire.watchers, partial(call, index))
         if card := self._cards().get(name):
             return _listening(card.watchers, partial(capture.passed_at, index))

@@ -7,7 +7,6 @@ from hil.host.real_time import Grant
 from hil.live.clock import WallClock
 from hil.live.live_bench import LiveBench, LiveRuns
 from hil.operations.bench_operations import BenchOperations
-from hil.operations.bus_reports import data_sheet, listed_buses
 from hil.operations.channel_operations import ChannelOperations
 from hil.operations.desk import Desk
 from hil.operations.device_operations import DeviceOperations
@@ -15,9 +14,10 @@ from hil.operations.drawing_operation import DrawingOperation
 from hil.operations.health import Health
 from hil.operations.looking_on import LookingOn
 from hil.operations.metrics import Metrics
-from hil.operations.reports import Reports, listed_segments
+from hil.operations.reports import Reports
 from hil.operations.shared_report import SharedReport
 from hil.operations.table import Answerer
+from hil.operations.wire_reports import data_sheet, listed_wires
 
 
 def make_desk(
@@ -47,8 +47,8 @@ def make_desk(
         "status": lambda asked: status.read(),
         "health": lambda asked: reports.health_in_short(),
         "metrics": lambda asked: metrics.read(),
-        "segments": lambda asked: listed_segments(sim, places),
-        "buses": lambda asked: listed_buses(sim, places),
+        "segments": lambda asked: listed_wires(sim, places, "segments"),
+        "buses": lambda asked: listed_wires(sim, places, "can"),
         "benches": lambda asked: runs.others.joined(asked.source),
         "verbs": reports.verbs,
         "state": devices.state,

@@ -15,13 +15,14 @@ from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.vitals import Vitals
 from hil.operations.echoes import Echo, echoes
-from hil.operations.health import KINDS, Health, state_of
+from hil.operations.health import Health, problem_kinds, state_of
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.device import Device
 from hil.vocab.health_words import STATES
 from hil.vocab.metrics import Histogram, Metric, Reading, Value
 from hil.vocab.ports import EchoState, Port, PortStats
+from hil.vocab.wire import WireInfo, WireMetric
 
 RUN_STATES = ("queued", "running", "done", "failed", "cancelled")
 FIRST_OCTAVE, LAST_OCTAVE = 10, 30
@@ -49,7 +50,7 @@ class Metrics:
     def read(self) -> Iterator[Reading]:
         """Read all metrics, each without interruption: between two, a reload may add and remove devices."""
         scrape = Scrape(self, self.sim.core.native.rt_stats(), read_process())
-        for metric, read in METRICS:
+        for metric, read in metric_rows(self.configured.catalogue.wire_infos):
             yield metric, list(read(scrape))
 
 
@@ -99,43 +100,13 @@ def _of_ports(read: Callable[[PortStats], int]) -> Callable[[Scrape], Values]:
     return lambda s: (((name,), read(port.stats())) for name, port in s.ports().items())
 
 
-def _of_segments(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
+def _of_wires(kind: str, metric: WireMetric) -> MetricRow:
     def values(s: Scrape) -> Values:
         now_ns = s.of.sim.now_ns
-        for name, segment in s.of.sim.segments.items():
-            yield (name,), read(segment.counters(now_ns))
+        for name, wire in s.of.sim.wires_of(kind).items():
+            yield from metric.read(name, wire.counters(now_ns))
 
-    return values
-
-
-def _segment_errors(s: Scrape) -> Values:
-    now_ns = s.of.sim.now_ns
-    for name, segment in s.of.sim.segments.items():
-        for kind, count in segment.counters(now_ns)["errors"].items():
-            yield (name, kind), count
-
-
-def _buses(s: Scrape) -> dict[str, Any]:
-    return s.of.sim.wires_of("can")
-
-
-def _of_buses(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
-    return lambda s: (((name,), read(bus.counters(s.of.sim.now_ns))) for name, bus in _buses(s).items())
-
-
-def _bus_errors(s: Scrape) -> Values:
-    for name, bus in _buses(s).items():
-        for kind, count in bus.counters(s.of.sim.now_ns)["errors"].items():
-            yield (name, kind), count
-
-
-def _of_can_nodes(read: Callable[[dict[str, Any]], float]) -> Callable[[Scrape], Values]:
-    def values(s: Scrape) -> Values:
-        for bus in _buses(s).values():
-            for name, node in bus.counters(s.of.sim.now_ns)["nodes"].items():
-                yield (name,), read(node)
-
-    return values
+    return MetricRow(metric.metric, values)
 
 
 def _of_bridges(counter: str) -> Callable[[Scrape], Values]:
@@ -149,7 +120,8 @@ def _health(s: Scrape) -> Values:
 
 def _problems(s: Scrape) -> Values:
     found = [problem.kind for problem in s.of.health.problems()]
-    return [((kind,), found.count(kind)) for kind in KINDS]
+    kinds = problem_kinds(s.of.configured.catalogue.wire_infos)
+    return [((kind,), found.count(kind)) for kind in kinds]
 
 
 def _granted(s: Scrape) -> Values:
@@ -198,8 +170,8 @@ def _metric(
     return MetricRow(Metric(name, kind, about, labels), read)
 
 
-PORT, SEGMENT, BRIDGE, BUS, NODE = ("port",), ("segment",), ("bridge",), ("bus",), ("node",)
-METRICS = (
+PORT, BRIDGE = ("port",), ("bridge",)
+_BEFORE_WIRES = (
     _metric("hil_bench_info", "gauge", "always 1; which bench this is, of which version of hil",
             lambda s: [((s.of.configured.config.bench, __version__), 1)], ("bench", "version")),
     _metric("hil_healthy", "gauge", "1 if nothing is wrong, as `hil status` says",
@@ -265,27 +237,8 @@ METRICS = (
             _echoes(lambda echo: int(echo["bytes"])), PORT),
     _metric("hil_adapter_collisions_total", "counter", "times that what was sent came back damaged",
             _echoes(lambda echo: int(echo["collisions"])), PORT),
-    _metric("hil_segment_packets_total", "counter", "packets", _of_segments(lambda c: c["packets"]), SEGMENT),
-    _metric("hil_segment_bytes_total", "counter", "bytes", _of_segments(lambda c: c["bytes"]), SEGMENT),
-    _metric("hil_segment_collisions_total", "counter", "drivers that came on beside another",
-            _of_segments(lambda c: c["collisions"]), SEGMENT),
-    _metric("hil_segment_errors_total", "counter", "what was wrong with packets", _segment_errors,
-            ("segment", "kind")),
-    _metric("hil_segment_load_ratio", "gauge", "share of the time that the line was busy",
-            _of_segments(lambda c: c["load"]), SEGMENT),
-    _metric("hil_can_frames_total", "counter", "frames on a CAN bus",
-            _of_buses(lambda c: c["frames"]), BUS),
-    _metric("hil_can_errors_total", "counter", "errors on a CAN bus", _bus_errors, ("bus", "kind")),
-    _metric("hil_can_load_ratio", "gauge", "share of the time that the bus was busy",
-            _of_buses(lambda c: c["load_percent"] / 100), BUS),
-    _metric("hil_can_node_sent_total", "counter", "frames of a node or a tap",
-            _of_can_nodes(lambda c: c["sent"]), NODE),
-    _metric("hil_can_node_transmit_errors", "gauge", "its transmit error counter",
-            _of_can_nodes(lambda c: c["transmit_errors"]), NODE),
-    _metric("hil_can_node_receive_errors", "gauge", "its receive error counter",
-            _of_can_nodes(lambda c: c["receive_errors"]), NODE),
-    _metric("hil_can_node_bus_off", "gauge", "1 if it is bus-off",
-            _of_can_nodes(lambda c: int(c["state"] == "bus-off")), NODE),
+)  # fmt: skip
+_BEHIND_WIRES = (
     _metric("hil_bridge_links", "gauge", "connections", _of_bridges("links"), BRIDGE),
     _metric("hil_bridge_commands_total", "counter", "commands, or scrapes", _of_bridges("commands"), BRIDGE),
     _metric("hil_bridge_rejected_total", "counter", "commands that were refused",
@@ -309,3 +262,9 @@ METRICS = (
     _metric("process_start_time_seconds", "gauge", "when simulated time began, since 1970",
             _one(lambda s: s.of.clock.epoch_ns / 1e9)),
 )  # fmt: skip
+
+
+def metric_rows(wires: Mapping[str, WireInfo]) -> list[MetricRow]:
+    """Table of all metrics, with those of wires, each with its meaning and how to read it."""
+    of_wires = [_of_wires(kind, metric) for kind, told in wires.items() for metric in told.metrics]
+    return [*_BEFORE_WIRES, *of_wires, *_BEHIND_WIRES]

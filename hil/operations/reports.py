@@ -15,16 +15,15 @@ from hil.live.devices.bench_devices import Devices
 from hil.live.fault_registry import FaultRegistry
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
-from hil.operations.bus_reports import listed_buses, listed_nodes
 from hil.operations.echoes import echoes
 from hil.operations.health import Health
 from hil.operations.table import Asked
+from hil.operations.wire_reports import listed_nodes, listed_wires
 from hil.sim.bench import BenchRuntime
-from hil.sim.segment_tap import Tap
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import DeviceInfo
-from hil.vocab.segment import speed_notes
 from hil.vocab.verbs import described
+from hil.vocab.wire import Report
 
 NAMED = 5
 """Maximum number of failed devices named in a line."""
@@ -92,8 +91,7 @@ class Reports:
             "health": self.health.as_dict(),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
             "echoes": dict(echoes(self.devices, self.places, self.bridges)),
-            "segments": listed_segments(self.sim, self.places),
-            "buses": listed_buses(self.sim, self.places),
+            **self._wires(),
             "faults": self.faults.listed(),
             "runs": self.runs.under_way(),
             "rt": self.grant.state,
@@ -109,6 +107,10 @@ class Reports:
             "wake_latency": octaves(rt["wake_latency"]),
             "lag": list(self.sim.drive.lag),
         }
+
+    def _wires(self) -> dict[str, list[Report]]:
+        kinds = self.configured.catalogue.wire_infos
+        return {told.key: listed_wires(self.sim, self.places, kind) for kind, told in kinds.items()}
 
     def health_in_short(self) -> dict[str, Any]:
         rt, devices = self.sim.core.native.rt_stats(), self.sim.devices.values()
@@ -135,35 +137,6 @@ class Reports:
         from bridges.modbus.registers.units import unit_of
 
         return map_rows(unit_of(self._info(asked)).map)
-
-
-def listed_segments(sim: BenchRuntime, places: Places) -> list[dict[str, Any]]:
-    """List each segment with its stations, taps, nodes and counters."""
-    now_ns = sim.now_ns
-    rows = []
-    for name, segment in sim.segments.items():
-        own = {label: tap for label, tap in places.taps.items() if label.startswith(f"{name}.")}
-        taps = [
-            {"tap": label, "address": tap.port.address, "clients": tap.port.stats().clients}
-            | {"baud": tap.end.tap.baud if isinstance(tap.end.tap, Tap) else None}
-            for label, tap in own.items()
-        ]
-        clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
-        notes = [f"two stations have one {clash}" for clash in clashes]
-        unheard = {
-            label: tap.end.tap.baud
-            for label, tap in own.items()
-            if isinstance(tap.end.tap, Tap) and not tap.port.stats().clients
-        }
-        notes += speed_notes(dict(segment.speeds()) | unheard)
-        for tap in own.values():
-            notes += [tap.failure] if tap.failure else []
-            notes += tap.end.tap.notes.values()
-        nodes = {each: card.counters() for each, card in sim.cards_on(segment).items()}
-        row = {"segment": name, "taps": taps, "nodes": nodes, "notes": notes}
-        row["framing"] = segment.framing.name
-        rows.append(row | segment.counters(now_ns))
-    return rows
 
 
 def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:

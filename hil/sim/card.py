@@ -1,7 +1,7 @@
 """Interface card of an axis: a node of a bus, in its board's time and with its board's power."""
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from hil.sim.twin import Twin
 from hil.vocab.faults import Fault
@@ -40,3 +40,15 @@ class Card(Protocol):
 
     def counters(self) -> dict[str, Any]:
         """State and statistics, for JSON."""
+
+
+@runtime_checkable
+class NumberedCard(Card, Protocol):
+    """Card that is listed by its number on the bus, and has a data sheet."""
+
+    @property
+    def node_id(self) -> int:
+        """Number of the node."""
+
+    def eds(self) -> str:
+        """Write the node's electronic data sheet."""

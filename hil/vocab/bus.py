@@ -7,6 +7,7 @@ from typing import Any
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import LineFormat
 from hil.vocab.segment import Segment
+from hil.vocab.wire import WireInfo
 
 Raw = Mapping[str, Any]
 """Part of a configuration as it is written: a mapping whose values may be wrong."""
@@ -28,6 +29,8 @@ class WireKind:
     fault_places: Callable[[str, Raw, Mapping[str, Any]], Mapping[str, Collection[str]]]
     """Finds where faults may be: targets of a wire, itself and its stations, with their kinds (keys of
     ``TARGETS``). Arguments: the wire's name, the wire, the ``ProfileInfo`` of each device."""
+    info: WireInfo
+    """Reports on them: tables, metrics, kinds of problems."""
     add: Callable[[Any, Any, Any], None]
     """Puts the wires, with what is on them, into a bench whose devices are there. Arguments: the
     ``BenchRuntime``, the ``BenchConfig``, the ``Catalogue``."""

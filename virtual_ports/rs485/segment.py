@@ -8,19 +8,23 @@ Not modelled: the cable's length (no delay, no reflections), rise times, a recei
 says what contention reads as), noise in start, parity and stop bits.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 from hil.vocab.faults import LINE, OF_FRAMINGS, ON_LINE, SEGMENT, STATION, Fault
 from hil.vocab.framing import Framing, Item, Splitter
+from hil.vocab.health_words import HealthProblem
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.segment import Receiver, SegmentEvent
 from hil.vocab.time import FOREVER, NS_PER_MS, Clock, SimTimeNs
+from hil.vocab.wire import Report, WireTap
 from hil.wire.byte_faults import ByteFault, ByteFaults, Chance
+from hil.wire.pcapng import Interface
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbance import Burst, Disturbance
 from virtual_ports.rs485.phantom import Phantom
+from virtual_ports.rs485.segment_reports import segment_problems, segment_report
 from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats
 from virtual_ports.rs485.waveform import Character
@@ -47,7 +51,10 @@ class Segment:
 
     kind = "segments"
 
-    def __init__(self, clock: Clock, framing: Framing, line_format: LineFormat = EIGHT_N_1) -> None:
+    def __init__(
+        self, clock: Clock, framing: Framing, line_format: LineFormat = EIGHT_N_1, name: str = ""
+    ) -> None:
+        self.name = name
         self.framing = framing
         self.line_format = line_format
         self._bits, self._has_parity = line_format.bits, line_format.has_parity
@@ -114,6 +121,18 @@ class Segment:
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         return self.stats.counters(elapsed_ns)
+
+    def report(self, elapsed_ns: int, taps: Sequence[WireTap], cards: Mapping[str, Any]) -> Report:
+        return segment_report(self.name, self, elapsed_ns, taps, cards)
+
+    def problems(self, taps: Sequence[WireTap]) -> Iterator[HealthProblem]:
+        return segment_problems(self.name, self, taps)
+
+    def about(self, cards: Mapping[str, Any]) -> str:
+        return ""
+
+    def interface(self, name: str) -> Interface:
+        return Interface(name, self.framing.name, self.baud, self.line_format)
 
     # ---- faults (hil.vocab.faults) ----
 

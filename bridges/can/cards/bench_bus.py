@@ -1,6 +1,6 @@
 """A CAN bus of a bench, with its faults: a ``Wire`` of ``hil.vocab.wire``."""
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from bridges.can.bus.bus_events import BusEvent
@@ -10,7 +10,13 @@ from bridges.can.cards.channel_node import MOST_NODES, ChannelNode
 from hil.sim.client_tap import ClientTap
 from hil.vocab.address import owner_of
 from hil.vocab.faults import CAN_NODE, LINE, MOST_NOISES, ON_LINE, Fault
+from hil.vocab.health_words import HealthProblem
 from hil.vocab.time import Clock
+from hil.vocab.wire import Report, WireTap
+from hil.wire.pcapng import Interface
+
+_NAMED = 8
+"""Maximum number of nodes that are named at the start."""
 
 
 class BenchBus:
@@ -28,6 +34,30 @@ class BenchBus:
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""
         return {"bus": self.name, "bit_rate": self.bus.bit_rate, **self.bus.counters(elapsed_ns)}
+
+    def report(self, elapsed_ns: int, taps: Sequence[WireTap], cards: Mapping[str, Any]) -> Report:
+        """Report on the bus. ``nodes``: all controllers on it, those of taps too; ``drives``: what the
+        CANopen nodes are."""
+        notes = []
+        for each in taps:
+            notes += [each.failure] if each.failure else []
+            notes += [f"{each.label}: {note}" for note in each.tap.notes.values()]
+        drives = {name: card.counters() for name, card in cards.items()}
+        own = {"taps": [each.row() for each in taps], "drives": drives, "notes": notes}
+        return self.counters(elapsed_ns) | own
+
+    def problems(self, taps: Sequence[WireTap]) -> Iterator[HealthProblem]:
+        for each in taps:
+            for note in each.tap.notes.values():
+                yield HealthProblem("bus", each.label, note, "open it with the bit rate of the bus")
+
+    def about(self, cards: Mapping[str, Any]) -> str:
+        nodes = ", ".join(f"{name} is node {card.node_id}" for name, card in [*cards.items()][:_NAMED])
+        more = f" and {len(cards) - _NAMED} more" if len(cards) > _NAMED else ""
+        return f"CAN bus, {self.bus.bit_rate} bit/s" + (f"; {nodes}{more}" if cards else "")
+
+    def interface(self, name: str) -> Interface:
+        return Interface(name, baud=self.bus.bit_rate, is_can=True)
 
     def fault_targets(self, station: str) -> Collection[str]:
         return (ON_LINE, CAN_NODE) if station else (LINE,)

@@ -14,6 +14,7 @@ from hil.config.port_model import USUAL_BAUD
 from hil.testing.bench import MEMORY_STORE
 from hil.vocab.bus import BusKind, NodeKind, NodeLine, WireKind
 from hil.vocab.problem import Problem
+from hil.vocab.wire import WireInfo
 from hil.wire.bytes_framing import BYTES
 
 DEVICES = {"m1": {"profile": "mechaduino"}, "m2": {"profile": "mechaduino"}}
@@ -40,6 +41,7 @@ RING = BusKind(
             if not ring.get("devices")
         ],
         fault_places=lambda name, ring, devices: {name: {"line"}},
+        info=WireInfo("rings", "ring", lambda reports: (), ()),
         add=lambda bench, config, catalogue: None,
     ),
     sections=(("## Rings: `rings.<name>`", "RingConfig"),),
