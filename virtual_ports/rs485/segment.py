@@ -23,7 +23,7 @@ from hil.wire.byte_faults import ByteFault, ByteFaults, Chance
 from hil.wire.pcapng import Interface
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbance import Burst, Disturbance
-from virtual_ports.rs485.phantom import Phantom
+from virtual_ports.rs485.ghost_node import GhostNode
 from virtual_ports.rs485.segment_reports import segment_problems, segment_report
 from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats
@@ -155,7 +155,7 @@ class Segment:
         elif fault.kind == "node_clash":
             name = f"fault {number}"
             address = int(fault.number("address"))
-            self.join(name, Phantom(self.framing, address, self.baud, partial(self._answer, name)))
+            self.join(name, GhostNode(self.framing, address, self.baud, partial(self._answer, name)))
             self.set_address(name, address)
         elif fault.kind.startswith("packet_"):
             transform = self.framing.fault(fault.kind, fault.number("rate"), int(fault.number("seed")))

@@ -1,11 +1,11 @@
-"""Phantom: a node that a fault puts on the wire, with somebody's address."""
+"""Ghost node: one that a fault puts on the wire, with somebody's address."""
 
 from collections.abc import Callable
 
 from hil.vocab.framing import Framing
 
 
-class Phantom:
+class GhostNode:
     """Node that answers all that is sent to an address. ``answer(at_ns, raw)`` sends for it, at that time."""
 
     def __init__(
