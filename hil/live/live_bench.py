@@ -21,11 +21,11 @@ from hil.live.devices.bench_devices import DeviceAxes, Devices
 from hil.live.devices.twin_device import TwinHome
 from hil.live.fault_registry import FaultRegistry
 from hil.live.guard import BREADCRUMB, StepGuard
-from hil.live.holds import Holds
 from hil.live.lines import Lines
 from hil.live.log_file import LogFile, as_simulated
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
+from hil.live.reservations import Reservations
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.part import Parts
 from hil.live.runs.queue import RunQueue
@@ -66,7 +66,7 @@ class LiveBench:
     places: Places
     commits: Commits
     faults: FaultRegistry
-    holds: Holds
+    reservations: Reservations
     watches: Watches
     vitals: Vitals
     bridges: Bridges
@@ -122,7 +122,7 @@ def make_live(
         config, configured.catalogue, commits, Around(lines.turn_over, turn, guard, places.tell_stopped, log)
     )
     stack.callback(sim.stop)
-    faults, holds = FaultRegistry(sim, places), Holds(devices)
+    faults, reservations = FaultRegistry(sim, places), Reservations(devices)
     watches = Watches(sim, config.speed, watch_idle_s)
     stack.callback(watches.stop)
     vitals = Vitals(sim)
@@ -130,8 +130,8 @@ def make_live(
     stage = Stage(sim, configured, places, context)
     home = TwinHome(sim, places, commits, watches.sampler, notes, config.speed)
     swap = Swap(sim, configured, stage, places, devices, lines, commits, faults, watches, notes, home)
-    apply = Apply(sim, stage, devices, files, holds, bridges, swap)
-    reloader = Reloader(at.config, at.folder, sim, configured, files, holds, apply)
+    apply = Apply(sim, stage, devices, files, reservations, bridges, swap)
+    reloader = Reloader(at.config, at.folder, sim, configured, files, reservations, apply)
     return LiveBench(
         configured,
         sim,
@@ -139,7 +139,7 @@ def make_live(
         places,
         commits,
         faults,
-        holds,
+        reservations,
         watches,
         vitals,
         bridges,
@@ -153,9 +153,9 @@ def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveR
     """Make the parts for runs of a bench that runs; ``stack`` ends what moves."""
     axes, others = DeviceAxes(live.devices, live.sim), OtherBenches(live.bridges)
     stack.push_async_callback(live.devices.stop)
-    queue = RunQueue(axes, live.configured, clock, others, live.holds)
+    queue = RunQueue(axes, live.configured, clock, others, live.reservations)
     stack.push_async_callback(queue.close)
-    return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.holds), others, axes)
+    return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.reservations), others, axes)
 
 
 def _input_log(stack: AsyncExitStack, plan: BenchPlan, path: Path) -> InputLogWriter:

@@ -7,9 +7,9 @@ from typing import Any
 
 from hil.config.explain import suggestion
 from hil.live.devices.bench_devices import DeviceInfos
-from hil.operations.looking_on import LookingOn
 from hil.operations.permissions import require_role
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
+from hil.operations.watch_operations import WatchOperations
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import BenchClock, Description, Source, Watch, Watched
 from hil.vocab.device import Device
@@ -31,7 +31,7 @@ class Desk:
         clock: BenchClock,
         devices: Mapping[str, Device],
         segments: Mapping[str, SegmentView],
-        looks: LookingOn,
+        looks: WatchOperations,
         answerers: Mapping[str, Answerer],
     ) -> None:
         self._bench, self._clock, self._segments = bench, clock, segments

@@ -12,11 +12,11 @@ from hil.operations.desk import Desk
 from hil.operations.device_operations import DeviceOperations
 from hil.operations.drawing_operation import DrawingOperation
 from hil.operations.health import Health
-from hil.operations.looking_on import LookingOn
 from hil.operations.metrics import Metrics
 from hil.operations.reports import Reports
 from hil.operations.shared_report import SharedReport
 from hil.operations.table import Answerer
+from hil.operations.watch_operations import WatchOperations
 from hil.operations.wire_reports import data_sheet, listed_wires
 
 
@@ -36,7 +36,7 @@ def make_desk(
     known = live.devices
     health = Health(sim, known, places, commits, vitals, grant, state_dir, is_service, bridges)
     metrics = Metrics(sim, configured, known, places, clock, commits, faults, queue, bridges, vitals, health)
-    looks = LookingOn(sim, known, places, clock, live.watches, queue)
+    looks = WatchOperations(sim, known, places, clock, live.watches, queue)
     reports = Reports(sim, configured, places, known, faults, bridges, grant, health, queue)
     listed, status = SharedReport(reports.listed), SharedReport(reports.status)
     devices = DeviceOperations(sim, known)

@@ -14,8 +14,8 @@ from hil.live.apply.staging import Stage, Staged
 from hil.live.apply.swap import Swap
 from hil.live.bridges import Bridges
 from hil.live.devices.bench_devices import Devices
-from hil.live.holds import Holds
 from hil.live.refusals import Refused
+from hil.live.reservations import Reservations
 from hil.live.store import NvmStore, StoreError
 from hil.sim.bench import BenchRuntime
 
@@ -34,7 +34,7 @@ class Apply:
     stage: Stage
     devices: Devices
     files: NvmStore
-    holds: Holds
+    reservations: Reservations
     bridges: Bridges
     swap: Swap
 
@@ -44,7 +44,7 @@ class Apply:
         try:
             await self.stage.prepare(plan, staged)
             await self._until_stored(plan)
-            if problems := self.holds.problems(plan.named("remove", "restart")):
+            if problems := self.reservations.problems(plan.named("remove", "restart")):
                 raise Refused("\n".join(problems))
             asides = self._keep_aside(plan)
         except BaseException:

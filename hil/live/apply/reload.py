@@ -13,8 +13,8 @@ from hil.host.service import Service
 from hil.live.apply.bench_plan import BenchPlan, plan_reload, problems_of
 from hil.live.apply.fail_first import Apply
 from hil.live.configured import Configured
-from hil.live.holds import Holds
 from hil.live.refusals import Refused
+from hil.live.reservations import Reservations
 from hil.live.store import NvmStore
 from hil.sim.bench import BenchRuntime
 
@@ -31,7 +31,7 @@ class Reloader:
     bench: BenchRuntime
     configured: Configured
     files: NvmStore
-    holds: Holds
+    reservations: Reservations
     apply: Apply
     _lock: asyncio.Lock = field(default_factory=asyncio.Lock, init=False)
     _service: Service | None = field(default=None, init=False)
@@ -101,7 +101,7 @@ class Reloader:
 
     def _check(self, plan: BenchPlan) -> None:
         """Check what only the running bench knows."""
-        problems = self.holds.problems(plan.named("remove", "restart"))
+        problems = self.reservations.problems(plan.named("remove", "restart"))
         if self.bench.log:
             problems.append("the run is being logged (--log), and a log holds one bench from its start")
         begun, catalogue = plan.begun(twins=True), self.configured.catalogue

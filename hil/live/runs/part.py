@@ -15,8 +15,8 @@ from hil import __version__
 from hil.config import ConfigError
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
-from hil.live.holds import Holds
 from hil.live.off_loop import off_loop
+from hil.live.reservations import Reservations
 from hil.live.runs.axis_names import device_names
 from hil.live.runs.other_benches import LOST_S, axis_heard, axis_told, stood_still
 from hil.live.runs.queue import RunQueue
@@ -44,10 +44,10 @@ class Parts:
     """Parts of this bench in runs of others. Answers benches that lead; ``queue`` carries the parts out."""
 
     def __init__(
-        self, queue: RunQueue, axes: Axes, configured: Configured, wall: WallClock, holds: Holds
+        self, queue: RunQueue, axes: Axes, configured: Configured, wall: WallClock, reservations: Reservations
     ) -> None:
         self._queue = queue
-        self._holds = holds
+        self._reservations = reservations
         self._axes = axes
         self._configured = configured
         self._wall = wall
@@ -82,7 +82,7 @@ class Parts:
         raise VerbRefused("bad_request", "no part of a run: see run/<id>/part in the reference")
 
     def _look(self) -> dict[str, Any]:
-        taken = self._holds.taken()
+        taken = self._reservations.taken()
         axes = self._axes.axes()
         for device, run in taken.items():
             if device in axes:
@@ -129,7 +129,7 @@ class Parts:
 
     def _mine(self, names: Mapping[str, str], told: Mapping[str, Mapping[str, Any]]) -> dict[str, AxisNow]:
         """Answer this bench's axes as they are now, if that is as they were told."""
-        taken, axes = self._holds.taken(), self._axes.axes()
+        taken, axes = self._reservations.taken(), self._axes.axes()
         for axis, device in names.items():
             if device in taken:
                 raise VerbRefused("not_now", f"{axis} is in the run {taken[device]}")

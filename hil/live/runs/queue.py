@@ -19,8 +19,8 @@ from typing import Any
 
 from hil.live.clock import WallClock
 from hil.live.configured import Configured
-from hil.live.holds import Holds
 from hil.live.off_loop import SHORT
+from hil.live.reservations import Reservations
 from hil.live.runs.carry_out import CarryingOut, Entry, NotBegun
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.planning import Planning
@@ -56,11 +56,16 @@ class RunQueue:
     """
 
     def __init__(
-        self, axes: Axes, configured: Configured, wall: WallClock, others: OtherBenches, holds: Holds
+        self,
+        axes: Axes,
+        configured: Configured,
+        wall: WallClock,
+        others: OtherBenches,
+        reservations: Reservations,
     ) -> None:
         self._axes = axes
         self._configured = configured
-        self._holds = holds
+        self._reservations = reservations
         self._planning = Planning(axes, configured, wall, others)
         self._carrying_out = CarryingOut(axes, self._planning, configured, self._tell)
         self._entries: dict[str, Entry] = {}
@@ -223,7 +228,7 @@ class RunQueue:
         """Remember a run in the place of one of its name that has ended."""
         self.progress.pop(entry.name, None)
         self._entries[entry.name], self.progress[entry.name] = entry, entry.progress
-        self._holds.reserve(entry.name, entry.devices)
+        self._reservations.reserve(entry.name, entry.devices)
         self._digests[entry.name] = _digest(entry.text)
 
     # ---- beginning and ending ----
@@ -263,7 +268,7 @@ class RunQueue:
     def _over(self, entry: Entry) -> None:
         """Clear up after a run that has ended; others may begin."""
         del self._entries[entry.name]
-        self._holds.release(entry.name)
+        self._reservations.release(entry.name)
         ended = [name for name, progress in self.progress.items() if progress.is_over]
         for name in ended[: max(len(ended) - KEPT, 0)]:
             del self.progress[name], self._digests[name]

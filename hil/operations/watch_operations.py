@@ -26,7 +26,7 @@ from hil.wire.pcapng import RAW, Interface
 SAMPLES_AT_A_TIME = 5000
 
 
-class LookingOn:
+class WatchOperations:
     """Operations that watch one bench."""
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Holds on devices that have to stay as they are: by runs, and by dialogues with real boards."""
+"""Reservations of devices that have to stay as they are: by runs, and by dialogues with real boards."""
 
 from collections.abc import Iterable, Mapping
 
@@ -6,7 +6,7 @@ from hil.vocab.address import owner_of
 from hil.vocab.device import Device
 
 
-class Holds:
+class Reservations:
     """Devices by the runs that have axes of them, or wait for these."""
 
     def __init__(self, known: Mapping[str, Device]) -> None:
