@@ -190,6 +190,21 @@ def checked() -> list[Name]:
     return calls
 
 
+@cache
+def run() -> list[Name]:
+    """A run in which two Mechaduinos turn along a line."""
+    calls: list[Name] = []
+    servo = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    text = "{run: r, axes: {m1: {}, m2: {}}, steps: [{line: {m1: 30, m2: 15}}]}"
+    with Bench({"bench": "t", "devices": {"m1": servo, "m2": servo}}) as bench:
+        bench.run(ms=5000)
+        for name in ("m1", "m2"):
+            bench.axis(name).do("enable")
+        with called(calls):
+            assert bench.perform(text).state == "done"
+    return calls
+
+
 TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-byte", "### 2. The firmware wakes"): typed_p,
     ("follow-a-packet", "## From one board to the other"): typed_for_another,
@@ -198,6 +213,8 @@ TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-reload", "## In one step"): reloaded,
     ("follow-a-fault", "## In simulated time"): pulled,
     ("follow-a-key", "## The checks"): checked,
+    ("follow-a-run", "## The plan"): run,
+    ("follow-a-run", "## In simulated time"): run,
 }
 """Sections whose Python functions are called in the order in which they are named, by what calls them."""
 REAL_TIME = ("hil/live/", "hil/sim/input_log.py", "virtual_ports/pty/")
