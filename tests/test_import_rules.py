@@ -107,7 +107,7 @@ PLANTS = {
     "Cython to C's clock": compiled("hil.wire._new", "from libc.time cimport time\n", "time"),
     "Cython upwards": compiled("hil.wire._new", "from hil.sim.uart cimport DeviceUart\n", "hil.sim.uart"),
     # rooms in rooms, private names, tests
-    "drives to runs in live": planted("hil.live.drives.new", "hil.live.runs.queue"),
+    "drives to runs in live": planted("hil.live.devices.new", "hil.live.runs.queue"),
     "faults to firmware in sim": planted("hil.sim.faults.new", "hil.firmware.runtime"),
     "a test in sim to operations": planted("hil.sim.tests.test_new", "hil.operations.health"),
     "operations to a kind of device": planted("hil.operations.new", "hil.live.devices.twin_device"),

@@ -7,5 +7,6 @@ TLS, and of serial lines; ``bridge.py`` is the bridge that it is, ``cli.py`` its
 what hil asks this folder for; ``modbus_model.py`` and ``modbus_findings.py`` are the keys of nodes in a
 configuration, ``segment_nodes.py`` puts them on a segment.
 
-May import: hil.config, hil.core, hil.net, hil.sim, hil.vocab, hil.wire, the standard library, any package.
+May import: hil.config, hil.core, hil.drives, hil.firmware, hil.net, hil.sim, hil.vocab, hil.wire,
+the standard library, any package.
 """

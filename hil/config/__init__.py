@@ -6,8 +6,9 @@ profiles and ports (``Catalogue``), and which motors the core refuses. Of hil.si
 registers of Modbus it takes rules without state, so that a fault, a load or an address is refused here with a
 running bench's words.
 
-May import: bridges.can.address, bridges.modbus.protocol, bridges.modbus.registers, hil.core, hil.sim,
-hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath, pydantic, pydantic_core, yaml.
+May import: bridges.can.drives, bridges.modbus.drives, bridges.modbus.protocol, bridges.modbus.registers,
+hil.core, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath, pydantic,
+pydantic_core, yaml.
 
 Tests may import too: hil.cli, hil.compose, hil.live, hil.runs, hil.testing, hil.toolpath.
 """

@@ -54,9 +54,9 @@ def drive_findings(
 
 def _address(path: KeyPath, raw: dict[str, Any], profile: ProfileInfo, at: str) -> Finding | None:
     """Finding about an address, or a map that is missing."""
-    from bridges.can.address.can_drive_address import EXAMPLES as CAN_EXAMPLES
-    from bridges.can.address.can_drive_address import is_can_address
-    from hil.wire.drive_address import EXAMPLES, is_drive_address
+    from bridges.can.drives.can_drive_address import EXAMPLES as CAN_EXAMPLES
+    from bridges.can.drives.can_drive_address import is_can_address
+    from bridges.modbus.drives.modbus_drive_address import EXAMPLES, is_drive_address
 
     here, name = (*path, "at"), profile.name
     if profile.drive:

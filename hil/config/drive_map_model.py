@@ -8,8 +8,9 @@ from pydantic_core import PydanticCustomError
 
 from bridges.modbus.protocol.identification import OBJECT_BYTES_MAX
 from bridges.modbus.protocol.pdu import ADDRESSES, Table
-from bridges.modbus.registers.drive_map import CONTROL, STATUS, TAKEN, TOLD
+from bridges.modbus.registers.drive_map import CONTROL, STATUS
 from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
+from hil.vocab.drive_words import TAKEN, TOLD
 
 VERSION = 1
 """Version of the format, ``modbus_map``."""

@@ -13,8 +13,6 @@ from bridges.modbus.registers.drive_map import (
     CONTROL,
     IDENTITY,
     STATUS,
-    TAKEN,
-    TOLD,
     DriveMap,
     Place,
 )
@@ -24,6 +22,7 @@ from hil.config.drive_map_model import TABLES, VERSION, MapText, PlaceText
 from hil.config.drive_map_overlaps import overlap_findings
 from hil.config.explain import findings_of, no_such
 from hil.config.yaml_text import document_from_yaml
+from hil.vocab.drive_words import TAKEN, TOLD
 from hil.vocab.near_words import did_you_mean
 
 _BIT_TABLES, _WRITABLE = ("discrete", "coil"), ("holding", "coil")

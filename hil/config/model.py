@@ -31,11 +31,11 @@ from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import ADAPTER, UsbIdentity
 
 if TYPE_CHECKING:
-    from bridges.can.address.can_drive_address import CanDriveAddress
+    from bridges.can.drives.can_drive_address import CanDriveAddress
+    from bridges.modbus.drives.modbus_drive_address import DriveAddress
     from bridges.modbus.registers.drive_map import DriveMap
     from hil.config.drive_map_model import MapText
     from hil.config.segment_model import SegmentConfig, WireConfig
-    from hil.wire.drive_address import DriveAddress
 else:
 
     def _segment() -> type[BaseModel]:
@@ -224,7 +224,7 @@ class DeviceConfig(DefaultsModel):
         """Address on Modbus of a real drive; None: it is none."""
         if not self.at:
             return None
-        from hil.wire.drive_address import drive_address, is_drive_address
+        from bridges.modbus.drives.modbus_drive_address import drive_address, is_drive_address
 
         return drive_address(self.at) if is_drive_address(self.at) else None
 
@@ -233,7 +233,7 @@ class DeviceConfig(DefaultsModel):
         """Node on a CAN bus of a real drive; None: it is none."""
         if not self.at:
             return None
-        from bridges.can.address.can_drive_address import can_drive_address, is_can_address
+        from bridges.can.drives.can_drive_address import can_drive_address, is_can_address
 
         return can_drive_address(self.at) if is_can_address(self.at) else None
 

@@ -11,8 +11,8 @@ from hil.wire.address_keys import AddressRefused
 from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 if TYPE_CHECKING:  # most benches have no real drive: what reads their addresses is imported for one
-    from bridges.can.address.can_drive_address import CanDriveAddress
-    from hil.wire.drive_address import DriveAddress
+    from bridges.can.drives.can_drive_address import CanDriveAddress
+    from bridges.modbus.drives.modbus_drive_address import DriveAddress
 
 FORMS = (
     f"{SERIAL_FORMS}; of a Modbus drive modbus+tcp://host:port?unit=1 or modbus+rtu:///dev/ttyUSB0?unit=1,"
@@ -35,8 +35,8 @@ def real_address(value: Any) -> Any:
 
 def is_real_drive(text: str) -> bool:
     """True if a text is meant as the address of a drive, on Modbus or on CAN."""
-    from bridges.can.address.can_drive_address import is_can_address
-    from hil.wire.drive_address import is_drive_address
+    from bridges.can.drives.can_drive_address import is_can_address
+    from bridges.modbus.drives.modbus_drive_address import is_drive_address
 
     return is_drive_address(text) or is_can_address(text)
 
@@ -62,8 +62,8 @@ def same_at(devices: Mapping[str, Mapping[str, object]]) -> Iterator[Finding]:
 
 
 def _read(at: str) -> "DriveAddress | CanDriveAddress":
-    from bridges.can.address.can_drive_address import can_drive_address
-    from hil.wire.drive_address import drive_address, is_drive_address
+    from bridges.can.drives.can_drive_address import can_drive_address
+    from bridges.modbus.drives.modbus_drive_address import drive_address, is_drive_address
 
     return drive_address(at) if is_drive_address(at) else can_drive_address(at)
 
@@ -91,8 +91,8 @@ class _OnLines:
     def check(
         self, path: KeyPath, name: str, drive: "DriveAddress | CanDriveAddress", rate: object
     ) -> Iterator[Finding]:
-        from bridges.can.address.can_drive_address import CanDriveAddress
-        from hil.wire.drive_address import RtuPlace
+        from bridges.can.drives.can_drive_address import CanDriveAddress
+        from bridges.modbus.drives.modbus_drive_address import RtuPlace
 
         where = drive.place.where
         other, first = self._first.setdefault(where, (name, drive))

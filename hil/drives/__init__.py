@@ -1,13 +1,11 @@
-"""Real drives as axes, without I/O: what is read of them, what it means, what is written for a verb, when a
-drive is lost, and when its motion has ended.
+"""Real drives of a bench as devices and as axes of runs, whatever bus they are on.
 
-``drive_link.py`` says when it is there, ``arrival.py`` when it has come to its target, ``drive_fields.py``
-what doors see of it, ``drive_verbs.py`` what can be asked of it. Of a drive on Modbus ``poll_plan.py`` says
-what is read and what a reading means, ``control_bits.py`` which words switch its bits; those on CAN are in
-``canopen``. ``hil.live.drives`` carries this out.
+Without I/O: ``drive_link.py`` says when one is there, ``reading.py`` what it told, ``arrival.py`` when it has
+come to its target, ``drive_fields.py`` what doors see of it, ``drive_verbs.py`` what can be asked of it.
 
-May import: bridges.modbus.protocol, bridges.modbus.registers, hil.core, hil.vocab, hil.wire,
-the pure standard library.
+With I/O: ``real_drive.py`` is a drive, ``drive_motion.py`` moves it, ``drive_control.py`` has its verbs,
+``drive_axis.py`` is the drive as an axis of runs; ``shared_lines.py`` has the lines of all, ``asking.py`` the
+errors. Each bus has its own kind of each.
 
-Tests may import too: hil.config.
+May import: hil.core, hil.firmware, hil.runs, hil.vocab, hil.wire, the standard library.
 """

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from hil.drives.poll_plan import Reading
+from hil.drives.reading import Reading
 
 ARRIVED_DEG = 0.5
 """Maximum distance from the target at which a motion has come to it."""

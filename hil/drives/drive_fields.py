@@ -1,20 +1,22 @@
 """Fields of a real drive as doors see them: the binary layout that twins have where they have the same field,
 and a part of its own behind it."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from math import nan
 from struct import Struct
 
-from bridges.modbus.registers.drive_map import TAKEN, TOLD, DriveMap
 from hil.core.fields import FIELDS, OFFSETS
 from hil.vocab.desk_protocol import AxisField
+from hil.vocab.drive_words import TAKEN, TOLD
 from hil.vocab.packed_fields import struct_of
 
 OWN_AT, PARAMETERS_AT, MORE_PARAMETERS_AT = 1024, 1536, 8192
 """Offsets of the fields that no twin has, and of parameters that no twin has: bytes. Doors of Modbus have a
 register of half the number; parameters of verbs are between the last two."""
 NEAR_PARAMETERS = 57
+FieldRow = tuple[str, str, str, str]
+"""Field of a drive: name, type, unit, meaning."""
 _UNITS = {"position_deg": "deg", "velocity_rpm": "rpm", "current_A": "A", "set_point_deg": "deg"}
 _LINK = (
     ("connected", "i32", "", "1 while the drive answers"),
@@ -28,32 +30,17 @@ _LINK = (
     ("round_trip_p50_ms", "f64", "ms", "median of the last round trips"),
     ("round_trip_p99_ms", "f64", "ms", "99th percentile of the last round trips"),
 )
-_CANOPEN = (
-    ("statusword", "i32", "", "object 6041h of a CANopen drive"),
-    ("mode", "i32", "", "object 6061h of a CANopen drive: its mode of operation"),
-    ("emergencies", "i64", "", "emergency messages of a CANopen drive"),
-)
 _SHORT = ("at_ns", "position_deg", "velocity_rpm", "commanded_deg", "enabled", "moving", "fault", "connected")
-_OWN_NAMES = (
-    "current_A",
-    "fault_code",
-    "enabled",
-    "moving",
-    "fault",
-    *(row[0] for row in (*_LINK, *_CANOPEN)),
-)
-"""Fields that no twin has. New ones go to the end: the order is a promise."""
-_OWN_OFFSETS = {name: OWN_AT + 8 * index for index, name in enumerate(_OWN_NAMES)}
+_OWN_NAMES = ("current_A", "fault_code", "enabled", "moving", "fault", *(row[0] for row in _LINK))
+"""Fields that no twin has, before those of a bus. The order is a promise."""
 
 
-def map_fields(of: DriveMap) -> dict[str, AxisField]:
-    """Fields of a Modbus drive with this map, by name, in the order of their offsets."""
-    return drive_fields(of.values, of.parameters)
-
-
-def drive_fields(told: Collection[str], parameters: Collection[str] = ()) -> dict[str, AxisField]:
+def drive_fields(
+    told: Collection[str], parameters: Collection[str] = (), own: Sequence[FieldRow] = ()
+) -> dict[str, AxisField]:
     """Fields of a drive, by name, in the order of their offsets. ``told``: names of what it tells beside its
-    position; ``parameters``: of what can be set."""
+    position; ``parameters``: of what can be set; ``own``: fields of its bus alone, whose order is a promise:
+    new ones go to the end."""
     rows = [("at_ns", "i64", "ns", "simulated time of the request that this state is from", False)]
     rows.append(("position_deg", "f64", "deg", TOLD["position_deg"], False))
     rows.append(("commanded_deg", "f64", "deg", TAKEN["set_point_deg"], False))
@@ -67,8 +54,10 @@ def drive_fields(told: Collection[str], parameters: Collection[str] = ()) -> dic
     }
     rows += [(name, "i32", "", about, False) for name, about in meanings.items()]
     rows += [(*row, False) for row in _LINK]
-    rows += [(*row, False) for row in _CANOPEN if row[0] in told]
-    offsets = {row[0]: OFFSETS.get(row[0], _OWN_OFFSETS.get(row[0], 0)) for row in rows}
+    rows += [(*row, False) for row in own]
+    own_names = (*_OWN_NAMES, *(row[0] for row in own))
+    own_offsets = {name: OWN_AT + 8 * index for index, name in enumerate(own_names)}
+    offsets = {row[0]: OFFSETS.get(row[0], own_offsets.get(row[0], 0)) for row in rows}
     for index, name in enumerate(sorted(parameters)):
         known = FIELDS.get(name)
         offsets[name] = OFFSETS[name] if known else _parameter_offset(index)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bridges.can.address.can_drive_address import (
+from bridges.can.drives.can_drive_address import (
     EXAMPLES,
     CanDriveAddress,
     CanPlace,

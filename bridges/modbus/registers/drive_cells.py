@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Table
 from bridges.modbus.registers.cells import Cell
-from bridges.modbus.registers.drive_map import CONTROL, STATUS, TAKEN, TOLD, DriveMap, Place
+from bridges.modbus.registers.drive_map import CONTROL, STATUS, DriveMap, Place
 from bridges.modbus.registers.register_map import crc_of
 from hil.vocab.desk_protocol import DeviceInfo
+from hil.vocab.drive_words import TAKEN, TOLD
 
 VERSION = 1
 """Version of the format of maps."""

@@ -15,19 +15,6 @@ TYPES = ("u16", "i16", "u32", "i32", "f32")
 _OF_TWO = ("u32", "i32", "f32")
 IDENTITY = ("vendor", "product", "revision")
 """Texts of what a drive says that it is, in the order of the objects of function 43/14."""
-TOLD = {
-    "position_deg": "angle of the shaft",
-    "velocity_rpm": "speed of the shaft",
-    "current_A": "current of the motor",
-    "fault_code": "number of a fault; 0: none",
-}
-"""Values that a drive tells, with their meanings."""
-TAKEN = {
-    "set_point_deg": "target of a move, or the set-point that is followed",
-    "set_velocity_rpm": "largest speed on the way to a target",
-    "acceleration_rpm_per_s": "acceleration of the ramps on the way to a target",
-}
-"""Values that a drive takes, with their meanings."""
 STATUS = {
     "enabled": "the loop is on and holds the shaft",
     "moving": "a move is under way, or a set-point is followed that still changes",

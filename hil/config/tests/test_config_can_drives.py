@@ -2,7 +2,7 @@
 
 import pytest
 
-from bridges.can.address.can_drive_address import CanDriveAddress, CanPlace
+from bridges.can.drives.can_drive_address import CanDriveAddress, CanPlace
 from hil.compose import find_catalogue
 from hil.config import BenchConfig, ConfigError, diff, parse
 

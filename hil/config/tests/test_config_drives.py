@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from bridges.modbus.drives.modbus_drive_address import DriveAddress, RtuPlace, TcpPlace, drive_address
 from hil.compose import find_catalogue
 from hil.config import BenchConfig, ConfigError, diff, parse
 from hil.wire.address_keys import AddressRefused
-from hil.wire.drive_address import DriveAddress, RtuPlace, TcpPlace, drive_address
 
 CATALOGUE = find_catalogue()
 MAP = """\

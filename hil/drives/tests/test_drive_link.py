@@ -2,7 +2,7 @@
 
 from hil.drives.arrival import SETTLES_NS, SHOWS_NS, STUCK_NS, Arrival
 from hil.drives.drive_link import FIRST_WAIT_NS, LONGEST_WAIT_NS, LOST_AFTER, DriveLink, Waits
-from hil.drives.poll_plan import Reading
+from hil.drives.reading import Reading
 
 MS = 1_000_000
 

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 from hil.config import DeviceConfig, ProfileInfo
-from hil.live.drives.drive_control import DriveControl
-from hil.live.drives.real_drive import DrivePace
+from hil.drives.drive_control import DriveControl
+from hil.drives.real_drive import DrivePace
 
 ANSWER_S = 0.2
 """Time for a real drive to answer, beside the delay of its line: a request and its answer take 0.1 s at 9600
@@ -18,15 +18,15 @@ def make_drive(
     pace = _pace_of(device)
     if node := device.can_address:
         from bridges.can.canopen.master.drive_units import GivenUnits  # most benches have no such drive
-        from hil.live.drives.can_control import CanControl
-        from hil.live.drives.can_drive import CanDrive, CanSpec
+        from bridges.can.drives.can_control import CanControl
+        from bridges.can.drives.can_drive import CanDrive, CanSpec
 
         given = device.units.model_dump() if device.units else {}
         return CanControl(CanDrive(CanSpec(name, node, pace, GivenUnits(**given)), now_ns))
     if (address := device.drive_address) is None:
         return None
-    from hil.live.drives.register_control import RegisterControl
-    from hil.live.drives.register_drive import RegisterDrive, RegisterSpec
+    from bridges.modbus.drives.register_control import RegisterControl
+    from bridges.modbus.drives.register_drive import RegisterDrive, RegisterSpec
 
     drive_map = device.drive_map(profile)
     assert drive_map is not None, f"{name}: the configuration's check wants a map"

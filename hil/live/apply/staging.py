@@ -8,10 +8,10 @@ from typing import Any
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
 from hil.config import PortConfig
+from hil.drives.drive_control import DriveControl
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.make_drive import make_drive
 from hil.live.configured import Configured
-from hil.live.drives.drive_control import DriveControl
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.refusals import Refused

@@ -5,6 +5,7 @@ import logging
 from dataclasses import dataclass, field
 
 from hil.compose.build import join_devices
+from hil.drives.shared_lines import SharedLines
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
 from hil.live.board_end import BoardEnd
@@ -13,7 +14,6 @@ from hil.live.devices.bench_devices import Devices
 from hil.live.devices.board_device import BoardDevice
 from hil.live.devices.drive_device import DriveDevice
 from hil.live.devices.twin_device import TwinDevice, TwinHome
-from hil.live.drives.shared_lines import SharedLines
 from hil.live.fault_registry import FaultRegistry
 from hil.live.lines import Lines
 from hil.live.memory_commits import Commits

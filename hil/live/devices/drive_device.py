@@ -6,11 +6,11 @@ from collections.abc import Callable, Coroutine, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
+from hil.drives.drive_control import DriveControl
 from hil.drives.drive_fields import packed
+from hil.drives.shared_lines import SharedLines
 from hil.live.devices.port_counters import NO_PORT, port_counters
 from hil.live.devices.real_device import RealDevice
-from hil.live.drives.drive_control import DriveControl
-from hil.live.drives.shared_lines import SharedLines
 from hil.live.motion_wait import motion_ended
 from hil.vocab.axis import Axis, AxisNow
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo, Done, Watch

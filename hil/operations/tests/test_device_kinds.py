@@ -50,7 +50,7 @@ def test_no_operation_names_a_kind_of_device() -> None:
         "from hil.live.devices.twin_device import TwinDevice",
         "import hil.live.devices.drive_device",
         "from hil.live.devices import board_device",
-        "from hil.live.drives.real_drive import RealDrive as Known",
+        "from hil.drives.real_drive import RealDrive as Known",
         "from hil.sim import twin",
         "if isinstance(device, BoardDevice): ...",
         "if type(device).__name__ == 'DriveDevice': ...",

@@ -1,0 +1,15 @@
+"""Real drives on Modbus: what is read and written by a map, and their lines.
+
+Without I/O: ``modbus_drive_address.py`` reads the address of one, ``poll_plan.py`` says what is read and
+what a reading means, ``control_bits.py`` which words switch its bits, ``map_verbs.py`` what can be asked.
+
+With I/O: ``modbus_client.py`` is the one module that knows pymodbus; ``drive_line.py`` a place with one
+client, which asks one thing after the other, ``drive_lines.py`` the lines that drives share;
+``register_drive.py``, ``register_motion.py`` and ``register_control.py`` are the drive, ``drive_polls.py``
+its polls.
+
+May import: bridges.modbus.protocol, bridges.modbus.registers, hil.drives, hil.firmware, hil.net, hil.vocab,
+hil.wire, the standard library, pymodbus.
+
+Tests may import too: hil.config, hil.core.
+"""

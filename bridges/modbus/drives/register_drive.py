@@ -1,0 +1,202 @@
+"""Real Modbus drive: what is written to its registers, and what they tell."""
+
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from bridges.modbus.drives.control_bits import RegisterWrite, bits_write, value_write
+from bridges.modbus.drives.drive_line import DriveLine
+from bridges.modbus.drives.map_verbs import map_verbs
+from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
+from bridges.modbus.drives.modbus_drive_address import DriveAddress
+from bridges.modbus.drives.poll_plan import PollPlan
+from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.registers.drive_map import DriveMap
+from hil.drives.asking import IN_TURN, Garbled, NoAnswer, PlaceLost
+from hil.drives.drive_fields import drive_fields
+from hil.drives.real_drive import DrivePace, RealDrive, SentSetPoint
+from hil.vocab.ports import EchoStats
+
+TRIES = 2
+"""Number of times that a write is sent, if it is not answered; a set-point of a stream is sent once."""
+
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True)
+class RegisterSpec:
+    """Configuration of a real Modbus drive."""
+
+    name: str
+    address: DriveAddress
+    map: DriveMap
+    pace: DrivePace
+
+
+class RegisterDrive(RealDrive):
+    """Drive whose registers a map says."""
+
+    def __init__(self, spec: RegisterSpec, now_ns: Callable[[], int]) -> None:
+        super().__init__(spec.name, spec.address, spec.pace, now_ns)
+        self.unit, self.place, self.map = spec.address.unit, spec.address.place, spec.map
+        self.plan = PollPlan.of_map(spec.map)
+        self.fields, self.verbs = drive_fields(spec.map.values, spec.map.parameters), map_verbs(spec.map)
+        self.holding: dict[int, int] = {}
+        """Words of the drive's holding registers, as they were read or written last."""
+        self._told: dict[str, bool] = {}
+        """Control bits as they were written last, in this session."""
+        self._sent_words: tuple[int, ...] = ()
+        self._line: DriveLine | None = None
+        self._task: asyncio.Task[None] | None = None
+
+    @property
+    def echo(self) -> EchoStats | None:
+        return self._line.echo if self._line else None
+
+    # ---- begin and end ----
+
+    def start(self, join: Callable[["RegisterDrive"], DriveLine], polls: Coroutine[Any, Any, None]) -> None:
+        """Begin to ask it, on the line that ``join`` gives. ``polls``: what polls it forever."""
+        self._line = join(self)
+        self._task = asyncio.get_running_loop().create_task(polls)
+
+    async def close(self, leave: Callable[["RegisterDrive", DriveLine], Awaitable[None]]) -> None:
+        """End, and leave the line."""
+        if self._task:
+            self._task.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._task
+        line, self._line = self._line, None
+        if line:
+            await leave(self, line)
+        self.link.place_lost("it is not asked any more")
+
+    # ---- what is asked ----
+
+    async def ask(
+        self,
+        ask: Callable[[ModbusClient], Awaitable[Answer]],
+        order: int = IN_TURN,
+        session: int | None = None,
+    ) -> Answer:
+        """Ask it something. ``session``: the one in which it is wanted; None: any. Raises ``ASKING``."""
+        if self._line is None:
+            raise PlaceLost("it is not asked any more")
+        loop, was_there, counters = asyncio.get_running_loop(), self.link.is_there, self.link.counters
+
+        async def timed(client: ModbusClient) -> Answer:
+            begun_s = loop.time()
+            try:
+                answer = await ask(client)
+            except Excepted:
+                self.link.answered(round(loop.time() * 1e9), round((loop.time() - begun_s) * 1e9))
+                raise
+            self.link.answered(round(loop.time() * 1e9), round((loop.time() - begun_s) * 1e9))
+            return answer
+
+        try:
+            return await self._line.ask(timed, order, lambda: session is None or self.is_in(session))
+        except NoAnswer as error:
+            counters.time_outs += 1
+            self.link.unanswered(str(error))
+            raise
+        except Garbled as error:
+            counters.garbled += 1
+            self.link.unanswered(str(error))
+            raise
+        except Excepted:
+            counters.exceptions += 1
+            raise
+        finally:
+            if was_there:
+                self.note(was_there)
+
+    async def write_value(
+        self, name: str, value: float, session: int, order: int = IN_TURN, tries: int = TRIES
+    ) -> None:
+        """Write a value of the map, or a parameter. Raises ``ASKING``; ValueError: it cannot be held."""
+        place = self.map.values.get(name) or self.map.parameters[name]
+        write = value_write(self.map, place, value)
+        await self._write(lambda client: self._written(client, (write,)), order, session, tries)
+        if name == "set_point_deg":
+            self.sent, self._sent_words = SentSetPoint(value, self.now_ns()), write.words
+        if name in self.map.parameters:
+            self.settings = {**self.settings, name: place.value(write.words, is_low_first=self._low_first)}
+
+    async def write_bits(self, session: int, order: int = IN_TURN, **bits: bool) -> None:
+        """Switch control bits, those that the map has; beside them stays what is there then. Raises
+        ``ASKING``."""
+        if any(name in self.map.control for name in bits):
+
+            async def switch(client: ModbusClient) -> None:
+                await self._written(client, bits_write(self.map, bits, self.holding))
+
+            await self._write(switch, order, session, TRIES)
+            self._told |= bits
+
+    async def _write(
+        self, write: Callable[[ModbusClient], Awaitable[None]], order: int, session: int, tries: int
+    ) -> None:
+        """Write what may be written twice."""
+        for left in reversed(range(tries)):
+            try:
+                return await self.ask(write, order, session)
+            except (NoAnswer, Garbled):
+                if not left:
+                    raise
+
+    async def _written(self, client: ModbusClient, writes: tuple[RegisterWrite, ...]) -> None:
+        for write in writes:
+            await client.write(self.unit, write)
+            self.link.counters.writes += 1
+            if write.table is Table.HOLDING_REGISTERS:
+                self.holding |= {write.address + at: word for at, word in enumerate(write.words)}
+
+    @property
+    def _low_first(self) -> bool:
+        return self.map.is_low_first
+
+    def begin_session(self) -> None:
+        """Begin a session: what was told in the one before counts no more."""
+        self.sent, self._told = None, {}
+        self.link.greeted()
+        self.note(False)
+
+    # ---- what it tells ----
+
+    @property
+    def follows_paths(self) -> bool:
+        return "follow" in self.map.control
+
+    @property
+    def step_deg(self) -> float:
+        return abs(self.map.values["position_deg"].scale)
+
+    @property
+    def is_on(self) -> bool:
+        """True if its loop is on, by what it tells, or else by what it was told."""
+        bits = self.reading.bits if self.reading else {}
+        told = bits.get("control.enable", self._told.get("enable", False))
+        return bits.get("status.enabled", told)
+
+    @property
+    def fault(self) -> str | None:
+        if self.reading is None:
+            return None
+        code = self.reading.values.get("fault_code", 0)
+        if self.reading.bits.get("status.fault", bool(code)):
+            return f"the drive has fault {code:g}" if code else "the drive has a fault"
+        return None
+
+    @property
+    def commanded_deg(self) -> float | None:
+        told = self.reading.values.get("set_point_deg") if self.reading else None
+        if self.sent is None:
+            return told
+        if told is None or self.reading is None or self.reading.at_ns <= self.sent.at_ns:
+            return self.sent.deg
+        place = self.map.values["set_point_deg"]
+        is_same = told == place.value(self._sent_words, is_low_first=self._low_first)
+        return self.sent.deg if is_same else told
