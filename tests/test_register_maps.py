@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from bridges.modbus.maps.drive_map_text import drive_map_of
 from bridges.modbus.registers.map_rows import formatted, map_rows
 from bridges.modbus.registers.register_map import register_map
 from bridges.modbus.registers.registers_protocol import UnitMap
 from bridges.modbus.registers.units import unit_of
 from hil.compose.find import find_catalogue
-from hil.config.drive_map_text import drive_map_of
 from hil.core.kinds import KINDS
 from hil.sim.twin_info import twin_info
 from hil.vocab.desk_protocol import DeviceInfo

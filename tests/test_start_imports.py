@@ -29,7 +29,7 @@ OF_BENCHES = {
 }
 OF_SOME_BENCHES = {
     *("bridges.can.can_model", "bridges.can.can_buses", "hil.config.segment_model"),
-    *("hil.config.drive_map_model", "bridges.can.drives", "bridges.modbus.drives"),
+    *("bridges.modbus.maps.drive_map_model", "bridges.can.drives", "bridges.modbus.drives"),
     *("hil.vocab.bridge_protocol",),
     *("bridges.modbus.registers", "bridges.modbus.protocol", "device_profiles.sac"),
 }

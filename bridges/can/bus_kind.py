@@ -1,15 +1,17 @@
 """CAN as a kind of bus: all that hil asks of it."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from bridges.can.bus_reports import REPORTS
-from hil.vocab.bus import BusKind, Raw, WireKind
+from hil.vocab.bus import BusKind, DriveAddress, DriveKind, KeySpec, Raw, WireKind
 
 if TYPE_CHECKING:
     from hil.config import BenchConfig, Catalogue
     from hil.config.catalogue import ProfileInfo
     from hil.config.document import Finding
+    from hil.drives.drive_control import DriveControl
+    from hil.drives.real_drive import DrivePace
     from hil.sim.bench import BenchRuntime
 
 
@@ -39,6 +41,41 @@ def _add(bench: "BenchRuntime", config: "BenchConfig", catalogue: "Catalogue") -
     add_buses(bench, config, catalogue)
 
 
+def _examples() -> Iterable[str]:
+    from bridges.can.drives.can_drive_address import EXAMPLES
+
+    return EXAMPLES.values()
+
+
+def _address(text: str) -> DriveAddress:
+    from bridges.can.drives.can_drive_address import can_drive_address
+
+    return can_drive_address(text)
+
+
+def _place_differs(name: str, first: Any, other: Any) -> tuple[str, str] | None:
+    from bridges.can.drives.can_drive_address import place_differs
+
+    return place_differs(name, first, other)
+
+
+def _units() -> type[Any]:
+    from bridges.can.drive_units_model import UnitsConfig
+
+    return UnitsConfig
+
+
+def _make_drive(
+    name: str, address: Any, device: Any, own_map: None, pace: "DrivePace", now_ns: Callable[[], int]
+) -> "DriveControl":
+    from bridges.can.canopen.master.drive_units import GivenUnits
+    from bridges.can.drives.can_control import CanControl
+    from bridges.can.drives.can_drive import CanDrive, CanSpec
+
+    given = device.units.model_dump() if device.units else {}
+    return CanControl(CanDrive(CanSpec(name, address, pace, GivenUnits(**given)), now_ns))
+
+
 BUS = BusKind(
     wires=WireKind(
         key="can",
@@ -48,6 +85,35 @@ BUS = BusKind(
         fault_places=_fault_places,
         info=REPORTS,
         add=_add,
+    ),
+    drives=DriveKind(
+        protocol="CANopen",
+        scheme="can",
+        over="CAN",
+        about=" For a"
+        " CANopen drive, its node on a bus: `can+socketcan://can0?node=5`,"
+        " `can+slcan:///dev/ttyACM0?bitrate=1000000&node=5` (or `//host:port`; `baud=115200` is the adapter's"
+        " speed), `can+udp_multicast://239.74.163.2?node=5`; drives on one bus share it. With `&master=127`"
+        " they watch a heartbeat of the daemon, and stop without it.",
+        example="can+socketcan://can0?node=5",
+        line="bus",
+        number="node",
+        examples=_examples,
+        address=_address,
+        place_differs=_place_differs,
+        make=_make_drive,
+        profile_drive="canopen",
+        keys={
+            "units": KeySpec(
+                "Units of position, speed and acceleration of a real CANopen drive; null: those that the"
+                " drive tells.",
+                _units,
+                "only a CANopen drive has units of its own",
+                "a twin says them itself",
+            )
+        },
+        no_keys={"map": "a CANopen drive says itself what is where"},
+        alike={"setpoint_rate_Hz": "write the same for both: a bus has one SYNC"},
     ),
     sections=(
         ("## CAN buses: `can.<name>`", "CanConfig"),

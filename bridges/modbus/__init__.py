@@ -9,4 +9,6 @@ configuration, ``segment_nodes.py`` puts them on a segment.
 
 May import: hil.config, hil.core, hil.drives, hil.firmware, hil.net, hil.sim, hil.vocab, hil.wire,
 the standard library, any package.
+
+Tests may import too: hil.compose, hil.live.log_file.
 """

@@ -111,8 +111,8 @@ def check(
 
 def _other_kind(other: "OtherKindError", file: Path) -> CommandAnswer:
     """Check a document that is no bench's configuration."""
+    from hil.compose import find_catalogue
     from hil.config.document_kinds import MACHINE, RUN
-    from hil.config.drive_map_text import read_drive_map
     from hil.runs import parse_run
     from hil.toolpath.machine import parse_machine
     from hil.vocab.problem import ConfigError
@@ -128,7 +128,9 @@ def _other_kind(other: "OtherKindError", file: Path) -> CommandAnswer:
             letters = [axis.letter.upper() for axis in machine.axes]
             what, answer = f"machine {machine.name}, axes {' '.join(letters)}", {"machine": machine.name}
         else:
-            values = read_drive_map(text, str(file)).values
+            maps = find_catalogue().maps
+            assert maps, "a map is a kind of document only with a bus that has maps"
+            values = maps.own_map(maps.read(text, str(file), None)).values
             what = f"map of a Modbus drive, {counted(len(values), 'value')}"
             answer = {"modbus_map": list(values)}
     except ConfigError as error:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import typer
 
 from bridges.can.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, object_rows
+from bridges.modbus.maps.drive_map_text import drive_map_of
 from bridges.modbus.registers.map_rows import formatted, map_rows
 from bridges.modbus.registers.units import unit_of
 from hil.cli.commands import HELP, commands
@@ -16,7 +17,6 @@ from hil.cli.surroundings import ENVIRONMENT, FILES, READY
 from hil.compose.buses import find_wire_infos
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
-from hil.config.drive_map_text import drive_map_of
 from hil.core import FIELDS
 from hil.core import KINDS as KINDS_OF_AXIS
 from hil.gcode.gcode_reference import gcode_reference

@@ -105,7 +105,7 @@ def make_device(
         follow=board.follow,
         framing=board.framing,
         send_buffers=profile.send_buffers,
-        own_map=config.drive_map(profile),
+        own_map=catalogue.own_map(config, profile),
     )
     return bench.make(spec, config.axis_plans(profile, seed), group)
 

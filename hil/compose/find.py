@@ -47,7 +47,8 @@ def find_catalogue(
     for."""
     path = tuple(folder.resolve() for folder in path)
     found = find_places(path)
-    infos = ProfileInfos(found)
+    buses, problems = find_buses()
+    infos = ProfileInfos(found, next((bus.maps for bus in buses if bus.maps), None))
     boards = Boards(found.places, NamedParts(infos))
     return Catalogue(
         infos,
@@ -61,7 +62,8 @@ def find_catalogue(
         _refused_motors,
         read_text,
         Framings(boards),
-        *find_buses(),
+        buses,
+        problems,
         find_wire_infos(),
     )
 

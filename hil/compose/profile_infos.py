@@ -6,6 +6,7 @@ from functools import lru_cache
 from hil.config import ConfigError, ProfileInfo, profile_from_yaml
 from hil.discovery.board_loading import Named
 from hil.discovery.board_places import YAML, BoardPlace, BoardPlaces
+from hil.vocab.bus import MapKind
 from hil.vocab.problem import not_text
 
 _profile = lru_cache(profile_from_yaml)  # by text: a bench of the test kit is made in 1 ms, not in 25
@@ -13,10 +14,10 @@ _profile = lru_cache(profile_from_yaml)  # by text: a bench of the test kit is m
 
 class ProfileInfos(Mapping[str, ProfileInfo]):
     """Descriptions of boards by name, in the order of the names. One that cannot be used is not there, and is
-    in ``refused`` of the places once it was asked for."""
+    in ``refused`` of the places once it was asked for. ``maps``: the kind of maps of registers."""
 
-    def __init__(self, found: BoardPlaces) -> None:
-        self._found = found
+    def __init__(self, found: BoardPlaces, maps: MapKind | None) -> None:
+        self._found, self._maps = found, maps
         self._read: dict[str, ProfileInfo | None] = {}
 
     def __getitem__(self, name: str) -> ProfileInfo:
@@ -34,7 +35,8 @@ class ProfileInfos(Mapping[str, ProfileInfo]):
 
     def _info(self, place: BoardPlace) -> ProfileInfo | None:
         try:
-            return _profile((place.folder / YAML).read_text(), place.folder, place.name)
+            text = (place.folder / YAML).read_text()
+            return _profile(text, place.folder, place.name, self._maps)
         except ConfigError as error:
             problems = error.problems
         except UnicodeDecodeError as error:

@@ -1,16 +1,16 @@
 """Reader of configurations: text to a validated bench, or every problem with its place.
 
-Belongs here: the configuration's model, its checks, its JSON Schema and reference, the difference between
-two configurations, and the reader of a Modbus drive's map. Pure: the caller reads the files and finds the
-profiles and ports (``Catalogue``), and which motors the core refuses. Of hil.sim, hil.wire and the
-registers of Modbus it takes rules without state, so that a fault, a load or an address is refused here with a
+Belongs here: the configuration's model, its checks, its JSON Schema and reference, and the difference between
+two configurations. What a bus adds to them is in its folder. Pure: the caller reads the files and finds the
+profiles and ports (``Catalogue``), and which motors the core refuses. Of hil.sim and
+hil.wire it takes rules without state, so that a fault, a load or an address is refused here with a
 running bench's words.
 
-May import: bridges.can.drives, bridges.modbus.drives, bridges.modbus.protocol, bridges.modbus.registers,
-hil.core, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath, pydantic,
-pydantic_core, yaml.
+May import: hil.core, hil.sim, hil.vocab, hil.wire, the pure standard library, difflib, pathlib, posixpath,
+pydantic, pydantic_core, yaml.
 
-Tests may import too: hil.cli, hil.compose, hil.live, hil.runs, hil.testing, hil.toolpath.
+Tests may import too: bridges.modbus.maps, hil.cli, hil.compose, hil.live, hil.runs, hil.testing,
+hil.toolpath.
 """
 
 from hil.config.catalogue import Catalogue, ProfileInfo, profile_from_yaml

@@ -5,38 +5,24 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import StrictModel, findings_of, no_such, shown, suggestion
-from hil.config.later import Later
 from hil.config.motors import MOTORS, motor_parameters
 from hil.config.yaml_text import document_from_yaml
 from hil.core.kinds import KINDS
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
-from hil.vocab.bus import BusKind, NodeKind, WireKind
+from hil.vocab.bus import BusKind, DriveKind, MapKind, NodeKind, WireKind
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
 from hil.vocab.parameters import plain
 from hil.vocab.problem import ConfigError, Problem
 from hil.vocab.profile import Profile
 from hil.vocab.wire import WireInfo
-
-
-def map_text() -> type[BaseModel]:
-    """Import the model of a map of registers, which few boards have."""
-    from hil.config.drive_map_model import MapText
-
-    return MapText
-
-
-if TYPE_CHECKING:
-    from hil.config.drive_map_model import MapText
-else:
-    MapText = Annotated[Any, Later(map_text)]
 
 ONLY_AXIS = "axis"
 """Name of the axis of a profile that does not name it."""
@@ -146,11 +132,11 @@ class ProfileInfo(StrictModel):
     axis: dict[str, AxisParameter] = Field(default={})
     """Parameters of the board's axis by names that end in the unit."""
     registers: dict[str, int] = Field(default={})
-    map: MapText | None = None
+    map: Any = None
     """Map of registers of the board's own, a drive's, unless a device has another; None: it has none."""
-    drive: Literal["canopen"] | None = None
-    """Protocol of the real drives that it stands for: ``canopen``, on a CAN bus; those with a ``map`` are on
-    Modbus; None: real ones have a terminal."""
+    drive: str | None = None
+    """Protocol of the real drives that it stands for, ``profile_drive`` of a ``DriveKind``, as ``canopen``;
+    None: they have a ``map``, or real ones have a terminal."""
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
     """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
 
@@ -239,6 +225,29 @@ class Catalogue:
         """Kinds of nodes on segments."""
         return [bus.nodes for bus in self.buses if bus.nodes]
 
+    @property
+    def drive_kinds(self) -> list[DriveKind]:
+        """Kinds of real drives."""
+        return [bus.drives for bus in self.buses if bus.drives]
+
+    @property
+    def maps(self) -> MapKind | None:
+        """Kind of maps of registers; None: no bus has any."""
+        return next((bus.maps for bus in self.buses if bus.maps), None)
+
+    def drive_kind(self, profile: ProfileInfo) -> DriveKind | None:
+        """Kind of the real drives that a profile stands for; None: real ones have a terminal."""
+        for bus in self.buses:
+            has_such = profile.map is not None if bus.maps else False
+            if bus.drives and (has_such or profile.drive == (bus.drives.profile_drive or "")):
+                return bus.drives
+        return None
+
+    def own_map(self, device: Any, profile: ProfileInfo) -> Any:
+        """Map of a device's own registers, ``DeviceInfo.own_map``; None: it has none."""
+        text = getattr(device, "map", None) or profile.map
+        return self.maps.own_map(text) if text and self.maps else None
+
     def problems(self, profile: str) -> Sequence[Problem]:
         """Problems of a board, which this imports; none for a board that can be used, or that is unknown."""
         if profile not in self.profiles:
@@ -297,8 +306,11 @@ def _ends_in(name: str, unit: str) -> bool:
     return any(name.endswith(ending) for ending in endings)
 
 
-def profile_from_yaml(text: str, folder: Path, name: str | None = None) -> ProfileInfo:
-    """Read a ``profile.yaml``; ``folder`` is where it stands. ``name``: the profile's, unless the folder's.
+def profile_from_yaml(
+    text: str, folder: Path, name: str | None = None, maps: MapKind | None = None
+) -> ProfileInfo:
+    """Read a ``profile.yaml``; ``folder`` is where it stands. ``name``: the profile's, unless the folder's;
+    ``maps``: the kind of maps of registers.
 
     Raises:
         ConfigError: with every problem of the text.
@@ -308,13 +320,13 @@ def profile_from_yaml(text: str, folder: Path, name: str | None = None) -> Profi
     if wrong := list(_fit_motors(document)):
         raise document.error([*findings, *wrong])
     if isinstance(document.value, dict) and document.value.get("map") is not None:
-        from hil.config.drive_map_text import map_findings
-
-        findings += map_findings(document, ("map",))
+        findings += _map_findings(document, maps)
     try:
         info = ProfileInfo.model_validate(document.value)
     except ValidationError as error:
         raise document.error(findings + findings_of(error, ProfileInfo, (), document)) from None
+    if info.map is not None and maps and not findings:
+        info = info.model_copy(update={"map": maps.model().model_validate(info.map)})
     if info.name != (name or folder.name):
         whose = "the name of its entry point" if name and name != folder.name else "its folder's name"
         findings.append(Finding(("name",), f"this is not {whose}", f'write "{name or folder.name}"'))
@@ -328,6 +340,12 @@ def profile_from_yaml(text: str, folder: Path, name: str | None = None) -> Profi
     if findings:
         raise document.error(findings)
     return info
+
+
+def _map_findings(document: Document, maps: MapKind | None) -> list[Finding]:
+    if maps:
+        return [*maps.findings(document, ("map",), None)]
+    return [Finding(("map",), "no bus here has maps of registers", "leave this key out", at_key=True)]
 
 
 def _axes_findings(info: ProfileInfo) -> Iterator[Finding]:

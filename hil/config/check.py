@@ -172,7 +172,7 @@ def _findings_between(
     for kind in catalogue.wire_kinds:
         yield from kind.findings(value, profiles, real)
     yield from fault_findings(value, profiles, real, full, catalogue)
-    yield from same_at(devices)
+    yield from same_at(devices, catalogue.drive_kinds)
 
 
 def _plant(raw: Mapping[str, Any], axis: str) -> object:

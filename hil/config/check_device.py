@@ -10,7 +10,7 @@ from hil.config.document import Document, Finding, KeyPath
 from hil.config.drive_findings import EMULATED_KEYS, ONLY_OF_DRIVES, drive_findings
 from hil.config.explain import no_such, suggestion
 from hil.config.flash_model import BUILT_IN_TABLES
-from hil.config.real_places import is_real_drive
+from hil.config.real_places import address_finding, kind_at
 from hil.vocab.address import Address
 from hil.vocab.firmware import NETWORK
 from hil.vocab.near_words import nearest
@@ -22,7 +22,6 @@ _OF_REAL_BOARDS = {
     "setpoint_rate_Hz": "a twin's set-point moves at each step",
     "line_delay_ms": "a run reaches a twin without a line",
     "poll_interval_ms": "a twin tells its state without being asked",
-    "units": "a twin says them itself",
     "echo": "a twin has no adapter; `echo` of a `serial` port is for one",
 }
 """Keys that a twin has no use for, with the reason."""
@@ -50,7 +49,7 @@ class DeviceCheck:
         self.document = document
         self.findings: list[Finding] = []
         self.problems: list[Problem] = []
-        self._read_text = catalogue.read_text
+        self._catalogue = catalogue
         self.profile = self._profile(catalogue)
         self.board = catalogue.boards.get(self.profile.name) if self.profile else None
         self.completed = self._completed(ports)
@@ -58,9 +57,13 @@ class DeviceCheck:
     def _completed(self, ports: PortsCheck) -> dict[str, Any]:
         result, profile = dict(self.raw), self.profile
         at = self.raw.get("at")
-        if profile and isinstance(at, str) and (profile.map or profile.drive or is_real_drive(at)):
-            findings, result = drive_findings(self.path, self.raw, profile, at, result)
-            if not profile.drive:
+        kinds = self._catalogue.drive_kinds
+        if isinstance(at, str) and (finding := address_finding((*self.path, "at"), at, kinds)):
+            self.findings.append(finding)
+        is_drive = profile and (self._catalogue.drive_kind(profile) or kind_at(str(at), kinds))
+        if profile and isinstance(at, str) and is_drive:
+            findings, result = drive_findings(self.path, self.raw, profile, at, result, self._catalogue)
+            if "map" in result:
                 self._map(result)
             self.findings += findings
             return result
@@ -78,7 +81,8 @@ class DeviceCheck:
             result["hardware"] = self.raw.get("hardware", profile.default_hardware)
             result.setdefault("plant", profile.plant)
             result.setdefault("baud", profile.baud())
-            for key, why in _OF_REAL_BOARDS.items():
+            keys = {name: key.of_twins for kind in kinds for name, key in kind.keys.items()}
+            for key, why in (_OF_REAL_BOARDS | keys).items():
                 if self.raw.get(key) is not None:
                     self._add(why, "leave this key out", key, at_key=True)
             if profile.uarts:
@@ -90,10 +94,13 @@ class DeviceCheck:
 
     def _map(self, result: dict[str, Any]) -> None:
         """Read the map of the board's own registers."""
-        if self.raw.get("map") is not None:
+        maps = self._catalogue.maps
+        if self.raw.get("map") is not None and maps:
             from hil.config.device_map import MapCheck
 
-            check = MapCheck(self.path, self.raw, self.document, self.profile, self._read_text)
+            check = MapCheck(
+                self.path, self.raw, self.document, self.profile, maps, self._catalogue.read_text
+            )
             result["map"] = check.read()
             self.findings += check.findings
             self.problems += check.problems
@@ -170,7 +177,9 @@ class DeviceCheck:
 
     def _real(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
         """Check a real board, which has its own memory, motor and network."""
-        for key, why in ONLY_OF_DRIVES.items():
+        kinds = self._catalogue.drive_kinds
+        keys = {name: key.of_others for kind in kinds for name, key in kind.keys.items()}
+        for key, why in (ONLY_OF_DRIVES | keys).items():
             if self.raw.get(key) is not None:
                 self._add(why, "leave this key out", key, at_key=True)
         for key in EMULATED_KEYS:

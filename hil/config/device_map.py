@@ -6,11 +6,10 @@ from typing import Any
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Document, Finding, KeyPath
-from hil.config.drive_map_model import MapText
-from hil.config.drive_map_text import map_findings, read_map_text
 from hil.config.explain import shown
 from hil.config.path_values import is_path
 from hil.core.kinds import KINDS
+from hil.vocab.bus import MapKind
 from hil.vocab.problem import ConfigError, Problem, not_text
 
 
@@ -24,35 +23,37 @@ class MapCheck:
         raw: Mapping[str, Any],
         document: Document,
         profile: ProfileInfo | None,
+        maps: MapKind,
         read_text: Callable[[Path], str] | None,
     ) -> None:
         self._path: KeyPath = (*path, "map")
         self._raw, self._given = raw, raw["map"]
-        self._document, self._profile, self._read_text = document, profile, read_text
+        self._document, self._profile = document, profile
+        self._maps, self._read_text = maps, read_text
         self.findings: list[Finding] = []
         self.problems: list[Problem] = []
 
-    def read(self) -> MapText | None:
-        """Read the map; None: it has mistakes."""
+    def read(self) -> Any:
+        """Read the map as its kind's model; None: it has mistakes."""
         if self._profile and self._profile.map is None:
             message = f"a {self._profile.name} has no map of its own, but one of its verbs and fields"
             self.findings.append(Finding(self._path, message, "leave this key out", at_key=True))
             return None
         if isinstance(self._given, dict):
-            found = map_findings(self._document, self._path, self._parameters())
+            found = [*self._maps.findings(self._document, self._path, self._parameters())]
             is_bad = any(each.path[: len(self._path)] == self._path for each in self._document.findings)
             self.findings += found
-            return None if found or is_bad else MapText.model_validate(self._given)
+            return None if found or is_bad else self._maps.model().model_validate(self._given)
         if not is_path(self._given):
             what = f"a file's path or a map is wanted here, not {shown(self._given)}"
             self.findings.append(Finding(self._path, what, "write the path, as in lathe.yaml"))
             return None
         return self._read_file(Path(self._document.file).parent / self._given)
 
-    def _read_file(self, path: Path) -> MapText | None:
+    def _read_file(self, path: Path) -> Any:
         assert self._read_text is not None, "this catalogue reads no files"
         try:
-            return read_map_text(self._read_text(path), str(path), self._parameters())
+            return self._maps.read(self._read_text(path), str(path), self._parameters())
         except ConfigError as error:
             self.problems += error.problems
         except UnicodeDecodeError as error:

@@ -71,7 +71,9 @@ def _places(
     places: dict[str, set[str]] = {}
     for name, profile in devices.items():
         if name in real:
-            places[name] = set() if profile.map else {faults.PORT}  # a drive has no line of bytes here
+            places[name] = (
+                set() if catalogue.drive_kind(profile) else {faults.PORT}
+            )  # a drive has no line of bytes here
         else:
             places |= _of_twin(name, profile, full)
     for name, segment in _mappings(value.get("segments")):

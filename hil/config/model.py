@@ -15,14 +15,12 @@ from pydantic import (
     create_model,
 )
 
-from hil.config.catalogue import ONLY_AXIS, ProfileInfo, map_text
-from hil.config.drive_units_model import UnitsConfig
+from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
 from hil.config.flash_model import FlashConfig
 from hil.config.later import Later
 from hil.config.path_values import usable_path
 from hil.config.port_model import Name, PortConfig
-from hil.config.real_places import real_address
 from hil.config.shaft_load import LoadConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
@@ -31,10 +29,6 @@ from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import ADAPTER, UsbIdentity
 
 if TYPE_CHECKING:
-    from bridges.can.drives.can_drive_address import CanDriveAddress
-    from bridges.modbus.drives.modbus_drive_address import DriveAddress
-    from bridges.modbus.registers.drive_map import DriveMap
-    from hil.config.drive_map_model import MapText
     from hil.config.segment_model import SegmentConfig, WireConfig
 else:
 
@@ -48,7 +42,7 @@ else:
 
         return WireConfig
 
-    SegmentConfig, WireConfig, MapText = (Annotated[Any, Later(load)] for load in (_segment, _wire, map_text))
+    SegmentConfig, WireConfig = (Annotated[Any, Later(load)] for load in (_segment, _wire))
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
@@ -92,23 +86,17 @@ class AxisConfig(StrictModel):
 
 
 class DeviceConfig(DefaultsModel):
-    """A board, emulated or real.
+    """A board, emulated or real. ``device_model`` adds the keys of the kinds of buses.
 
     Long because it is the table of a board's keys, each with its bounds and its description.
     """
 
     profile: str = Field(description="The kind of board, by the name of its profile.")
-    at: Annotated[str, BeforeValidator(real_address)] | None = Field(
+    at: str | None = Field(
         default=None,
         description="A real board instead of an emulated one: the path or URL of its serial port"
         " (`/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`). Programs reach it through `port`;"
-        " `baud` is the adapter's speed; keys of emulated boards are not allowed with it. For a drive with a"
-        " `map`, its address on Modbus: `modbus+tcp://host:502?unit=1`, or"
-        " `modbus+rtu:///dev/ttyUSB0?baud=19200&format=8E1&unit=3`; drives on one line have one path. For a"
-        " CANopen drive, its node on a bus: `can+socketcan://can0?node=5`,"
-        " `can+slcan:///dev/ttyACM0?bitrate=1000000&node=5` (or `//host:port`; `baud=115200` is the adapter's"
-        " speed), `can+udp_multicast://239.74.163.2?node=5`; drives on one bus share it. With `&master=127`"
-        " they watch a heartbeat of the daemon, and stop without it.",
+        " `baud` is the adapter's speed; keys of emulated boards are not allowed with it.",
     )
     port: PortConfig | None = Field(
         default=None,
@@ -173,16 +161,6 @@ class DeviceConfig(DefaultsModel):
         description="Axes of a board with several axes, by their names in the profile, as in `elbow`: what"
         " differs from the profile.",
     )
-    map: MapText | None = Field(
-        default=None,
-        description="Map of a Modbus drive's registers: the path of a file, from the configuration's folder,"
-        " or the map itself; null: that of its profile.",
-    )
-    units: UnitsConfig | None = Field(
-        default=None,
-        description="Units of position, speed and acceleration of a real CANopen drive; null: those that the"
-        " drive tells.",
-    )
     setpoints: SetpointsConfig | None = Field(
         default=None,
         description="Set-point time-out: what the axis does when no further `position`, `velocity` or"
@@ -219,24 +197,6 @@ class DeviceConfig(DefaultsModel):
         " first answer belongs to this; 0xFFFF reads the angle.",
     )
 
-    @property
-    def drive_address(self) -> "DriveAddress | None":
-        """Address on Modbus of a real drive; None: it is none."""
-        if not self.at:
-            return None
-        from bridges.modbus.drives.modbus_drive_address import drive_address, is_drive_address
-
-        return drive_address(self.at) if is_drive_address(self.at) else None
-
-    @property
-    def can_address(self) -> "CanDriveAddress | None":
-        """Node on a CAN bus of a real drive; None: it is none."""
-        if not self.at:
-            return None
-        from bridges.can.drives.can_drive_address import can_drive_address, is_can_address
-
-        return can_drive_address(self.at) if is_can_address(self.at) else None
-
     def port_of(self, uart: str) -> PortConfig | None:
         """Port of a UART by its name; empty: of the first."""
         return self.ports_by_uart().get(uart)
@@ -258,14 +218,6 @@ class DeviceConfig(DefaultsModel):
         if has_baud or (device := profile.usb_device) is None:
             return ADAPTER
         return UsbIdentity(**device.model_dump(), is_native=profile.usb == "native")
-
-    def drive_map(self, profile: ProfileInfo) -> "DriveMap | None":
-        """Map of the board's own registers; None: it has none."""
-        if (text := self.map or profile.map) is None:
-            return None
-        from hil.config.drive_map_text import drive_map_of
-
-        return drive_map_of(text)
 
     def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
         """Keys of an axis: those under its name, over the device's own if it is the first axis."""
@@ -404,43 +356,45 @@ class BenchConfig(StrictModel):
         return {name: device for name, device in self.devices.items() if device.at is None}
 
     @property
-    def drives(self) -> dict[str, DeviceConfig]:
-        """The real boards that are drives, on Modbus or on CAN."""
-        return {
-            name: device
-            for name, device in self.devices.items()
-            if device.drive_address or device.can_address
-        }
-
-    @property
     def real(self) -> dict[str, DeviceConfig]:
         """The real boards, drives among them."""
         return {name: device for name, device in self.devices.items() if device.at is not None}
 
 
+def device_model(buses: tuple[BusKind, ...]) -> type[DeviceConfig]:
+    """Make the model with the keys that these kinds of buses have for a device."""
+    keys: dict[str, Any] = {}
+    for maps in (bus.maps for bus in buses if bus.maps):
+        keys["map"] = Annotated[Any, Later(maps.model)] | None, Field(default=None, description=maps.about)
+    drives = [bus.drives for bus in buses if bus.drives]
+    for name, key in (pair for kind in drives for pair in kind.keys.items()):
+        keys[name] = Annotated[Any, Later(key.model)] | None, Field(default=None, description=key.about)
+    at = copy(DeviceConfig.model_fields["at"])
+    at.description = "".join((str(at.description), *(kind.about for kind in drives)))
+    return create_model(
+        "DeviceConfig", __base__=DeviceConfig, __module__=__name__, at=(str | None, at), **keys
+    )
+
+
 @lru_cache
 def bench_model(buses: tuple[BusKind, ...]) -> type[BenchConfig]:
-    """Make the model with the keys of these kinds of buses, and of their nodes on segments."""
-    if not buses:
-        return BenchConfig
+    """Make the model with the keys of these kinds of buses, in a bench, in a segment and in a device."""
 
     def segment() -> type[BaseModel]:
         from hil.config.segment_model import segment_model
 
         return segment_model(buses)
 
+    own, kinds = BenchConfig.model_fields, [bus.wires for bus in buses if bus.wires]
     keys: dict[str, Any] = {
         kind.key: (
             Mapping[Name, Annotated[Any, Later(kind.model)]],
             Field(default={}, description=kind.about),
         )
-        for kind in (bus.wires for bus in buses)
-        if kind
+        for kind in kinds
     }
-    keys["segments"] = (
-        Mapping[Name, Annotated[Any, Later(segment)]],
-        copy(BenchConfig.model_fields["segments"]),
-    )
+    keys["devices"] = Mapping[Name, device_model(buses)], copy(own["devices"])  # type: ignore[misc]
+    keys["segments"] = Mapping[Name, Annotated[Any, Later(segment)]], copy(own["segments"])
     made = create_model("BenchConfig", __base__=BenchConfig, __module__=__name__, **keys)
-    made.bus_keys = tuple(dict.fromkeys((*BenchConfig.bus_keys, *keys)))
+    made.bus_keys = (*BenchConfig.bus_keys, *(kind.key for kind in kinds))
     return made

@@ -10,8 +10,6 @@ from hil.config.motors import MEANINGS, MOTORS
 from hil.config.schema import schema
 from hil.config.shaft_load import LOAD_KINDS
 
-_ROOMS = {"identity": "IdentityText", "status": "StatusText", "control": "ControlText"}
-
 
 def reference(catalogue: Catalogue) -> str:
     """Write every key with its type, default and meaning, as Markdown."""
@@ -28,14 +26,6 @@ def reference(catalogue: Catalogue) -> str:
         keys_table(device),
         "## Flash: `devices.<name>.flash`",
         keys_table(definitions["FlashConfig"]),
-        "## Map of a drive's registers: `devices.<name>.map`",
-        "In a file of its own, or written out. Bits are `{input: 4, bit: 0}`, `{holding: 20, bit: 0}`,"
-        " `{discrete: 7}` or `{coil: 3}`; values `{input: 0, type: i32, scale: 0.01}` or `{holding: ...}`."
-        " No two have a register or a bit in common.",
-        keys_table(definitions["MapText"]),
-        *(part for key, name in _ROOMS.items() for part in (f"`{key}`:", keys_table(definitions[name]))),
-        "Each entry:",
-        keys_table(definitions["PlaceText"]),
         "## Load: `devices.<name>.load`",
         "`kind`, any kind's `inertia_kg_m2`, and the numbers of the kind.",
         *_loads(definitions),

@@ -37,7 +37,10 @@ def schema(catalogue: Catalogue) -> dict[str, object]:
         "default": None,
         "anyOf": [{"type": "null"}, *kinds],
     }
-    properties["map"]["anyOf"].insert(0, {"type": "string", "minLength": 1, "description": "A file's path."})
+    if "map" in properties:
+        properties["map"]["anyOf"].insert(
+            0, {"type": "string", "minLength": 1, "description": "A file's path."}
+        )
     properties["ports"]["additionalProperties"] = False
     properties["ports"]["patternProperties"] = {NAME_PATTERN: {"anyOf": copy.deepcopy(kinds)}}
     for tap in taps:

@@ -5,7 +5,7 @@ where bytes enter and leave (``places.py``, ``port_joint.py``), and what needs t
 operating system while the boards run: memories (``store.py``), captures, ``runs``, real ``drives``, the guard
 over firmware, the core's thread. ``live_bench.py`` composes it.
 
-May import: bridges.can, bridges.modbus.drives, hil.compose, hil.config,
+May import: bridges.can, hil.compose, hil.config,
 hil.core, hil.drives, hil.firmware, hil.host, hil.net, hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire,
 the standard library, can, pymodbus.
 

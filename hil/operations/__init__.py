@@ -8,7 +8,7 @@ are: it has the desk and nothing else. The side that asks there is ``hil.net.con
 No operation knows what kind of device it has: it calls ``hil.vocab.device.Device``, and the sign below leaves
 the kinds out.
 
-May import: bridges.modbus.protocol, bridges.modbus.registers, hil.config, hil.core, hil.host,
+May import: hil.config, hil.core, hil.host,
 hil.live.apply, hil.live.captures, hil.live.clock, hil.live.configured, hil.live.devices.bench_devices,
 hil.live.fault_registry, hil.live.live_bench, hil.live.memory_commits, hil.live.off_loop, hil.live.places,
 hil.live.refusals, hil.live.runs, hil.live.vitals, hil.live.watches, hil.net, hil.runs, hil.sim.bench,

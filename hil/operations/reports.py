@@ -22,7 +22,7 @@ from hil.operations.wire_reports import listed_nodes, listed_wires
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import DeviceInfo
-from hil.vocab.verbs import described
+from hil.vocab.verbs import VerbRefused, described
 from hil.vocab.wire import Report
 
 NAMED = 5
@@ -130,13 +130,11 @@ class Reports:
         device, part = self.devices.at(asked.target)
         return device.info(part)
 
-    def registers(self, asked: Asked) -> dict[str, Any]:
-        from bridges.modbus.registers.map_rows import (
-            map_rows,  # only here: two hundredths of the start's time
-        )
-        from bridges.modbus.registers.units import unit_of
-
-        return map_rows(unit_of(self._info(asked)).map)
+    def registers(self, asked: Asked) -> Mapping[str, Any]:
+        maps, info = self.configured.catalogue.maps, self._info(asked)
+        if maps is None:
+            raise VerbRefused("cannot", "no bus here shows registers")
+        return maps.registers(info)
 
 
 def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:

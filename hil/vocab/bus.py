@@ -1,8 +1,8 @@
 """Kind of bus, as its folder gives it: parts, each for those buses that have such a thing."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import LineFormat
@@ -13,7 +13,7 @@ Raw = Mapping[str, Any]
 """Part of a configuration as it is written: a mapping whose values may be wrong."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class WireKind:
     """Wires of a bus. They stand in a configuration under ``key``, each under a name of its own."""
 
@@ -36,7 +36,7 @@ class WireKind:
     ``BenchRuntime``, the ``BenchConfig``, the ``Catalogue``."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NodeLine:
     """Segment that nodes are put on. ``group``: the ``Group`` of the bench whose time it has; ``baud``: its
     speed; ``boards``: the ``Profile`` of each board; ``version``: hil's, which nodes may tell."""
@@ -48,7 +48,7 @@ class NodeLine:
     version: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NodeKind:
     """Nodes of a protocol on segments: cards of axes, stations of their own. They stand in a segment of a
     configuration under ``key``, and are called after their axes, ``axis.key``."""
@@ -74,7 +74,90 @@ class NodeKind:
     """Kind of target of its own faults, a key of ``TARGETS``."""
 
 
-@dataclass(frozen=True)
+class DriveAddress(Protocol):
+    """Address of a real drive, as its kind reads it. ``str(address)`` says it in words."""
+
+    @property
+    def place(self) -> Any:
+        """Line or bus that it is on, shared with other drives: equal for all of them. ``place.where`` is the
+        key that no two places share."""
+
+    @property
+    def number(self) -> int:
+        """Number of the drive at its place."""
+
+
+@dataclass(frozen=True, eq=False)
+class KeySpec:
+    """Key of a device's mapping that only one kind of real drive has."""
+
+    about: str
+    """Description of the key in schema and reference."""
+    model: Callable[[], type[Any]]
+    """Answers the pydantic model of what stands under the key."""
+    of_others: str
+    """Reason why other real boards have no such key, and why twins have none."""
+    of_twins: str
+
+
+@dataclass(frozen=True, eq=False)
+class DriveKind:
+    """Real drives on a bus, each at an address ``scheme+way://...`` under a device's ``at``."""
+
+    protocol: str
+    """Protocol in words, as in ``CANopen``."""
+    scheme: str
+    """Beginning of the scheme of an address."""
+    over: str
+    """Bus that one is reached over, in words."""
+    about: str
+    """Text about its addresses, for the description of ``at``."""
+    example: str
+    line: str
+    """Word for a place, as ``line`` or ``bus``, and for a drive's number there, as ``unit`` or ``node``."""
+    number: str
+    examples: Callable[[], Iterable[str]]
+    """Answers an address of each form."""
+    address: Callable[[str], DriveAddress]
+    """Reads an address. Raises AddressRefused: it cannot be used."""
+    place_differs: Callable[[Any, DriveAddress, DriveAddress], tuple[str, str] | None]
+    """Says what two drives at one place must have alike, and have not: the rest of a sentence that begins
+    with the first one's name, and the remedy; None: nothing. Arguments: the name, the two addresses."""
+    make: Callable[[str, DriveAddress, Any, Any, Any, Callable[[], int]], Any]
+    """Makes the control of a drive (``hil.drives.drive_control.DriveControl``). Arguments: its name, its
+    address, the ``DeviceConfig``, its map of registers or None, the ``DrivePace``, the simulated time."""
+    profile_drive: str | None = None
+    """Word of profiles whose real boards are such drives, ``drive`` of a ``profile.yaml``; None: those with a
+    ``map``."""
+    keys: Mapping[str, KeySpec] = field(default_factory=dict)
+    no_keys: Mapping[str, str] = field(default_factory=dict)
+    """Reasons why it has none of other kinds' keys, by the key."""
+    alike: Mapping[str, str] = field(default_factory=dict)
+    """Keys that all drives at one place have alike, each with the remedy."""
+
+
+@dataclass(frozen=True, eq=False)
+class MapKind:
+    """Maps of a board's own registers, ``map`` of a ``profile.yaml`` and of a device."""
+
+    about: str
+    """Description of the key in schema and reference."""
+    model: Callable[[], type[Any]]
+    """Answers the pydantic model of a map."""
+    findings: Callable[[Any, Any, Collection[str] | None], Iterable[Any]]
+    """Finds what is wrong with a map in a document. Arguments: the ``Document``, the path of keys to the map,
+    the names that its parameters may have or None for any."""
+    read: Callable[[str, str, Collection[str] | None], Any]
+    """Reads the text of a file, which it answers as the model. Arguments: the text, the file's name, the
+    names. Raises ConfigError: with all problems."""
+    registers: Callable[[Any], Mapping[str, Any]]
+    """Answers the registers of an axis, of its own map or of the one that all axes have, for people and
+    programs. Argument: its ``DeviceInfo``."""
+    own_map: Callable[[Any], Any]
+    """Makes ``DeviceInfo.own_map`` of a model. Its ``values`` are by name."""
+
+
+@dataclass(frozen=True, eq=False)
 class BusKind:
     """Kind of bus: ``BUS`` of ``bus_kind.py`` in its folder.
 
@@ -84,5 +167,7 @@ class BusKind:
     wires: WireKind | None = None
     """Its own wires; None: its stations are on wires of another bus."""
     nodes: NodeKind | None = None
+    drives: DriveKind | None = None
+    maps: MapKind | None = None
     sections: tuple[tuple[str, str], ...] = ()
     """Sections of the reference: a heading or a sentence, and the model whose keys follow."""

@@ -61,14 +61,23 @@ class CanDriveAddress:
     master: int | None = None
     """Node that hil is to the drive, which watches its heartbeat; None: it is none."""
 
+    @property
+    def number(self) -> int:
+        return self.node
+
     def __str__(self) -> str:
         return f"{self.place.where}, node {self.node}"
 
 
-def is_can_address(text: str) -> bool:
-    """True if a text is meant as the address of a CANopen drive, also of one that cannot be used."""
-    scheme, there_is, _ = text.partition("://")
-    return bool(there_is) and (scheme == "can" or scheme.startswith("can+"))
+def place_differs(name: str, first: CanDriveAddress, other: CanDriveAddress) -> tuple[str, str] | None:
+    """Difference of two drives on one bus, with the remedy; None: there is none. ``name``: the first's."""
+    if first.place != other.place:
+        remedy = "an adapter has one bit rate and one speed; write the same for both"
+        return f"device {name} has this adapter: {first.place}", remedy
+    if first.master != other.master:
+        remedy = "a bus has one master; write the same for both"
+        return f"device {name} is on this bus, with another master", remedy
+    return None
 
 
 def can_drive_address(text: str) -> CanDriveAddress:

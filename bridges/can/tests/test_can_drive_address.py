@@ -4,14 +4,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bridges.can.bus_kind import BUS
 from bridges.can.drives.can_drive_address import (
     EXAMPLES,
     CanDriveAddress,
     CanPlace,
     can_drive_address,
-    is_can_address,
 )
+from hil.config.real_places import kind_at
 from hil.wire.address_keys import AddressRefused
+
+assert BUS.drives
+CAN = BUS.drives
 
 
 @pytest.mark.parametrize(
@@ -96,7 +100,7 @@ def test_examples_can_be_used_and_a_master_is_a_node() -> None:
     ],
 )
 def test_what_cannot_be_used_is_refused_with_its_remedy(text: str, why: str, remedy: str) -> None:
-    assert is_can_address(text)
+    assert kind_at(text, [CAN])
     with pytest.raises(AddressRefused) as error:
         can_drive_address(text)
     assert why in str(error.value)
@@ -112,5 +116,5 @@ def test_no_text_does_more_than_be_refused(scheme: str, rest: str) -> None:
 
 
 def test_other_addresses_are_others() -> None:
-    for text in ("/dev/ttyACM0", "modbus+tcp://h?unit=1", "canal://x", "can0", "socket://h:1"):
-        assert not is_can_address(text)
+    for text in ("/dev/ttyACM0", "modbus+tcp://h?unit=1", "canal+x://x", "can0", "socket://h:1"):
+        assert not kind_at(text, [CAN])

@@ -11,5 +11,5 @@ its polls.
 May import: bridges.modbus.protocol, bridges.modbus.registers, hil.drives, hil.firmware, hil.net, hil.vocab,
 hil.wire, the standard library, pymodbus.
 
-Tests may import too: hil.config, hil.core.
+Tests may import too: bridges.modbus.maps, hil.core.
 """

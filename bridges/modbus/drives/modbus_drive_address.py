@@ -74,22 +74,29 @@ class RtuPlace:
 
 
 @dataclass(frozen=True)
-class DriveAddress:
+class ModbusDriveAddress:
     """Unit at a place."""
 
     place: TcpPlace | RtuPlace
     unit: int
 
+    @property
+    def number(self) -> int:
+        return self.unit
+
     def __str__(self) -> str:
         return f"{self.place}, unit {self.unit}"
 
 
-def is_drive_address(text: str) -> bool:
-    """True if a text is meant as the address of a Modbus drive, also of one that cannot be used."""
-    return text.partition("://")[0].startswith("modbus")
+def place_differs(name: str, first: ModbusDriveAddress, other: ModbusDriveAddress) -> tuple[str, str] | None:
+    """Difference of two drives on one line, with the remedy; None: there is none. ``name``: the first's."""
+    if first.place == other.place:
+        return None
+    remedy = "a line has one speed and one format, and an echo or none; write the same for both"
+    return f"device {name} has this line: {first.place}", remedy
 
 
-def drive_address(text: str) -> DriveAddress:
+def modbus_drive_address(text: str) -> ModbusDriveAddress:
     """Read an address. Raises AddressRefused: it cannot be used, with the first thing that is wrong."""
     scheme, _, rest = text.partition("://")
     if scheme not in EXAMPLES or "://" not in text:
@@ -99,8 +106,8 @@ def drive_address(text: str) -> DriveAddress:
     if "unit" not in keys:
         raise AddressRefused("no unit is given", f"write {with_key(text, 'unit', 1)}")
     if scheme == TCP:
-        return DriveAddress(_tcp_place(body), _unit(keys["unit"], (*UNITS, WITHOUT_GATEWAY)))
-    return DriveAddress(_rtu_place(body, keys), _unit(keys["unit"], tuple(UNITS)))
+        return ModbusDriveAddress(_tcp_place(body), _unit(keys["unit"], (*UNITS, WITHOUT_GATEWAY)))
+    return ModbusDriveAddress(_rtu_place(body, keys), _unit(keys["unit"], tuple(UNITS)))
 
 
 def _unit(text: str, allowed: tuple[int, ...]) -> int:

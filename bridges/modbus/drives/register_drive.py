@@ -10,7 +10,7 @@ from bridges.modbus.drives.control_bits import RegisterWrite, bits_write, value_
 from bridges.modbus.drives.drive_line import DriveLine
 from bridges.modbus.drives.map_verbs import map_verbs
 from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
-from bridges.modbus.drives.modbus_drive_address import DriveAddress
+from bridges.modbus.drives.modbus_drive_address import ModbusDriveAddress
 from bridges.modbus.drives.poll_plan import PollPlan
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.drive_map import DriveMap
@@ -30,7 +30,7 @@ class RegisterSpec:
     """Configuration of a real Modbus drive."""
 
     name: str
-    address: DriveAddress
+    address: ModbusDriveAddress
     map: DriveMap
     pace: DrivePace
 

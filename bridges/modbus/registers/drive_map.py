@@ -1,6 +1,6 @@
 """Map of a Modbus drive: where each value and bit of a drive is, as its maker's manual has them.
 
-The text of such a map is read by ``hil.config.drive_map_text``.
+The text of such a map is read by ``bridges.modbus.maps.drive_map_text``.
 """
 
 from collections.abc import Mapping

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from bridges.modbus.maps.drive_map_model import PlaceText
 from hil.compose.find import find_catalogue
 from hil.config import parse
-from hil.config.drive_map_model import PlaceText
 from hil.config.port_model import USUAL_BAUD
 from hil.config.schema import schema
 from hil.runs.run_document import RunDocument

@@ -47,7 +47,7 @@ faults:
         (
             {"at": "http://x:1"},
             "this is no serial port (write a path as in /dev/ttyUSB0, socket://host:port or"
-            " rfc2217://host:port; of a Modbus drive modbus+tcp://host:port?unit=1 or",
+            " rfc2217://host:port; of a CANopen drive can+socketcan://can0?node=5, of a Modbus drive",
         ),
         ({"at": "socket://x"}, "this is no serial port"),
         ({"at": ""}, "this is no serial port"),

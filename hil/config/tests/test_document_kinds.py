@@ -7,9 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 from hil.cli.command_group import app
+from hil.compose import find_catalogue
 from hil.config import Catalogue, parse
 from hil.config.document_kinds import KINDS, OtherKindError, kind_of
-from hil.config.drive_map_text import read_drive_map
 from hil.runs import parse_run
 from hil.toolpath.machine import parse_machine
 
@@ -21,11 +21,19 @@ TEXTS = {
     "a map of a Modbus drive": "modbus_map: 1\nposition_deg: {input: 0, type: i32}\n"
     "set_point_deg: {holding: 0, type: i32}\ncontrol: {enable: {coil: 0}, start: {coil: 1}}\n",
 }
+
+
+def read_map(text: str, file: str) -> object:
+    maps = find_catalogue().maps
+    assert maps
+    return maps.read(text, file, None)
+
+
 READERS = {
     "a bench's configuration": lambda text, file: parse(text, file, Catalogue({}, {})),
     "a run": parse_run,
     "a machine": parse_machine,
-    "a map of a Modbus drive": read_drive_map,
+    "a map of a Modbus drive": read_map,
 }
 
 

@@ -68,8 +68,7 @@ class Stage:
                 await self._open(staged, self.context(label), port, problems)
         for name in plan.begun(twins=False):
             device = plan.config.devices[name]
-            profile = self.configured.catalogue.profiles[device.profile]
-            if drive := make_drive(name, device, profile, lambda: self.bench.now_ns):
+            if drive := make_drive(name, device, self.configured.catalogue, lambda: self.bench.now_ns):
                 staged.drives[name] = drive
                 continue
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))

@@ -13,8 +13,8 @@ from typing import Any
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
+from bridges.modbus.maps.drive_map_text import read_drive_map
 from bridges.modbus.registers.drive_map import DriveMap
-from hil.config.drive_map_text import read_drive_map
 
 MAP = """
 modbus_map: 1

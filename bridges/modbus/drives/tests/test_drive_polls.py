@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from bridges.modbus.drives.control_bits import RegisterWrite, bits_write, value_write
 from bridges.modbus.drives.map_verbs import map_verbs
 from bridges.modbus.drives.poll_plan import MOST_BITS, MOST_REGISTERS, PollPlan, spans_of
+from bridges.modbus.maps.drive_map_text import read_drive_map
 from bridges.modbus.protocol.pdu import Span, Table
 from bridges.modbus.registers.cells import BIT
 from bridges.modbus.registers.drive_map import DriveMap, Place
-from hil.config.drive_map_text import read_drive_map
 from hil.core.fields import OFFSETS
 from hil.drives.drive_fields import drive_fields, packed
 

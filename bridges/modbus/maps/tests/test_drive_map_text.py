@@ -9,11 +9,11 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from bridges.modbus.maps.drive_map_text import read_drive_map
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.cells import BIT
 from bridges.modbus.registers.drive_map import DriveMap, Place
 from hil.config import ConfigError
-from hil.config.drive_map_text import read_drive_map
 
 CASES = sorted((Path(__file__).parent / "drive_maps").glob("*.yaml"))
 PARAMETERS = ("pKp", "pKi", "pKd", "pLPF")

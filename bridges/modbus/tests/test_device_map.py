@@ -39,7 +39,7 @@ def problems(read: Read, text: str, folder: Path) -> list[str]:
 
 
 def test_a_file_is_looked_up_from_the_configurations_folder(read: Read) -> None:
-    of = read(BENCH).devices["x1"].drive_map(PROFILE)
+    of = CATALOGUE.own_map(read(BENCH).devices["x1"], PROFILE)
     assert of == DriveMap(
         values={
             "position_deg": Place(Table.INPUT_REGISTERS, 0, "i32"),
@@ -50,12 +50,12 @@ def test_a_file_is_looked_up_from_the_configurations_folder(read: Read) -> None:
 
 
 def test_a_drive_without_one_has_its_profiles(read: Read) -> None:
-    of = read("bench: t\ndevices: {x1: {profile: modbus_drive}}").devices["x1"].drive_map(PROFILE)
+    of = CATALOGUE.own_map(read("bench: t\ndevices: {x1: {profile: modbus_drive}}").devices["x1"], PROFILE)
     assert of is not None
     assert of.identity["product"] == "modbus_drive"
     assert set(of.parameters) == {"pKp", "pKi", "pKd"}
     other = read("bench: t\ndevices: {s1: {profile: sac, port: pty}}").devices["s1"]
-    assert other.drive_map(CATALOGUE.profiles["sac"]) is None
+    assert CATALOGUE.own_map(other, CATALOGUE.profiles["sac"]) is None
 
 
 def test_a_log_has_the_map_itself(read: Read) -> None:

@@ -4,7 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from bridges.modbus.drives.modbus_drive_address import DriveAddress, RtuPlace, TcpPlace, drive_address
+from bridges.modbus.drives.modbus_drive_address import (
+    ModbusDriveAddress,
+    RtuPlace,
+    TcpPlace,
+    modbus_drive_address,
+)
 from hil.compose import find_catalogue
 from hil.config import BenchConfig, ConfigError, diff, parse
 from hil.wire.address_keys import AddressRefused
@@ -50,11 +55,12 @@ def test_drives_of_a_bench(folder: Path) -> None:
         f"z: {drive(RTU.replace('unit=3', 'unit=4'))}",
         "w: {profile: modbus_drive}",
     )
-    assert config.devices["x"].drive_address == DriveAddress(TcpPlace("10.0.0.5", 502), 1)
-    assert config.devices["y"].drive_address == DriveAddress(RtuPlace("/dev/ttyUSB0", 9600, "8N1"), 3)
-    assert list(config.drives) == list(config.real) == ["x", "y", "z"]
+    addresses = {name: modbus_drive_address(str(device.at)) for name, device in config.real.items()}
+    assert addresses["x"] == ModbusDriveAddress(TcpPlace("10.0.0.5", 502), 1)
+    assert addresses["y"] == ModbusDriveAddress(RtuPlace("/dev/ttyUSB0", 9600, "8N1"), 3)
+    assert list(config.real) == ["x", "y", "z"]
     assert list(config.twins) == ["w"]
-    found = config.devices["x"].drive_map(CATALOGUE.profiles["modbus_drive"])
+    found = CATALOGUE.own_map(config.devices["x"], CATALOGUE.profiles["modbus_drive"])
     assert found is not None
     assert list(found.control) == ["enable", "start"]
 
@@ -176,8 +182,8 @@ def test_a_map_that_has_changed_restarts_its_drive(folder: Path) -> None:
 
 @pytest.mark.parametrize(("said", "echo"), [("", None), ("&echo=true", True), ("&echo=false", False)])
 def test_the_echo_of_a_line_is_a_part_of_the_address(said: str, echo: bool | None) -> None:
-    place = drive_address(f"modbus+rtu:///dev/ttyUSB0?unit=1{said}").place
+    place = modbus_drive_address(f"modbus+rtu:///dev/ttyUSB0?unit=1{said}").place
     assert isinstance(place, RtuPlace)
     assert place.echo is echo
     with pytest.raises(AddressRefused, match="'maybe' is no echo"):
-        drive_address("modbus+rtu:///dev/ttyUSB0?unit=1&echo=maybe")
+        modbus_drive_address("modbus+rtu:///dev/ttyUSB0?unit=1&echo=maybe")

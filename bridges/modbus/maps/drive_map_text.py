@@ -6,6 +6,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from bridges.modbus.maps.drive_map_model import TABLES, VERSION, MapText, PlaceText
+from bridges.modbus.maps.drive_map_overlaps import overlap_findings
 from bridges.modbus.protocol.pdu import ADDRESSES
 from bridges.modbus.registers.cells import BIT
 from bridges.modbus.registers.drive_map import (
@@ -18,8 +20,6 @@ from bridges.modbus.registers.drive_map import (
 )
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.document_kinds import DRIVE_MAP, check_kind
-from hil.config.drive_map_model import TABLES, VERSION, MapText, PlaceText
-from hil.config.drive_map_overlaps import overlap_findings
 from hil.config.explain import findings_of, no_such
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.drive_words import TAKEN, TOLD
