@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from bridges.can.bus_reports import REPORTS
-from hil.vocab.bus import BusKind, DriveAddress, DriveKind, KeySpec, Raw, WireKind
+from hil.vocab.bus import BusKind, DriveAddress, DriveKind, DriveOption, Raw, WireKind
 
 if TYPE_CHECKING:
     from hil.config import BenchConfig, Catalogue
@@ -104,7 +104,7 @@ BUS = BusKind(
         make=_make_drive,
         profile_drive="canopen",
         keys={
-            "units": KeySpec(
+            "units": DriveOption(
                 "Units of position, speed and acceleration of a real CANopen drive; null: those that the"
                 " drive tells.",
                 _units,

@@ -88,7 +88,7 @@ class DriveAddress(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class KeySpec:
+class DriveOption:
     """Key of a device's mapping that only one kind of real drive has."""
 
     about: str
@@ -129,7 +129,7 @@ class DriveKind:
     profile_drive: str | None = None
     """Word of profiles whose real boards are such drives, ``drive`` of a ``profile.yaml``; None: those with a
     ``map``."""
-    keys: Mapping[str, KeySpec] = field(default_factory=dict)
+    keys: Mapping[str, DriveOption] = field(default_factory=dict)
     no_keys: Mapping[str, str] = field(default_factory=dict)
     """Reasons why it has none of other kinds' keys, by the key."""
     alike: Mapping[str, str] = field(default_factory=dict)
