@@ -61,7 +61,7 @@ def main() -> None:
     gc.freeze()
     print("ready", flush=True)
     sys.stdin.readline()
-    bench.drive.start(1_000_000_000 // rate_hz, 1.0, 80, cpu)
+    bench.real_time.start(1_000_000_000 // rate_hz, 1.0, 80, cpu)
     asyncio.run(busy(seconds, sys.argv[4]))
     stats = bench.core.native.rt_stats()
     bench.stop()

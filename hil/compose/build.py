@@ -13,7 +13,7 @@ from hil.config.station_names import station_uart
 from hil.core import Core
 from hil.firmware.idle import Idle
 from hil.host.regular_file import read_regular
-from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
+from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
 from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.segment_tap import Tap
@@ -131,7 +131,7 @@ def bench_runtime(
     catalogue: Catalogue,
     memories: Mapping[str, Mapping[str, bytes]],
     store: Store,
-    around: Around = VIRTUAL,
+    around: BenchHooks = VIRTUAL,
 ) -> BenchRuntime:
     """Make all twins of a configuration at simulated time 0, none of which has run yet. ``memories`` has each
     device's non-volatile sections; ``store`` keeps what they write."""
@@ -145,7 +145,7 @@ def bench_runtime(
 
 
 def empty_bench(
-    config: BenchConfig, catalogue: Catalogue, store: Store, around: Around = VIRTUAL
+    config: BenchConfig, catalogue: Catalogue, store: Store, around: BenchHooks = VIRTUAL
 ) -> BenchRuntime:
     """Make a bench without devices. The core has room for twice the axes of the configuration, and for
     ``LEAST_AXES``, so that a reload can add some, and for the groups of lines without stations."""

@@ -14,7 +14,7 @@ from hil.compose.find import find_catalogue
 from hil.config import from_dict
 from hil.config.explain import StrictModel
 from hil.host.regular_file import open_regular
-from hil.sim.bench import Around, BenchRuntime
+from hil.sim.bench import BenchHooks, BenchRuntime
 from hil.sim.firmware_guard import LoggedStops
 from hil.sim.group import Group
 from hil.sim.input_check import input_problem
@@ -129,7 +129,9 @@ def replay_log(read: InputLog) -> Replayed:
     catalogue = find_catalogue({"memory": MemoryOptions}, config.profile_path)
     inputs = [(logged.device, logged.input) for logged in read.inputs]
     stops = LoggedStops({(name, each.turn): each for name, each in inputs if isinstance(each, Stopped)})
-    runtime = bench_runtime(config, catalogue, read.memories, _LoggedStore(read.inputs), Around(guard=stops))
+    runtime = bench_runtime(
+        config, catalogue, read.memories, _LoggedStore(read.inputs), BenchHooks(guard=stops)
+    )
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices}, stops)
     groups = {name: runtime.roster.group_of(name) for name in runtime.devices}
     missing = Counter(groups[sent.device] for sent in read.sent if sent.device in groups)

@@ -38,7 +38,7 @@ def start_core(
     gc.enable()
     priority, cpu = wanted_priority(), wanted_cpu(config.cpu)
     try:
-        bench.drive.start(1_000_000_000 // config.rate_hz, config.speed, priority, cpu)
+        bench.real_time.start(1_000_000_000 // config.rate_hz, config.speed, priority, cpu)
     except OSError as error:
         raise StartError(f"the core's thread could not be started: {error.strerror}") from error
     epoch_ns = time.time_ns() - round(bench.now_ns / config.speed)
@@ -47,6 +47,6 @@ def start_core(
     if granted.missing and require_rt:
         raise StartError(granted.line())
     loop = asyncio.get_running_loop()
-    loop.add_reader(bench.core.event_fd, bench.drive.service)
+    loop.add_reader(bench.core.event_fd, bench.real_time.service)
     stack.callback(loop.remove_reader, bench.core.event_fd)
     return WallClock(bench, config.speed, epoch_ns), granted

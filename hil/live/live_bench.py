@@ -32,7 +32,7 @@ from hil.live.runs.queue import RunQueue
 from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
-from hil.sim.bench import Around, BenchRuntime
+from hil.sim.bench import BenchHooks, BenchRuntime
 from hil.sim.input_log import InputLogWriter
 from hil.vocab.axis import Axes
 from hil.vocab.ports import PortContext
@@ -119,7 +119,10 @@ def make_live(
     commits = Commits(files, loop)
     stack.push_async_callback(commits.end)  # its answers to commits are inputs, for the log too
     sim = empty_bench(
-        config, configured.catalogue, commits, Around(lines.turn_over, turn, guard, places.tell_stopped, log)
+        config,
+        configured.catalogue,
+        commits,
+        BenchHooks(lines.turn_over, turn, guard, places.tell_stopped, log),
     )
     stack.callback(sim.stop)
     faults, reservations = FaultRegistry(sim, places), Reservations(devices)

@@ -112,7 +112,7 @@ class UartEnd:
 
     def _type_on(self) -> SimTimeNs:
         self._is_typing = False
-        if not self._typed or not self.bench.drive.is_on or not (room := self.joint.room()):
+        if not self._typed or not self.bench.real_time.is_on or not (room := self.joint.room()):
             return self.bench.now_ns
         piece = bytes(self._typed[:room])
         del self._typed[:room]

@@ -6,7 +6,7 @@ from collections import deque
 from typing import NamedTuple
 
 from hil.sim.bench import BenchRuntime
-from hil.sim.real_time_drive import LAG_BUCKETS
+from hil.sim.real_time_clock import LAG_BUCKETS
 
 LOOK_S = 0.1
 """Time between two looks at the event loop."""

@@ -9,7 +9,7 @@ from hil.live.off_loop import off_loop
 from hil.operations.table import Asked
 from hil.sim.bench import BenchRuntime
 from hil.sim.input_reading import read_field
-from hil.sim.inputs import Drive, InputLogError, Play, bursts_problem
+from hil.sim.inputs import InputLogError, Play, PulseTrain, bursts_problem
 from hil.vocab.desk_protocol import AxisLook, Done
 from hil.vocab.device import Doing
 from hil.vocab.dialogue import DialogueError, Refusal
@@ -125,7 +125,7 @@ def _train(rows: list[Any]) -> Train:
         raise VerbRefused(
             "bad_parameter", f"train: write rows of {EDGE_COLUMNS}"
         )  # in logs some are left out
-    train: Train = _read(Drive, "train", rows)
+    train: Train = _read(PulseTrain, "train", rows)
     if problem := train_problem(train):
         raise VerbRefused("bad_parameter", problem)
     return train

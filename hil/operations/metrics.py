@@ -193,7 +193,7 @@ _BEFORE_WIRES = (
     _metric("hil_wake_latency_max_seconds", "gauge", "the longest since the start",
             _one(lambda s: s.rt["longest_latency_ns"] / 1e9)),
     _metric("hil_firmware_lag_seconds", "histogram", "how late firmware ran after it was due",
-            _one(lambda s: octave_histogram(s.of.sim.drive.lag, s.of.sim.drive.lag_total_ns))),
+            _one(lambda s: octave_histogram(s.of.sim.real_time.lag, s.of.sim.real_time.lag_total_ns))),
     _metric("hil_loop_lag_seconds", "histogram", "how late the event loop was, looked at ten times a second",
             _one(lambda s: octave_histogram(s.of.vitals.loop_lag, s.of.vitals.loop_lag_total_ns))),
     _metric("hil_device_failed", "gauge", "1 if the device's firmware has stopped",

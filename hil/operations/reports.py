@@ -105,7 +105,7 @@ class Reports:
             "missed": rt["missed"],
             "overruns": rt["overruns"],
             "wake_latency": octaves(rt["wake_latency"]),
-            "lag": list(self.sim.drive.lag),
+            "lag": list(self.sim.real_time.lag),
         }
 
     def _wires(self) -> dict[str, list[Report]]:

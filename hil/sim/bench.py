@@ -19,7 +19,7 @@ from hil.sim.group import Group
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
-from hil.sim.real_time_drive import RealTimeDrive
+from hil.sim.real_time_clock import RealTimeClock
 from hil.sim.roster import Roster
 from hil.sim.twin import Home, Twin
 from hil.sim.verb_calls import Answer, axes_of
@@ -44,7 +44,7 @@ class Store(Protocol):
 
 
 @dataclass(frozen=True)
-class Around:
+class BenchHooks:
     """Callbacks from a bench to the world around it. The defaults are for virtual time: nobody watches over
     firmwares, waits for a turn's end, or logs."""
 
@@ -63,7 +63,7 @@ class Around:
     """Receives all inputs with their effective times, and all that devices send."""
 
 
-VIRTUAL = Around()
+VIRTUAL = BenchHooks()
 
 
 Refused = Callable[[VerbRefused], None]
@@ -111,7 +111,7 @@ class BenchRuntime:
     """Called with each input before it is logged. Tests have ``input_check.assert_taken_back`` here: a replay
     has to take what is logged."""
 
-    def __init__(self, name: str, core: Core, store: Store, around: Around) -> None:
+    def __init__(self, name: str, core: Core, store: Store, around: BenchHooks) -> None:
         self.name = name
         self.core = core
         self.roster = Roster()
@@ -121,7 +121,7 @@ class BenchRuntime:
         self.wires: Mapping[str, Wire] = self.roster.wires
         self.faults = Faults(self.roster)
         self._groups: dict[int, Group] = {}
-        self.drive = RealTimeDrive(core, self._groups, around.turn_over, around.turn)
+        self.real_time = RealTimeClock(core, self._groups, around.turn_over, around.turn)
         self.log = around.log
         self._around = around
         self._store = store
@@ -131,7 +131,7 @@ class BenchRuntime:
     @property
     def now_ns(self) -> SimTimeNs:
         """Present time: virtual, where the bench was advanced to; real, what the wall's time asks for."""
-        return self.drive.now_ns if self.drive.is_on else self._now_ns
+        return self.real_time.now_ns if self.real_time.is_on else self._now_ns
 
     # ---- what it consists of ----
 
@@ -186,12 +186,12 @@ class BenchRuntime:
         time the core's thread gets its group."""
         group, now_ns = self.roster.group_of(device.name), self.now_ns
         self.core.native.advance(group.id, now_ns, now_ns)  # so far nothing has happened in it
-        self.drive.hand_over([group], now_ns)
+        self.real_time.hand_over([group], now_ns)
 
     def remove(self, name: str) -> None:
         """Remove a device that has a group of its own, with its faults."""
         device, group = self.roster.remove_device(name)
-        with self.drive.owning(group):
+        with self.real_time.owning(group):
             self.faults.forget(name, device.axes.values())
             device.power.close()
         self.discard(group)
@@ -235,8 +235,8 @@ class BenchRuntime:
             VerbRefused: a verb or a path was not carried out.
         """
         group = self.roster.group_of(target)
-        with self.drive.owning(group):
-            group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.drive.turn())
+        with self.real_time.owning(group):
+            group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.real_time.turn())
             at_ns = group.now_ns
             self._write(Logged(at_ns, target, given))
             try:
@@ -313,27 +313,27 @@ class BenchRuntime:
 
     def watch(self, axis: str, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
         """Sample the axis at an address from now on; ``CoreAxis.watch``."""
-        with self.drive.looking_at(self.roster.group_of(axis)):
+        with self.real_time.looking_at(self.roster.group_of(axis)):
             self.roster.axis(axis).watch(slot, interval_ns, capacity)
 
     def snapshot(self, axis: str) -> Snapshot:
         """State of the axis at an address. Raises KeyError: there is none."""
         group, at = self.roster.group_of(axis), self.roster.axis(axis)
-        with self.drive.owning(group):
-            group.advance(self.now_ns, self.drive.turn())
+        with self.real_time.owning(group):
+            group.advance(self.now_ns, self.real_time.turn())
             return at.snapshot()
 
     def take_samples(self, axis: str, slot: int) -> tuple[list[bytes], int]:
         """Samples of the axis at an address since the last call, in the binary layout, and the losses since
         ``watch``."""
-        with self.drive.looking_at(self.roster.group_of(axis)):
+        with self.real_time.looking_at(self.roster.group_of(axis)):
             at = self.roster.axis(axis)
             return at.take_samples(slot), at.lost_samples(slot)
 
     def known_ns(self, name: str) -> SimTimeNs:
         """Time up to which the traffic at a tap is decided: its group may be behind the present."""
         group = self.roster.group_of(name)
-        with self.drive.owning(group):
+        with self.real_time.owning(group):
             return group.wait_until(self.now_ns)
 
     # ---- time ----
@@ -346,6 +346,6 @@ class BenchRuntime:
 
     def stop(self) -> None:
         """End the real-time thread, if it runs; the groups are the caller's again."""
-        if self.drive.is_on:
+        if self.real_time.is_on:
             self._now_ns = self.now_ns
-            self.drive.stop()
+            self.real_time.stop()

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from hil.core import CoreAxis
 from hil.sim.firmware_guard import Guard
-from hil.sim.inputs import Drive, Pin, ScriptEncoder, SetField
+from hil.sim.inputs import Pin, PulseTrain, ScriptEncoder, SetField
 from hil.sim.interfaces import Interfaces
 from hil.sim.setpoints import TimeOut
 from hil.sim.uart_rx_line import DueChanged
@@ -15,7 +15,7 @@ from hil.vocab.firmware import Board, Commit, Firmware
 from hil.vocab.framing import Framing
 from hil.vocab.verbs import Verb
 
-AxisInput = Pin | SetField | ScriptEncoder | Drive
+AxisInput = Pin | SetField | ScriptEncoder | PulseTrain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,5 +172,5 @@ class Hardware:
                 axis.set(name, value)
             case ScriptEncoder(points, linear):
                 axis.script_encoder(points, linear)
-            case Drive(train):
+            case PulseTrain(train):
                 axis.drive([(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train])

@@ -36,7 +36,7 @@ LONGEST_PATH_NS = 1 << 61
 _SHOWN = 40
 _SHOWN_LINE = 1000
 OF_AXES = (
-    *(inputs.Pin, inputs.SetField, inputs.ScriptEncoder, inputs.Drive),
+    *(inputs.Pin, inputs.SetField, inputs.ScriptEncoder, inputs.PulseTrain),
     *(inputs.Do, inputs.Follow),
 )
 """Kinds of inputs that are for an axis, or may be."""
@@ -151,7 +151,7 @@ def _axis_problem(device: Twin, part: str, given: inputs.Input) -> str | None:
             return _field_problem(axis, field, value)
         case inputs.ScriptEncoder(points, _):
             return _script_problem(points)
-        case inputs.Drive(train):
+        case inputs.PulseTrain(train):
             return train_problem(train, axis.pins)
         case inputs.Follow(start_ns, path):
             return _path_problem(start_ns, path)

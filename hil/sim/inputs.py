@@ -57,7 +57,7 @@ class ScriptEncoder:
 
 
 @dataclass(frozen=True)
-class Drive:
+class PulseTrain:
     """A pulse train on the step/dir inputs, from now on, instead of the one before; empty: none."""
 
     train: Train
@@ -181,7 +181,7 @@ Input = (
     | Pin
     | SetField
     | ScriptEncoder
-    | Drive
+    | PulseTrain
     | Reset
     | CommitDone
     | Stopped
@@ -199,7 +199,7 @@ KINDS: dict[str, type[Any]] = {
     "pin": Pin,
     "set_field": SetField,
     "script_encoder": ScriptEncoder,
-    "drive": Drive,
+    "drive": PulseTrain,
     "reset": Reset,
     "commit_done": CommitDone,
     "stopped": Stopped,
@@ -223,7 +223,7 @@ class InputLogError(Exception):
 def encode_line(logged: Logged) -> str:
     """Encode one line of the log, without its end."""
     values = dict(vars(logged.input))  # asdict copies every row: seconds for a long train
-    if isinstance(logged.input, Drive):
+    if isinstance(logged.input, PulseTrain):
         values["train"] = [tuple(vars(edges).values()) for edges in logged.input.train]
     if isinstance(logged.input, Follow):
         values["path"] = [astuple(piece) for piece in logged.input.path]

@@ -13,10 +13,10 @@ from hil.sim.inputs import (
     Bytes,
     CommitDone,
     Do,
-    Drive,
     Follow,
     Input,
     Pin,
+    PulseTrain,
     Reset,
     ScriptEncoder,
     SetField,
@@ -182,7 +182,7 @@ class Twin:
                 return answer
             case Bytes(data, client_baud, port, client_format):
                 self.uarts[port].arrive(data, client_baud, format_named(client_format))
-            case Pin() | SetField() | ScriptEncoder() | Drive():
+            case Pin() | SetField() | ScriptEncoder() | PulseTrain():
                 self._hardware.apply(given, self.axes[part])
             case CommitDone(durable):
                 self._memory.answered(durable)

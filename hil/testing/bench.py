@@ -18,7 +18,7 @@ from hil.runs import (
     plan_run,
     run_from_data,
 )
-from hil.sim.bench import VIRTUAL, Around, BenchRuntime, Store
+from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
 from hil.sim.client_tap import ClientTap
 from hil.sim.given_fault import fault_refusal
 from hil.sim.segment_tap import Tap
@@ -73,7 +73,7 @@ class Bench:
         seed: int = 0,
         *,
         store: Store = MEMORY_STORE,
-        around: Around = VIRTUAL,
+        around: BenchHooks = VIRTUAL,
     ) -> None:
         __tracebackhide__ = True
         self.config, folder = read_config(config)

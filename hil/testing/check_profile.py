@@ -15,7 +15,7 @@ from hil.compose.replay import MemoryOptions, replay
 from hil.config import ProfileInfo
 from hil.core import FIELDS
 from hil.discovery.board_places import MAKE_ONE
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.firmware_guard import FirmwareHung, Unguarded
 from hil.sim.input_log import InputLogWriter
 from hil.testing.bench import Bench
@@ -123,7 +123,7 @@ class Trial:
     def run(self, script: Callable[[Bench], None], step_ms: float | None = None) -> Ran:
         """Run a script after power-up, then idle; ``step_ms``: advanced in steps of that length."""
         log = StringIO()
-        around = Around(guard=_Alarm(), log=InputLogWriter(log, "check", self.config, {}))
+        around = BenchHooks(guard=_Alarm(), log=InputLogWriter(log, "check", self.config, {}))
         with Bench(self.config, around=around) as bench:
             _advance(bench, self.ready_ms, step_ms)
             script(bench)

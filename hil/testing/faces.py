@@ -10,7 +10,7 @@ from hil.core.axis_kind import ANGLE
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.input_check import input_problem
-from hil.sim.inputs import Bytes, Drive, Input, Pin, Reset, ScriptEncoder, SetField
+from hil.sim.inputs import Bytes, Input, Pin, PulseTrain, Reset, ScriptEncoder, SetField
 from hil.sim.segment_tap import Tap
 from hil.sim.settable import setting_problem
 from hil.sim.twin import Twin
@@ -379,7 +379,7 @@ class DeviceFace:
         Raises:
             ValueError: the board has no such inputs, or there can be no such train.
         """
-        _give(self._runtime, self._device, Drive(tuple(train)))
+        _give(self._runtime, self._device, PulseTrain(tuple(train)))
 
     def reset(self) -> None:
         """Switch the power off and on; the shaft stays where it is."""

@@ -11,7 +11,7 @@ from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbed_line import DisturbedLine, Ear
 from virtual_ports.rs485.stations import Station
 from virtual_ports.rs485.stats import SegmentStats
-from virtual_ports.rs485.waveform import Character, Drive
+from virtual_ports.rs485.waveform import Character, Driving
 
 MONITOR = ""
 """Name of the listener that the statistics come from."""
@@ -104,7 +104,7 @@ class Disturbance:
 
     def _drive(self, burst: Burst) -> None:
         is_swapped = burst.station in self._stations and self._stations[burst.station].is_swapped
-        drive = Drive(burst.start_ns, burst.data, burst.baud, burst.on_ns, burst.off_ns, is_swapped)
+        drive = Driving(burst.start_ns, burst.data, burst.baud, burst.on_ns, burst.off_ns, is_swapped)
         self._line.add(burst.station, drive)
         if burst.start_ns == self._line.from_ns:  # of several, the order in which they came does not matter
             self._monitor = Ear(MONITOR, max(self._monitor.baud, burst.baud))

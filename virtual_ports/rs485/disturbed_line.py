@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
-from virtual_ports.rs485.waveform import Character, Drive, Lows, inverted, joined, low_line, read, without
+from virtual_ports.rs485.waveform import Character, Driving, Lows, inverted, joined, low_line, read, without
 
 
 class Ear(NamedTuple):
@@ -31,7 +31,7 @@ class DisturbedLine:
         self.off_ns = from_ns
         """Time at which the last driver lets go, of the bursts that have begun."""
         self._known_ns = from_ns
-        self._drives: list[Drive] = []
+        self._drives: list[Driving] = []
         self._lows: dict[bool, Lows] = {False: [], True: []}
         """Lows that are decided and still matter; True: as seen with swapped wires."""
         self._again_ns: dict[Ear, int] = {}
@@ -39,7 +39,7 @@ class DisturbedLine:
         self._own: dict[str, list[tuple[int, int]]] = {}
         """Spans in which the driver of a station was on, as far as they matter."""
 
-    def add(self, station: str, drive: Drive) -> None:
+    def add(self, station: str, drive: Driving) -> None:
         self._drives.append(drive)
         self._own.setdefault(station, []).append((drive.on_ns, drive.off_ns))
         self.off_ns = max(self.off_ns, drive.off_ns)

@@ -20,7 +20,7 @@ Lows = list[tuple[int, int]]
 """Spans in which a line is low, ascending; two never touch."""
 
 
-class Drive(NamedTuple):
+class Driving(NamedTuple):
     """Driver that is on from ``on_ns`` to ``off_ns``, and sends ``data`` from ``start_ns``."""
 
     start_ns: int
@@ -48,8 +48,10 @@ def _lows_of_bytes(line_format: LineFormat) -> tuple[int, ...]:
     return tuple(sum((not level) << at for at, level in enumerate(each)) for each in levels)
 
 
-def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int, line_format: LineFormat = EIGHT_N_1) -> Lows:
-    alike: dict[tuple[object, ...], list[Drive]] = {}
+def low_line(
+    drives: Iterable[Driving], from_ns: int, to_ns: int, line_format: LineFormat = EIGHT_N_1
+) -> Lows:
+    alike: dict[tuple[object, ...], list[Driving]] = {}
     for drive in drives:
         if drive.on_ns < to_ns and drive.off_ns > from_ns:
             what = (drive.start_ns, drive.baud, len(drive.data), drive.on_ns, drive.off_ns, drive.is_inverted)
@@ -77,7 +79,7 @@ def low_line(drives: Iterable[Drive], from_ns: int, to_ns: int, line_format: Lin
     return lows
 
 
-def _low_times(group: Sequence[Drive], from_ns: int, to_ns: int, line_format: LineFormat) -> Lows:
+def _low_times(group: Sequence[Driving], from_ns: int, to_ns: int, line_format: LineFormat) -> Lows:
     """Times at which drivers that begin and end together, at one baud, all drive low, between two times."""
     start_ns, data, baud, on_ns, off_ns, is_inverted = group[0]
     size, lows_of = line_format.bits, _lows_of_bytes(line_format)

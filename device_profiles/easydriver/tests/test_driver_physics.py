@@ -6,7 +6,7 @@ import math
 import pytest
 from driver_sweep import config
 
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench, replay
 from hil.wire.step_dir import generate, parse_train
@@ -146,7 +146,7 @@ def test_a_logic_analysers_file_drives_all_inputs() -> None:
 
 def test_a_bench_of_both_replays_identically() -> None:
     log = io.StringIO()
-    with Bench(BENCH, around=Around(log=InputLogWriter(log, "t", BENCH, {}))) as bench:
+    with Bench(BENCH, around=BenchHooks(log=InputLogWriter(log, "t", BENCH, {}))) as bench:
         bench.run(ms=100)
         for typed, ms in ((b"swing 100 3000\n", 150.0), (b"stop\n", 3.3), (b"move -33\npin 8 1\n", 0.7)):
             bench.port("u1").write(typed)

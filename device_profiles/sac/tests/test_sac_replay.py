@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.sim.twin import Twin
 from hil.testing import Bench, replay
@@ -71,7 +71,7 @@ def test_what_was_typed_at_boards_whose_outputs_are_recorded(seed: int, store: L
     devices = {name: {"profile": "sac", "plant": random.choice(("simple", "full"))} for name in ("s1", "s2")}
     config: dict[str, Any] = {"bench": "typed", "devices": devices, "wires": random.choice(WIRES)}
     text = io.StringIO()
-    with Bench(config, store=store, around=Around(log=InputLogWriter(text, "test", config, {}))) as bench:
+    with Bench(config, store=store, around=BenchHooks(log=InputLogWriter(text, "test", config, {}))) as bench:
         bench.run(1200)
         for _ in range(60):
             name = random.choice(list(devices))

@@ -19,16 +19,16 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions, Replayed, replay_log
 from hil.config import ConfigError, from_dict
-from hil.sim.bench import Around, BenchRuntime
+from hil.sim.bench import BenchHooks, BenchRuntime
 from hil.sim.given_fault import fault_refusal
 from hil.sim.input_log import InputLogWriter, read_input_log
 from hil.sim.inputs import (
     Bytes,
-    Drive,
     Follow,
     InputLogError,
     Pin,
     Play,
+    PulseTrain,
     Reset,
     ScriptEncoder,
     SetField,
@@ -69,7 +69,7 @@ def written() -> str:
     config = from_dict(CONFIG, catalogue())
     memories = start_memories(config, catalogue())
     text = io.StringIO()
-    around = Around(log=InputLogWriter(text, "hil test", CONFIG, memories))
+    around = BenchHooks(log=InputLogWriter(text, "hil test", CONFIG, memories))
     runtime: BenchRuntime = bench_runtime(config, catalogue(), memories, MemoryStore(), around)
     m1, s1, tap = runtime.devices["m1"], runtime.devices["s1"], runtime.taps["bus0.t"]
     at_ms = 4600.0
@@ -90,7 +90,7 @@ def written() -> str:
     runtime.apply_to(m1, SetField("load_torque_Nm", 0.01))
     runtime.apply_to(m1, ScriptEncoder(((0, 5), (10**9, 77)), True))
     runtime.apply_to(m1, ScriptEncoder((), False))
-    runtime.apply_to(m1, Drive(generate(20, 20_000)))
+    runtime.apply_to(m1, PulseTrain(generate(20, 20_000)))
     runtime.do_verb(m1, "enable", m1.verbs["enable"].filled({}))
     later(5)
     runtime.do_verb(m1, "move_abs", m1.verbs["move_abs"].filled({"position_deg": 5.0}))

@@ -17,7 +17,7 @@ from hil.compose import find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions, replay_log
 from hil.config import ConfigError, from_dict
 from hil.runs import Execution
-from hil.sim.bench import Around, BenchRuntime
+from hil.sim.bench import BenchHooks, BenchRuntime
 from hil.sim.input_check import assert_taken_back
 from hil.sim.input_log import InputLogWriter, read_input_log
 from hil.testing import Bench
@@ -63,7 +63,7 @@ class Odd:
         self.text = io.StringIO()
         memories = start_memories(from_dict(CONFIG, catalogue()), catalogue())
         self.log = InputLogWriter(self.text, "odd", CONFIG, memories)
-        self.bench = Bench(CONFIG, around=Around(log=self.log))
+        self.bench = Bench(CONFIG, around=BenchHooks(log=self.log))
         self.bench.run(READY_MS)
         for text in (b"POWER on\r", b"ENABLE\r"):
             self.bench.port("arm").write(text)

@@ -20,7 +20,7 @@ from hil.live.sim_ends import UartEnd
 from hil.runs.twin_axes import TwinAxis
 from hil.sim.axis_look import axis_look
 from hil.sim.bench import BenchRuntime
-from hil.sim.inputs import Bytes, Drive, Input, Pin, Reset, SetField
+from hil.sim.inputs import Bytes, Input, Pin, PulseTrain, Reset, SetField
 from hil.sim.load_limit import load_notes
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.sim.settable import setting_problem
@@ -130,7 +130,7 @@ class TwinDevice:
             raise VerbRefused("cannot", f"{self._at(part)} has no step input")
         if wrong := next((row.pin for row in train if row.pin not in inputs), None):
             raise VerbRefused("cannot", f"{self._at(part)} has no input {wrong}; it has {', '.join(inputs)}")
-        return self._give(part, Drive(tuple(train)), {"length_ns": train_length_ns(train)})
+        return self._give(part, PulseTrain(tuple(train)), {"length_ns": train_length_ns(train)})
 
     def type(self, part: str, data: bytes) -> Done:
         device, uarts = self._device, self._device.uarts

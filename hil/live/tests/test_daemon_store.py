@@ -8,7 +8,7 @@ from hil.compose.replay import MemoryOptions, replay
 from hil.config import from_dict
 from hil.live.memory_commits import Commits
 from hil.live.store import NvmStore
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Bytes
 from hil.sim.twin import Twin
@@ -38,7 +38,7 @@ async def put_away_in_a_commit(folder: Path, log: Path) -> Twin:
     dumped = config.model_dump(mode="json", by_alias=True)
     dumped["devices"]["s0"] |= {"port": "memory", "network": None}
     with log.open("w") as file:
-        around = Around(log=InputLogWriter(file, "hil test", dumped, memories))
+        around = BenchHooks(log=InputLogWriter(file, "hil test", dumped, memories))
         bench = bench_runtime(config, catalogue, memories, store, around)
         device = bench.devices["s0"]
         bench.advance(READY_NS)

@@ -10,7 +10,7 @@ from session_bench import Bench, Echo, MemoryPort
 from hil.live.lines import Lines
 from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
 from hil.live.sim_ends import UartEnd
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.twin import Twin
 from hil.sim.uart import USB_HELD_BYTES
@@ -348,7 +348,7 @@ def returns() -> Main:
 def test_a_broken_firmware_stops_its_device_alone(how: Callable[[], Main], why: str) -> None:
     firmware = type("ThisBroken", (Broken,), {"how": staticmethod(how)})
     told: list[str | None] = []
-    bench = Bench(Around(on_failed=lambda device: told.append(device.failed)))
+    bench = Bench(BenchHooks(on_failed=lambda device: told.append(device.failed)))
     broken, sound = bench.add("m1", firmware), bench.add("m2", Echo)
     bench.until(1000)
     bench.runtime.apply_to(broken, Bytes(b"a!b"))

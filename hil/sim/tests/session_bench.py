@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from hil.core import Core
-from hil.sim.bench import VIRTUAL, Around, BenchRuntime
+from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime
 from hil.sim.hardware import DeviceSpec
 from hil.sim.twin import Twin
 from hil.testing.bench import MemoryStore
@@ -75,7 +75,7 @@ class Echo:
 class Bench:
     """Devices with a firmware of the test's own, on the virtual clock; ``heard``: all that they sent."""
 
-    def __init__(self, around: Around = VIRTUAL) -> None:
+    def __init__(self, around: BenchHooks = VIRTUAL) -> None:
         self.runtime = BenchRuntime("test", Core(8), MemoryStore(), around)
         self.heard: list[tuple[str, int, bytes]] = []
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from hil.core import Core
-from hil.sim.bench import Around, BenchRuntime
+from hil.sim.bench import BenchHooks, BenchRuntime
 from hil.sim.given_fault import fault_refusal
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
@@ -76,7 +76,7 @@ class Rig:
 
     def __init__(self, timeout_ms: int = 0) -> None:
         self.log = io.StringIO()
-        around = Around(log=InputLogWriter(self.log, "test", {}, {}))
+        around = BenchHooks(log=InputLogWriter(self.log, "test", {}, {}))
         self.runtime = BenchRuntime("test", Core(8), MemoryStore(), around)
         self.heard: list[tuple[str, str]] = []
         time_out = TimeOut(timeout_ms * NS_PER_MS, "hold", 1.0, starve) if timeout_ms else None

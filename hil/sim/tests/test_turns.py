@@ -11,7 +11,7 @@ from session_bench import Bench, MemoryPort
 from hil.live.lines import Lines
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import UartEnd
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.given_fault import fault_refusal
 from hil.sim.inputs import Bytes, CommitDone, Do, Pin, Reset, SetField
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
@@ -45,7 +45,7 @@ class RealTime:
     def __init__(self, firmware: type[Clock] = Clock, *, hangs: bool = False) -> None:
         self.loop = asyncio.new_event_loop()
         self.lines = Lines(self.loop, lambda: self.runtime.now_ns)
-        bench = Bench(Around(turn_over=self.lines.turn_over))
+        bench = Bench(BenchHooks(turn_over=self.lines.turn_over))
         self.runtime = bench.runtime
         self.device = bench.add("m1", firmware, BAUD)
         self.port = MemoryPort(BAUD)
@@ -55,7 +55,7 @@ class RealTime:
         self.device.verbs = {"beep": Verb("beep", "", run=lambda firmware: None)}
         load = fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})
         self.fault = self.runtime.inject(fault_refusal("node_hang", "m1", {}) if hangs else load)
-        self.runtime.drive.start(1_000_000, 1.0, 0, -1)
+        self.runtime.real_time.start(1_000_000, 1.0, 0, -1)
 
     def __enter__(self) -> "RealTime":
         return self
@@ -82,7 +82,7 @@ WAYS: dict[str, Callable[[RealTime], object]] = {
     "a fault": lambda real: real.runtime.inject(fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})),
     "a fault's end": lambda real: real.runtime.clear_fault(real.fault),
     "a look": lambda real: real.runtime.snapshot("m1"),
-    "the core": lambda real: real.runtime.drive.service(),
+    "the core": lambda real: real.runtime.real_time.service(),
 }
 
 

@@ -17,7 +17,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from bridges.can.bus.bus_events import NodeState
 from device_profiles.sac.packet import PacketDecoder, encode
 from hil.compose.replay import replay
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.sim.twin import Twin
 from hil.testing import Bench
@@ -137,7 +137,7 @@ class Rig:
         with Bench(CONFIG) as fresh:
             memories = {name: device.nvm for name, device in fresh._runtime.devices.items()}
         writer = InputLogWriter(self.log, "test", CONFIG, memories)
-        self.bench = Bench(CONFIG, store=self.store, around=Around(log=writer))
+        self.bench = Bench(CONFIG, store=self.store, around=BenchHooks(log=writer))
         self.runtime = self.bench._runtime
         self.wire: Any = self.runtime.segments["bus0"]
         self.master = self.bench.tap("bus0.master")

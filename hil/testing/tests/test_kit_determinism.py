@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from hil.compose import bench_runtime, find_catalogue
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter, Sent, sent_now
 from hil.sim.inputs import Bytes, Pin, Reset, ScriptEncoder, SetField
 from hil.sim.twin import Twin
@@ -198,7 +198,7 @@ def logged_run(path: Path, chunks: int = 1) -> tuple[Twin, list[Sent]]:
         runtime.advance(ms(at_ms))
 
     with path.open("w") as file:
-        around = Around(log=InputLogWriter(file, "test", CONFIG, memories))
+        around = BenchHooks(log=InputLogWriter(file, "test", CONFIG, memories))
         catalogue = find_catalogue({"memory": MemoryOptions})
         runtime = bench_runtime(config, catalogue, memories, store, around)
         device = runtime.devices["m1"]
@@ -255,7 +255,7 @@ def test_a_run_that_was_ended_in_a_long_answer_replays_identically(tmp_path: Pat
         memories = {name: dict(bench.device(name).nvm) for name in config["devices"]}
     catalogue = find_catalogue({"memory": MemoryOptions})
     with (tmp_path / "log").open("w") as file:
-        around = Around(log=InputLogWriter(file, "test", config, memories))
+        around = BenchHooks(log=InputLogWriter(file, "test", config, memories))
         runtime = bench_runtime(from_dict(config, catalogue), catalogue, memories, LateStore(), around)
         runtime.advance(ms(4500))
         runtime.apply_to(runtime.devices["m1"], Bytes(b"qm"))

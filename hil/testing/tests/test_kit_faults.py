@@ -3,7 +3,7 @@
 import pytest
 
 from device_profiles.sac.packet import Malformed, PacketDecoder, encode
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.faults import BUS_PART, CAN_NODE, FAULT_KINDS, MODBUS_NODE, FaultRefused
@@ -279,7 +279,7 @@ def test_faults_stand_in_the_log(tmp_path):
 
     path = tmp_path / "log.jsonl"
     with path.open("w") as file:
-        bench = Bench(CONFIG, around=Around(log=InputLogWriter(file, "test", CONFIG, {})))
+        bench = Bench(CONFIG, around=BenchHooks(log=InputLogWriter(file, "test", CONFIG, {})))
         bench.run(ms=1100)
         bench.fault("byte_flip", "s1", rate=0.02, seed=5)
         bench.fault("node_babble", "bus0.master", start_s=0.5, for_s=1.0)

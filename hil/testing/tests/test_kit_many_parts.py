@@ -11,7 +11,7 @@ import hil
 from hil.compose.replay import replay
 from hil.config import ConfigError
 from hil.core import FIELDS
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.testing.bench import read_config
@@ -164,7 +164,7 @@ def logged(config: dict[str, Any], act: Callable[[Bench], None]) -> io.StringIO:
     with Bench(config) as fresh:
         memories = {name: dict(device.nvm) for name, device in fresh._runtime.devices.items()}
     log = io.StringIO()
-    act(Bench(config, around=Around(log=InputLogWriter(log, "test", config, memories))))
+    act(Bench(config, around=BenchHooks(log=InputLogWriter(log, "test", config, memories))))
     log.seek(0)
     return log
 

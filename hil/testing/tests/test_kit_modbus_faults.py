@@ -9,7 +9,7 @@ from bridges.modbus.protocol import client_side as client
 from bridges.modbus.protocol.frame import Frame, encode
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers import layout
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Play
 from hil.testing import Bench, replay
@@ -178,7 +178,7 @@ def session(file: io.StringIO) -> str:
     with Bench(CONFIG) as bench:
         memories = {name: dict(bench.device(name).nvm) for name in CONFIG["devices"]}
     log = InputLogWriter(file, "test", CONFIG, memories)
-    with Bench(CONFIG, around=Around(log=log)) as bench:
+    with Bench(CONFIG, around=BenchHooks(log=log)) as bench:
         line = Line(bench)
         line.send(encode(0, 6, b"\0\0\0\1"))
         move = encode(1, 16, client.encode(client.write(TABLE, layout.COMMAND_AT, (9, *f32(90.0))))[1:])

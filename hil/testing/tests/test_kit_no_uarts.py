@@ -14,7 +14,7 @@ from hil.compose.replay import MemoryOptions, replay
 from hil.config import ConfigError, from_dict, parse
 from hil.config import schema as json_schema
 from hil.live.log_file import as_simulated
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench, CheckFailed, check_profile
 from hil.testing.bench import read_config
@@ -116,7 +116,7 @@ def test_faults_of_the_board_and_of_its_shaft_and_none_of_a_port(bench: Bench) -
 
 def test_a_log_of_it_replays() -> None:
     log = io.StringIO()
-    with Bench(CONFIG, around=Around(log=InputLogWriter(log, "test", CONFIG, {}))) as bench:
+    with Bench(CONFIG, around=BenchHooks(log=InputLogWriter(log, "test", CONFIG, {}))) as bench:
         bench.run(ms=1200)
         bench.perform({"run": "r", "axes": {"d2": {}}, "steps": [{"move": {"d2": 80}}]})
         bench.port("s1").write(b"m3v60\r")

@@ -8,7 +8,7 @@ import pytest
 from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.sim.input_reading import decode, read_line
 from hil.sim.inputs import Bytes, Do, Logged, Reset, encode_line
@@ -64,7 +64,7 @@ def logged_run(path: Path, chunk_ms: float | None = None) -> tuple[Any, int]:
 
     events: list[tuple[float, Any]] = [(row[0], row) for row in SCRIPT] + list(TEXTS)
     with path.open("w") as file:
-        around = Around(log=InputLogWriter(file, "test", CONFIG, memories))
+        around = BenchHooks(log=InputLogWriter(file, "test", CONFIG, memories))
         runtime = bench_runtime(config, catalogue, memories, MemoryStore(), around)
         for at_ms, what in sorted(events, key=lambda event: event[0]):
             until(at_ms)

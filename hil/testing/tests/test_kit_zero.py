@@ -7,7 +7,7 @@ from can_bench import config as bus_config
 
 from hil.compose.replay import replay
 from hil.core.axis_kind import ANGLE
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.sim.settable import setting_problem
 from hil.testing import Bench
@@ -72,7 +72,7 @@ def test_a_servo_goes_on_by_its_own_angle() -> None:
 
 def test_it_survives_a_reset_and_is_in_the_log() -> None:
     log = io.StringIO()
-    with Bench(config(), around=Around(log=InputLogWriter(log, "test", config(), {}))) as bench:
+    with Bench(config(), around=BenchHooks(log=InputLogWriter(log, "test", config(), {}))) as bench:
         bench.run(ms=1200)
         bench.axis("m1").load_torque_Nm = 0.1
         bench.run(ms=100)

@@ -9,7 +9,7 @@ import pytest
 
 from device_profiles.mechaduino.firmware import COMMANDS_BY_LETTER, Command
 from hil.compose.replay import replay
-from hil.sim.bench import Around
+from hil.sim.bench import BenchHooks
 from hil.sim.firmware_guard import FirmwareHung
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
@@ -55,7 +55,7 @@ def logged_bench(config: dict[str, Any]) -> tuple[Bench, io.StringIO]:
     with Bench(config) as fresh:
         memories = {"m1": fresh._runtime.devices["m1"].nvm}
     log = io.StringIO()
-    return Bench(config, around=Around(log=InputLogWriter(log, "test", config, memories))), log
+    return Bench(config, around=BenchHooks(log=InputLogWriter(log, "test", config, memories))), log
 
 
 def logged_run(device: dict[str, Any], act: Any) -> io.StringIO:

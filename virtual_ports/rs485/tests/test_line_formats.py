@@ -4,7 +4,7 @@ import pytest
 
 from hil.vocab.line_format import FORMATS, LineFormat
 from hil.wire.serial_line import character_ns, resample
-from virtual_ports.rs485.waveform import Drive, low_line, read
+from virtual_ports.rs485.waveform import Driving, low_line, read
 
 BAUD = 19200
 ALL = bytes(range(256))
@@ -31,7 +31,7 @@ def test_what_is_sent_is_read_at_about_its_speed(form: LineFormat, read_baud: in
 @each_format
 def test_a_driven_line_reads_as_what_drives_it(form: LineFormat) -> None:
     end_ns = character_ns(256, BAUD, form.bits)
-    lows = low_line([Drive(0, ALL, BAUD, 0, end_ns)], 0, end_ns, form)
+    lows = low_line([Driving(0, ALL, BAUD, 0, end_ns)], 0, end_ns, form)
     characters, _ = read(lows, BAUD, 0, end_ns, end_ns, form)
     assert bytes(each.byte for each in characters) == ALL
     assert [each.at_ns for each in characters] == pytest.approx(
@@ -44,7 +44,7 @@ def test_a_driven_line_reads_as_what_drives_it(form: LineFormat) -> None:
 def test_a_line_of_the_other_parity_reads_as_parity_errors(name: str) -> None:
     form, other = FORMATS[name], FORMATS["8O1" if name == "8E1" else "8E1"]
     end_ns = character_ns(256, BAUD, form.bits)
-    lows = low_line([Drive(0, ALL, BAUD, 0, end_ns)], 0, end_ns, form)
+    lows = low_line([Driving(0, ALL, BAUD, 0, end_ns)], 0, end_ns, form)
     characters, _ = read(lows, BAUD, 0, end_ns, end_ns, other)
     assert all(each.is_parity_error for each in characters)
     assert bytes(each.byte for each in characters) == ALL

@@ -8,7 +8,7 @@ from wire_rig import BAUD, Wire, characters_ns
 from device_profiles.sac.packet import Malformed, Packet, PacketDecoder, encode
 from device_profiles.sac.packet_faults import packet_fault
 from hil.vocab.time import FOREVER
-from virtual_ports.rs485.waveform import Drive, low_line, read
+from virtual_ports.rs485.waveform import Driving, low_line, read
 
 Y = encode(85, 1, b"y")
 
@@ -171,7 +171,7 @@ DATA = st.binary(min_size=1, max_size=12)
 
 @given(DATA, st.sampled_from([9600, 38400, 250_000, 1_000_000]), st.integers(0, 10**6))
 def test_a_lone_driver_is_read_as_it_sent(data, baud, start_ns):
-    drive = Drive(start_ns, data, baud, start_ns, start_ns + characters_ns(len(data), baud))
+    drive = Driving(start_ns, data, baud, start_ns, start_ns + characters_ns(len(data), baud))
     characters, _ = read(low_line([drive], start_ns, drive.off_ns), baud, start_ns, start_ns, FOREVER)
     assert bytes(each.byte for each in characters) == data
     assert not any(each.is_framing_error for each in characters)
@@ -182,7 +182,7 @@ def test_a_lone_driver_is_read_as_it_sent(data, baud, start_ns):
 @given(DATA)
 def test_low_times_are_the_bits(data):
     end_ns = characters_ns(len(data), 1_000_000)
-    lows = low_line([Drive(0, data, 1_000_000, 0, end_ns)], 0, end_ns)
+    lows = low_line([Driving(0, data, 1_000_000, 0, end_ns)], 0, end_ns)
     bits = [bit for byte in data for bit in (0, *(byte >> place & 1 for place in range(8)), 1)]
     assert sum(to_ns - from_ns for from_ns, to_ns in lows) == bits.count(0) * 1000
 

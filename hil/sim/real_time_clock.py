@@ -11,9 +11,9 @@ LAG_BUCKETS = 40
 _NOTHING = nullcontext()
 
 
-class RealTimeDrive:
-    """Real-time drive of a bench, which shares its ``groups``. Until ``start``, and after ``stop``, the
-    groups are the caller's: owning one does nothing. ``turn_over``, ``turn``: as ``hil.sim.bench.Around``."""
+class RealTimeClock:
+    """Clock of a bench in real time, which shares its ``groups``. Until ``start``, and after ``stop``, the
+    groups are the caller's: owning one does nothing. ``turn_over``, ``turn``: those of ``BenchHooks``."""
 
     def __init__(
         self,
