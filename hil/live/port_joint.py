@@ -52,8 +52,9 @@ class Joint(Generic[EndKind]):
         self.listeners: list[Tap] = []
         """Called with all that passes at the port: the direction, and the bytes."""
         self._formatted = port if isinstance(port, FormatPort) else None
+        self.is_held = False
+        """True while the port is kept from reading because the end has no room."""
         self._end: EndKind | None = None
-        self._is_held = False
 
     @property
     def end(self) -> EndKind:
@@ -64,7 +65,7 @@ class Joint(Generic[EndKind]):
     def occupy(self, end: EndKind) -> None:
         """Put this behind the port from now on."""
         self._end = end
-        self._is_held = False
+        self.is_held = False
         self.port.resume_reading()
 
     def vacate(self) -> None:
@@ -79,12 +80,12 @@ class Joint(Generic[EndKind]):
         if self._end is None:
             return 0
         room = self._end.room()
-        if self._is_held and room:
-            self._is_held = False
+        if self.is_held and room:
+            self.is_held = False
             self._end.hold(False)
             self.port.resume_reading()
-        elif not self._is_held and not room:
-            self._is_held = True
+        elif not self.is_held and not room:
+            self.is_held = True
             self._end.hold(True)
             room = self._end.room()  # room may have come meanwhile, of which the port was told
         return room
@@ -112,7 +113,7 @@ class Joint(Generic[EndKind]):
 
     def refresh(self) -> None:
         """Let the port read on if it was held up and there is room again."""
-        if self._is_held:
+        if self.is_held:
             self.room()
 
     def tell(self, towards: str, data: bytes) -> None:

@@ -38,7 +38,6 @@ class UartEnd:
     """Port that is a part of the board."""
     _typed: bytearray = field(default_factory=bytearray, init=False)
     _is_typing: bool = field(default=False, init=False)
-    _is_held: bool = field(default=False, init=False)
     _fresh: list[tuple[int, bytes]] = field(default_factory=list, init=False)
     _line: deque[tuple[int, bytes, Sampled | None]] = field(default_factory=deque, init=False)
     """Bytes on the line, the times at which a client's UART has them, and how it read them, if it reads
@@ -59,7 +58,6 @@ class UartEnd:
 
     def hold(self, is_held: bool) -> None:
         """Hold the port up. On a line room comes with time, and no firmware has to run for it."""
-        self._is_held = is_held
         self.lines.hold(self, is_held)
         if is_held and self._uart.room_ns(self.bench.now_ns) < FOREVER:
             self.lines.schedule(self)
@@ -170,9 +168,9 @@ class UartEnd:
         if framing or parity:
             self.joint.tell_errors(framing=framing, parity=parity)
         due_ns = SimTimeNs(self._line[0][0]) if self._line else FOREVER
-        if self._is_held and self._uart.room(now_ns) > USB_HELD_BYTES // 2:
+        if self.joint.is_held and self._uart.room(now_ns) > USB_HELD_BYTES // 2:
             self.refresh()
-        return min(due_ns, self._uart.room_ns(now_ns)) if self._is_held else due_ns
+        return min(due_ns, self._uart.room_ns(now_ns)) if self.joint.is_held else due_ns
 
 
 def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:
@@ -196,7 +194,6 @@ class TapEnd:
         self._bench = bench
         self._lines = lines
         self._joint = joint
-        self._is_held = False
         self._is_fresh = False
         tap.listeners.append(self._has_heard)
         if isinstance(tap, Tap):
@@ -211,7 +208,6 @@ class TapEnd:
         return 0 if is_full else self.tap.room(self._bench.now_ns)
 
     def hold(self, is_held: bool) -> None:
-        self._is_held = is_held
         self._lines.hold(self, is_held)
         if is_held:
             self._lines.schedule(self)
@@ -246,8 +242,8 @@ class TapEnd:
         if due_ns <= now_ns and (data := self.tap.drain(min(now_ns, self._bench.known_ns(self.tap.name)))):
             self._joint.send(data)
         room_ns = self.tap.room_ns
-        if self._is_held and room_ns > now_ns:
+        if self._joint.is_held and room_ns > now_ns:
             return min(self.tap.next_ns, room_ns)
-        if self._is_held:  # if it is a client that does not read, the port says when that has changed
+        if self._joint.is_held:  # if it is a client that does not read, the port says when that has changed
             self.refresh()
         return self.tap.next_ns
