@@ -231,7 +231,7 @@ def test_metrics_while_a_reload_changes_devices(using: Using) -> None:
     """A scrape lets others run between any two values."""
 
     async def use(ask: Asking) -> None:
-        places, devices = ask.serving.live.places.uarts, ask.serving.live.sim.devices
+        places, devices = ask.serving.live.places, ask.serving.live.sim.devices
         for metric, values in await ask("metrics"):
             place, device, found = places["s10"], devices["s10"], set()
             for labels, _ in values:

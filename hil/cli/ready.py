@@ -18,7 +18,7 @@ from hil.host.log_writer import LogWriter
 from hil.host.new_file import write_file
 from hil.live.live_bench import LiveBench
 from hil.live.refusals import StartError
-from hil.vocab.address import CONTROL_SOCKET, address_of, owner_of
+from hil.vocab.address import CONTROL_SOCKET, address_of
 
 log = logging.getLogger("hil")
 
@@ -95,15 +95,16 @@ def _ready(live: LiveBench, control: Path) -> dict[str, Any]:
 def _bauds(live: LiveBench) -> dict[str, int | None]:
     config, profiles = live.configured.config, live.configured.catalogue.profiles
     bauds: dict[str, int | None] = {}
-    for label in live.places.uarts:
+    for label in live.places:
         name, uart = address_of(label)
-        profile = profiles[config.devices[name].profile]
-        bauds[label] = config.devices[name].uart_bauds(profile)[uart or profile.first_uart]
-    for label in live.places.taps:
-        line = live.sim.segments.get(owner_of(label))
-        bauds[label] = line.baud if line else None
-    for label in live.places.boards:
-        bauds[label] = config.devices[owner_of(label)].baud
+        if (device := config.devices.get(name)) is None:
+            line = live.sim.segments.get(name)
+            bauds[label] = line.baud if line else None
+        elif device.at is None:
+            profile = profiles[device.profile]
+            bauds[label] = device.uart_bauds(profile)[uart or profile.first_uart]
+        else:
+            bauds[label] = device.baud
     return bauds
 
 

@@ -17,7 +17,7 @@ from hil.host.journal import is_journal
 from hil.host.log_writer import LogWriter
 from hil.host.paths import runtime_base
 from hil.net.benches_here import find
-from hil.vocab.address import address_of
+from hil.vocab.address import address_of, owner_of
 from hil.vocab.firmware import NETWORK
 from hil.vocab.port_programs import is_held, port_use
 
@@ -43,8 +43,10 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
     options = _options(runtime, config.bench)
     axis = shlex.join(["hil", *options, "axis"])
     kinds = port_kinds(config)
-    for name, session in serving.live.places.uarts.items():
-        address, twin = session.port.address, session.end.device.name
+    for name, session in serving.live.places.items():
+        address, twin = session.port.address, owner_of(name)
+        if twin not in serving.live.sim.devices:
+            continue
         device = config.devices[twin]
         profile = catalogue.profiles[device.profile]
         place = f"the other end of {address}" if is_held(kinds[name]) else address
@@ -64,7 +66,9 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
     for name, each in serving.live.sim.devices.items():
         if not each.uarts:
             lines.append(f"\n{name}: {each.profile}, without a serial port; {axis} {name}")
-    for name, tap in serving.live.places.taps.items():
+    for name, tap in serving.live.places.items():
+        if owner_of(name) not in serving.live.sim.wires:
+            continue
         place = f"the other end of {tap.port.address}" if is_held(kinds[name]) else tap.port.address
         lines.append(f"\n{name}: tap at {place}, {tap.end.tap.speed}")
     for name, wire in serving.live.sim.wires.items():

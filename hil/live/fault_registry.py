@@ -5,22 +5,20 @@ from dataclasses import asdict
 from typing import Any
 
 from hil.config.explain import suggestion
-from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
 from hil.sim.given_fault import fault_refusal
+from hil.vocab.device import Device, DeviceFaults
 from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused
 from hil.vocab.time import SimTimeNs
 
 
 class FaultRegistry:
-    """Faults of one bench; ``places``: its real boards, on whose lines byte faults can be."""
+    """Faults of one bench; byte faults can be on the real lines of its ``devices``, too."""
 
-    def __init__(self, bench: BenchRuntime, places: Places) -> None:
-        self._bench = bench
-        self._boards = places.boards
-        self._active: dict[int, Fault] = {}
-        self._begin_ns: dict[int, SimTimeNs] = {}
-        """Times at which those of real boards' lines were injected."""
+    def __init__(self, bench: BenchRuntime, devices: Mapping[str, Device]) -> None:
+        self._bench, self._devices = bench, devices
+        self._active: dict[int, tuple[Fault, DeviceFaults, SimTimeNs]] = {}
+        """Those of real lines, with the line and the time of the injection."""
 
     def inject(self, kind: str, target: str, parameters: Mapping[str, object]) -> int:
         """Inject a fault; answers its number.
@@ -30,28 +28,29 @@ class FaultRegistry:
         """
         if kind not in FAULT_KINDS:
             raise FaultRefused(f"there is no fault {kind!r}; {suggestion(kind, FAULT_KINDS)}")
-        if target not in self._boards:
+        device = self._devices.get(target)
+        if (line := device.faults if device else None) is None:
             self._bench.faults.place(target)
         fault = fault_refusal(kind, target, parameters)
-        if target not in self._boards:
+        if line is None:
             return self._bench.inject(fault)
         if FAULT_KINDS[kind].target != PORT or fault.number("start_s") or fault.number("for_s"):
             raise FaultRefused(f"{target} is a real board: what it can have is a byte fault, from now on")
         number = self._bench.faults.new_number()
-        self._boards[target].end.inject(number, fault)
-        self._active[number], self._begin_ns[number] = fault, self._bench.now_ns
+        line.inject(number, fault)
+        self._active[number] = fault, line, self._bench.now_ns
         return number
 
     def clear(self, number: int) -> None:
         """Take a fault away. Raises FaultRefused: there is none of this number."""
-        if fault := self._active.pop(number, None):
-            self._boards[fault.target].end.clear(number)
+        if found := self._active.pop(number, None):
+            found[1].clear(number)
         else:
             self._bench.clear_fault(number)
 
     def forget(self, device: str) -> None:
         """Remove the faults of a real board's line when the board goes or is exchanged."""
-        self._active = {number: fault for number, fault in self._active.items() if fault.target != device}
+        self._active = {number: of for number, of in self._active.items() if of[0].target != device}
 
     def listed(self) -> list[dict[str, Any]]:
         """List all active faults with the times at which they begin; those of real lines with the number of
@@ -61,8 +60,7 @@ class FaultRegistry:
             {"number": number, **asdict(fault), "begin_ns": of_twins.begin_ns[number]}
             for number, fault in of_twins.active.items()
         ]
-        for number, fault in self._active.items():
-            changed_bytes = self._boards[fault.target].end.changed_bytes(number)
-            told = {"begin_ns": self._begin_ns[number], "changed_bytes": changed_bytes}
+        for number, (fault, line, begin_ns) in self._active.items():
+            told = {"begin_ns": begin_ns, "changed_bytes": line.changed_bytes(number)}
             rows.append({"number": number, **asdict(fault), **told})
         return rows

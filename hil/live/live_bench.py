@@ -125,14 +125,14 @@ def make_live(
         BenchHooks(lines.turn_over, turn, guard, places.tell_stopped, log),
     )
     stack.callback(sim.stop)
-    faults, reservations = FaultRegistry(sim, places), Reservations(devices)
+    faults, reservations = FaultRegistry(sim, devices), Reservations(devices)
     watches = Watches(sim, config.speed, watch_idle_s)
     stack.callback(watches.stop)
     vitals = Vitals(sim)
     stack.callback(vitals.stop)
-    stage = Stage(sim, configured, places, context)
     home = TwinHome(sim, places, commits, watches.sampler, notes, config.speed)
-    swap = Swap(sim, configured, stage, places, devices, lines, commits, faults, watches, notes, home)
+    stage = Stage(sim, configured, places, context, home)
+    swap = Swap(sim, configured, stage, places, devices, lines, commits, faults, watches, notes)
     apply = Apply(sim, stage, devices, files, reservations, bridges, swap)
     reloader = Reloader(at.config, at.folder, sim, configured, files, reservations, apply)
     return LiveBench(

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from hil.live.places import Places
+from hil.sim.bench import BenchRuntime
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.device import Device
 from hil.vocab.ports import EchoState
@@ -12,10 +13,10 @@ Echo = Mapping[str, str | int]
 
 
 def echoes(
-    devices: Mapping[str, Device], places: Places, bridges: Mapping[str, Bridge]
+    devices: Mapping[str, Device], sim: BenchRuntime, places: Places, bridges: Mapping[str, Bridge]
 ) -> Iterator[tuple[str, Echo]]:
     """Adapters, by the name of their place, or the address of a bridge's line."""
-    told = [(label, joint.port.stats().echo) for label, joint in places.taps.items()]
+    told = [(joint.label, joint.port.stats().echo) for wire in sim.wires for joint in places.of(wire)]
     told += [each for device in devices.values() for each in device.echoes()]
     for name, echo in told:
         if echo and echo.state is not EchoState.UNSOUGHT:

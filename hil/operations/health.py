@@ -92,9 +92,9 @@ class Health:
             remedy = f"it keeps its old content; mend {self.state_dir} and let the board store again"
             yield HealthProblem("flash", name, f"its flash was not written: {why}", remedy)
         yield from (each for each in found if each.kind != "device")
-        for name, tap in self.places.taps.items():
+        for tap in (tap for wire in self.sim.wires for tap in self.places.of(wire)):
             if tap.failure:
-                yield HealthProblem("port", name, tap.failure, "restart the bench")
+                yield HealthProblem("port", tap.label, tap.failure, "restart the bench")
 
 
 def lateness(grant: Grant, missed_share: float, loop_worst_ns: int) -> Iterator[HealthProblem]:

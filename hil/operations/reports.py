@@ -20,6 +20,7 @@ from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.operations.wire_reports import listed_nodes, listed_wires
 from hil.sim.bench import BenchRuntime
+from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.verbs import VerbRefused, described
@@ -55,7 +56,8 @@ class Reports:
         taps = [
             {"tap": name, "kind": kinds[name]}
             | {"port": tap.port.address, "clients": tap.port.stats().clients}
-            for name, tap in self.places.taps.items()
+            for name, tap in self.places.items()
+            if owner_of(name) in self.sim.wires
         ]
         yield head | {"devices": devices, "taps": taps, "nodes": listed_nodes(self.sim)}
 
@@ -90,7 +92,7 @@ class Reports:
         yield listed | {
             "health": self.health.as_dict(),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
-            "echoes": dict(echoes(self.devices, self.places, self.bridges)),
+            "echoes": dict(echoes(self.devices, self.sim, self.places, self.bridges)),
             **self._wires(),
             "faults": self.faults.listed(),
             "runs": self.runs.under_way(),
@@ -140,8 +142,8 @@ class Reports:
 def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:
     """Format the bench in a line for systemd: devices, failures, clients, real time, missed ticks."""
     failed = [name for name, device in sim.devices.items() if device.failed]
-    failed += [label for label, place in places.uarts.items() if place.failure]
-    clients = sum(place.port.stats().clients for place in places.joints())
+    failed += [label for label, joint in places.items() if owner_of(label) in sim.devices and joint.failure]
+    clients = sum(joint.port.stats().clients for joint in places.values())
     missing = f" (no {' and no '.join(grant.missing)})" if grant.missing else ""
     return "; ".join(
         [

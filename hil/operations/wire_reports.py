@@ -7,7 +7,6 @@ from hil.config.station_names import CANOPEN, node_name
 from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
 from hil.sim.card import NumberedCard
-from hil.vocab.address import owner_of
 from hil.vocab.health_words import HealthProblem
 from hil.vocab.verbs import VerbRefused
 from hil.vocab.wire import Report, Wire, WireTap
@@ -26,10 +25,9 @@ def wire_problems(sim: BenchRuntime, places: Places) -> Iterator[HealthProblem]:
 
 
 def _taps(places: Places, wire: Wire) -> list[WireTap]:
-    own = {label: joint for label, joint in places.taps.items() if owner_of(label) == wire.name}
     return [
-        WireTap(label, joint.port.address, joint.port.stats().clients, joint.failure, joint.end.tap)
-        for label, joint in own.items()
+        WireTap(each.label, each.port.address, each.port.stats().clients, each.failure, each.end.tap)
+        for each in places.of(wire.name)
     ]
 
 

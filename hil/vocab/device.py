@@ -10,12 +10,26 @@ from typing import Any, Protocol
 
 from hil.vocab.axis import Axis, AxisNow
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo, Done, Watch
+from hil.vocab.faults import Fault
 from hil.vocab.health_words import HealthProblem
 from hil.vocab.ports import EchoStats
 from hil.vocab.verbs import VerbRefused
 
 Doing = Done | Coroutine[Any, Any, Done]
 """Result of what is done at once, or when the device has confirmed it."""
+
+
+class DeviceFaults(Protocol):
+    """Faults of a real line, by their numbers: of bytes, from now on."""
+
+    def inject(self, number: int, fault: Fault) -> None:
+        """Begin a fault."""
+
+    def clear(self, number: int) -> None:
+        """End a fault."""
+
+    def changed_bytes(self, number: int) -> int:
+        """Number of bytes that a fault has changed."""
 
 
 class Device(Protocol):
@@ -123,6 +137,10 @@ class Device(Protocol):
 
     def problems(self, is_service: bool) -> Iterator[HealthProblem]:
         """Present problems. ``is_service``: a service manager shuts hil off from devices."""
+
+    @property
+    def faults(self) -> DeviceFaults | None:
+        """Faults of its real line; None: it has them in simulated time, or can have none."""
 
     # ---- its life ----
 

@@ -45,9 +45,9 @@ class BenchPlan:
         """Names of devices that have one of these actions, in order."""
         return [change.device for change in self.changes if change.device and change.action in actions]
 
-    def begun(self, *, twins: bool) -> list[str]:
-        """Names of devices that are new or start again: twins, or real boards."""
-        return [name for name in self.named("restart", "add") if self.has_twin(name) == twins]
+    def begun(self) -> list[str]:
+        """Names of devices that are new or start again."""
+        return self.named("restart", "add")
 
     def sections(self, name: str, stored: Mapping[str, bytes]) -> dict[str, bytes]:
         """Memory of a twin as it begins: what the configuration asks for, over what is stored."""
@@ -106,7 +106,7 @@ def _plan(
     memories: dict[str, Loaded] = {}
     tables: dict[str, Mapping[str, bytes]] = {}
     plan, problems = BenchPlan(new, tuple(changes), memories, tables, catalogue.boards, is_start), []
-    for name in plan.begun(twins=True):
+    for name in filter(plan.has_twin, plan.begun()):
         try:
             if memory := _memory(old, new, name, files):
                 memories[name] = memory

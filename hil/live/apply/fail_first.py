@@ -56,7 +56,7 @@ class Apply:
             *(device.close() for device in leaving),
             return_exceptions=True,
         )
-        begun = [self.devices[name] for name in plan.named("restart", "add")]
+        begun = [self.devices[name] for name in plan.begun()]
         opened = await asyncio.gather(*(device.begin() for device in begun), return_exceptions=True)
         for error in filter(None, [*closed, *opened]):  # hil's own error: the other ports go on
             log.error("a port that was exchanged", exc_info=error)

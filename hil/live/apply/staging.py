@@ -3,15 +3,19 @@
 import errno
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
-from hil.config import PortConfig
-from hil.drives.drive_control import DriveControl
+from hil.config import DeviceConfig, PortConfig
+from hil.drives.shared_lines import SharedLines
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.make_drive import make_drive
 from hil.live.configured import Configured
+from hil.live.devices.board_device import BoardDevice
+from hil.live.devices.drive_device import DriveDevice
+from hil.live.devices.twin_device import TwinDevice, TwinHome
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
@@ -19,19 +23,20 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.group import Group
 from hil.sim.twin import Twin
 from hil.vocab.address import Address
+from hil.vocab.device import Device
 from hil.vocab.ports import Port, PortContext, PortError
 
 
 @dataclass
 class Staged:
     """Parts for a plan, made beside the bench. ``joints``: those of ports that are new and open already,
-    vacant, by label; ``lines``: those of real boards, still closed; ``drives``: not asked yet; ``seeds``:
-    index of each twin's axis among the bench's seeds."""
+    vacant, by label; ``lines``: those of real boards, still closed; ``makers``: make the device of each name,
+    once its joints are occupied; ``seeds``: index of each twin's axis among the bench's seeds."""
 
     twins: dict[str, tuple[Group, Twin]] = field(default_factory=dict)
     joints: dict[str, Joint[Any]] = field(default_factory=dict)
     lines: dict[str, Port] = field(default_factory=dict)
-    drives: dict[str, DriveControl] = field(default_factory=dict)
+    makers: dict[str, Callable[[], Device]] = field(default_factory=dict)
     seeds: dict[str, int] = field(default_factory=dict)
 
 
@@ -43,6 +48,8 @@ class Stage:
     configured: Configured
     places: Places
     context: Callable[[str], PortContext]
+    home: TwinHome
+    drive_lines: SharedLines = field(default_factory=SharedLines, init=False)
     _seeds: dict[str, int] = field(default_factory=dict, init=False)
 
     async def prepare(self, plan: BenchPlan, staged: Staged) -> None:
@@ -53,7 +60,7 @@ class Stage:
         """
         problems: list[str] = []
         joined = joined_devices(plan.config) if plan.is_start else {}
-        for name in plan.begun(twins=True):
+        for name in plan.tables:
             try:
                 self._make_twin(plan, staged, name, joined.get(name))
             except MemoryError as error:
@@ -66,11 +73,13 @@ class Stage:
         if plan.is_start:
             for label, port in plan.config.tap_ports().items():
                 await self._open(staged, self.context(label), port, problems)
-        for name in plan.begun(twins=False):
-            device = plan.config.devices[name]
+        for name in (each for each in plan.begun() if each not in plan.tables):
+            device, speed = plan.config.devices[name], plan.config.speed
             if drive := make_drive(name, device, self.configured.catalogue, lambda: self.bench.now_ns):
-                staged.drives[name] = drive
+                own = (drive, self.drive_lines, device.profile, device.at, speed)
+                staged.makers[name] = partial(DriveDevice, *own)
                 continue
+            staged.makers[name] = partial(self._board, name, device, speed)
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))
             if device.port and not self.keeps_port(plan, name, ""):
                 await self._open(staged, self.context(name), device.port, problems)
@@ -102,7 +111,20 @@ class Stage:
         seed = axis_seed(plan.config, staged.seeds[name])
         group = staged.twins[partner][0] if partner else self.bench.open_group()
         catalogue = self.configured.catalogue
-        staged.twins[name] = group, make_device(self.bench, name, config, catalogue, {}, seed, group)
+        twin = make_device(self.bench, name, config, catalogue, {}, seed, group)
+        staged.twins[name] = group, twin
+        staged.makers[name] = partial(TwinDevice, self.home, twin, catalogue.boards[config.profile])
+
+    def _board(self, name: str, config: DeviceConfig, speed: float) -> BoardDevice:
+        return BoardDevice(
+            self.bench,
+            self.places[name],
+            (config.profile, self.configured.catalogue.boards[config.profile]),
+            config.at,
+            speed,
+            period_ns=round(1e9 / config.setpoint_rate_Hz),
+            delay_ns=round(config.line_delay_ms * 1e6),
+        )
 
     def _seed_index(self, plan: BenchPlan, staged: Staged, name: str) -> int:
         """Index of a twin's seed: it keeps its own, a new one gets the first that is free."""

@@ -2,23 +2,18 @@
 fault of the configuration."""
 
 import logging
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from hil.compose.build import join_devices
-from hil.drives.shared_lines import SharedLines
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
 from hil.live.board_end import BoardEnd
 from hil.live.configured import Configured
 from hil.live.devices.bench_devices import Devices
-from hil.live.devices.board_device import BoardDevice
-from hil.live.devices.drive_device import DriveDevice
-from hil.live.devices.twin_device import TwinDevice, TwinHome
 from hil.live.fault_registry import FaultRegistry
 from hil.live.lines import Lines
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
-from hil.live.port_joint import Joint
 from hil.live.refusals import Refused
 from hil.live.sim_ends import TapEnd, UartEnd
 from hil.live.watches import Watches
@@ -45,8 +40,6 @@ class Swap:
     faults: FaultRegistry
     watches: Watches
     notes: dict[str, str]
-    home: TwinHome
-    drive_lines: SharedLines = field(default_factory=SharedLines)
 
     def carry_out(
         self, plan: BenchPlan, staged: Staged, asides: dict[str, str]
@@ -91,25 +84,24 @@ class Swap:
         self.notes.pop(name, None)  # of the start that ends here
         if not plan.has_twin(name):
             self.commits.failures.pop(name, None)
-        for joint in self.places.of_device(name):
+        for joint in self.places.of(name):
             joint.vacate()
             if self.stage.keeps_port(plan, name, address_of(joint.label).part):
                 continue
             gone.append(joint.port)
-            self.places.remove(joint.label)
+            del self.places[joint.label]
             if joint.label in staged.joints:
                 staged.joints[joint.label].listeners = joint.listeners
         return gone
 
     def _occupy(self, plan: BenchPlan, staged: Staged) -> None:
-        uarts, taps, boards = self.places.uarts, self.places.taps, self.places.boards
+        places = self.places
         profiles = self.configured.catalogue.profiles
         for name, (_, device) in staged.twins.items():
             native_usb = profiles[device.profile].usb == "native"
             for uart in device.uarts:
                 label = device.uarts.label(name, uart)
-                joint: Joint[UartEnd] | None = staged.joints.get(label) or uarts.get(label)
-                if joint:
+                if joint := staged.joints.get(label) or places.get(label):
                     end = UartEnd(
                         self.bench,
                         self.lines,
@@ -118,40 +110,24 @@ class Swap:
                         device.uarts.short(uart),
                         native_usb=native_usb,
                     )
-                    uarts[label] = joint
+                    places[label] = joint
                     joint.occupy(end)
         for label in self.bench.taps if plan.is_start else ():
-            taps[label] = staged.joints[label]
-            taps[label].occupy(TapEnd(self.bench, self.lines, taps[label], self.bench.taps[label]))
+            places[label] = joint = staged.joints[label]
+            joint.occupy(TapEnd(self.bench, self.lines, joint, self.bench.taps[label]))
         for name, line in staged.lines.items():
-            boards[name] = staged.joints.get(name) or boards[name]
-            boards[name].occupy(BoardEnd(boards[name], line))
+            places[name] = joint = staged.joints.get(name) or places[name]
+            joint.occupy(BoardEnd(joint, line))
 
     def _add(self, plan: BenchPlan, staged: Staged) -> None:
         """Add what begins to the bench's devices, each with all that its profile says."""
-        speed, boards = plan.config.speed, self.configured.catalogue.boards
-        for name in plan.begun(twins=True):
-            twin, profile = staged.twins[name][1], boards[plan.config.devices[name].profile]
-            self.devices[name] = TwinDevice(self.home, twin, profile)
-        for name in plan.begun(twins=False):
-            config = plan.config.devices[name]
-            if control := staged.drives.get(name):
-                self.devices[name] = DriveDevice(control, self.drive_lines, config.profile, config.at, speed)
-                continue
-            self.devices[name] = BoardDevice(
-                self.bench,
-                self.places.boards[name],
-                (config.profile, boards[config.profile]),
-                config.at,
-                speed,
-                period_ns=round(1e9 / config.setpoint_rate_Hz),
-                delay_ns=round(config.line_delay_ms * 1e6),
-            )
+        for name in plan.begun():
+            self.devices[name] = staged.makers[name]()
         self.devices.order(plan.config.devices)
 
     def _inject(self, plan: BenchPlan) -> None:
         """Inject the configuration's faults on devices that begin."""
-        begun = {*plan.begun(twins=True), *plan.begun(twins=False)}
+        begun = plan.begun()
         for fault in plan.config.faults:
             place = owner_of(fault.target)
             if place not in begun and not plan.is_start:

@@ -58,6 +58,7 @@ class BoardDevice(RealDevice):
     ) -> None:
         super().__init__(joint.label, at, speed)
         self._bench, self._joint, self._end = bench, joint, joint.end
+        self.faults = joint.end
         self._kind, self._says = profile
         table = self._says.table
         verbs = {verb: each for verb, each in table.items() if verb == "type" or verb in self._says.dialogues}

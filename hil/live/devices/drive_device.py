@@ -34,6 +34,7 @@ _COUNTERS = ("polls", "writes", "time_outs", "garbled", "exceptions")
 class DriveDevice(RealDevice):
     """Real drive, as ``hil.vocab.device.Device``. ``lines``: those that the bench's drives share."""
 
+    faults = None
     is_talking = False
 
     def __init__(
@@ -42,6 +43,7 @@ class DriveDevice(RealDevice):
         super().__init__(control.drive.name, at, speed)
         self._control, self._lines, self._profile = control, lines, profile
         self._drive, self._axis = control.drive, control.axis
+        self._has_stopped = False
 
     def info(self, part: str) -> DeviceInfo:
         if part:
@@ -186,10 +188,12 @@ class DriveDevice(RealDevice):
         """Leave nothing behind: it has no place in simulated time."""
 
     async def stop(self) -> None:
-        """Wait for ``close``: drives stop one after the other."""
+        if not self._has_stopped:
+            self._has_stopped = True
+            await self._axis.end()
 
     async def close(self) -> None:
-        await self._axis.end()
+        await self.stop()  # one that a reload takes away goes on moving until here
         await self._control.end(self._lines)
 
 

@@ -59,6 +59,7 @@ class TwinDevice:
     """
 
     is_there: bool | None = None
+    faults = None
     is_talking = False
     where = ""
 
@@ -139,7 +140,7 @@ class TwinDevice:
         if device.failed:
             remedy = "reset it" if device.power.is_there else "end it"
             raise VerbRefused("failed", f"{device.failed}; {remedy}")
-        if place := self._home.places.uarts.get(uarts.label(self.name, part)):
+        if place := self._home.places.get(uarts.label(self.name, part)):
             return Done(place.end.type(data), {})
         return Done(self._sim.apply_to(device, Bytes(data, port=uarts.short(part))), {})
 
@@ -207,7 +208,7 @@ class TwinDevice:
     # ---- how it does ----
 
     def _joints(self) -> Iterator[Joint[UartEnd]]:
-        uarts, joints = self._device.uarts, self._home.places.uarts
+        uarts, joints = self._device.uarts, self._home.places
         return (joints[label] for uart in uarts if (label := uarts.label(self.name, uart)) in joints)
 
     def counters(self) -> Mapping[str, int]:
@@ -236,7 +237,7 @@ class TwinDevice:
 
     def status(self) -> dict[str, Any]:
         home, device = self._home, self._device
-        place = home.places.uarts.get(self.name)
+        place = home.places.get(self.name)
         motors = {axis: each for axis, each in device.axes.items() if each.kind.has_motor}
         shots = {axis: each.published().as_dict() for axis, each in motors.items()}
         own = home.notes.get(self.name)

@@ -72,7 +72,7 @@ class World(asyncio.SelectorEventLoop):
         for name, line in self.lines.items():
             joint = Joint[BoardEnd](name, cast(Port, Programs()))
             joint.occupy(BoardEnd(joint, cast(Port, line)))
-            self.places.boards[name] = joint
+            self.places[name] = joint
         known, near, delay_ns = find_catalogue().boards, self.near._runtime, round(line_delay_ms * 1e6)
         home = TwinHome(near, Places(), cast(Commits, None), self.near._sampler, {}, 1)
         self.devices = Devices({"m1": TwinDevice(home, near.devices["m1"], known["mechaduino"])})
@@ -80,7 +80,7 @@ class World(asyncio.SelectorEventLoop):
             profile = str(board["profile"])
             self.devices[name] = BoardDevice(
                 near,
-                self.places.boards[name],
+                self.places[name],
                 (profile, known[profile]),
                 self.lines[name].address,
                 1,
@@ -94,7 +94,7 @@ class World(asyncio.SelectorEventLoop):
         return self._now_s
 
     def end(self, name: str) -> BoardEnd:
-        return self.places.boards[name].end
+        return cast(BoardEnd, self.places[name].end)
 
     def pass_time(self, most_s: float) -> None:
         """Let time pass, until a board says something."""
