@@ -6,7 +6,7 @@ import json
 import re
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from types import FrameType
 
 import pytest
+from aiohttp import ClientSession
 from mentions import MENTION, definitions, is_defined
 
 from hil.compose import find_catalogue
@@ -124,6 +125,28 @@ def asked_to_move() -> list[Name]:
     return calls
 
 
+def in_a_daemon(folder: Path, bench: object, act: Callable[[Serving], Awaitable[None]]) -> None:
+    """Act at a bench in a daemon, whose file is ``t.yaml`` in the folder, and end it."""
+    file = folder / "t.yaml"
+    config = parse(json.dumps(bench), str(file), find_catalogue())
+    bases = {"runtime_base": folder / "run", "state_base": folder / "state"}
+
+    async def main() -> None:
+        daemon = Daemon(config, config_folder=folder, config_file=file, **bases)
+
+        async def doing(serving: Serving) -> None:
+            try:
+                await act(serving)
+            finally:
+                daemon.stop()
+
+        tasks: list[asyncio.Task[None]] = []
+        await daemon.run(lambda serving: tasks.append(asyncio.get_running_loop().create_task(doing(serving))))
+        await tasks[0]
+
+    asyncio.run(main())
+
+
 @cache
 def reloaded() -> list[Name]:
     """A reload after which m1 is as it was, m2 begins elsewhere, m3 is new and m4 gone."""
@@ -137,28 +160,39 @@ def reloaded() -> list[Name]:
     }
     done: dict[str, list[str]] = {}
 
-    async def main(folder: Path) -> None:
-        file = folder / "t.yaml"
-        config = parse(json.dumps(before), str(file), find_catalogue())
-        bases = {"runtime_base": folder / "run", "state_base": folder / "state"}
-        daemon = Daemon(config, config_folder=folder, config_file=file, **bases)
+    with TemporaryDirectory() as name:
+        folder = Path(name)
 
         async def ask(serving: Serving) -> None:
-            try:
-                (folder / "state" / "t" / "m3.nvm").write_text("what no board has written")
-                file.write_text(json.dumps(after))
-                with called(calls):
-                    done.update(await serving.desk.ask(LOCAL, "reload", "", {}))
-            finally:
-                daemon.stop()
+            (folder / "state" / "t" / "m3.nvm").write_text("what no board has written")
+            (folder / "t.yaml").write_text(json.dumps(after))
+            with called(calls):
+                done.update(await serving.desk.ask(LOCAL, "reload", "", {}))
 
-        tasks: list[asyncio.Task[None]] = []
-        await daemon.run(lambda serving: tasks.append(asyncio.get_running_loop().create_task(ask(serving))))
-        await tasks[0]
-
-    with TemporaryDirectory() as folder:
-        asyncio.run(main(Path(folder)))
+        in_a_daemon(folder, before, ask)
     assert done == {"kept": ["m1"], "restarted": ["m2"], "added": ["m3"], "removed": ["m4"]}
+    return calls
+
+
+@cache
+def watched() -> list[Name]:
+    """Two fields of a Mechaduino, watched at the page's WebSocket until the first samples are there."""
+    calls: list[Name] = []
+    wanted = {"what": "samples", "target": "m1", "fields": ["r", "yw"], "rate_Hz": 60}
+
+    async def watch(serving: Serving) -> None:
+        status = json.loads(b"".join((await serving.desk.ask(LOCAL, "status", "", {})).parts))
+        url = status["bridges"]["web"]["root"] + "ws"
+        async with ClientSession() as session, session.ws_connect(url, protocols=("hil.v1",)) as page:
+            assert "hello" in await page.receive_json()
+            with called(calls):
+                await page.send_json({"id": 1, "do": "watch", **wanted})
+                assert await page.receive_json() == {"id": 1, "answer": {"watch": 1}}
+                await page.receive_bytes()
+
+    bench = {"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}, "bridges": {"web": {"port": 0}}}
+    with TemporaryDirectory() as name:
+        in_a_daemon(Path(name), bench, watch)
     return calls
 
 
@@ -213,13 +247,15 @@ TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-reload", "## In one step"): reloaded,
     ("follow-a-fault", "## In simulated time"): pulled,
     ("follow-a-key", "## The checks"): checked,
+    ("follow-a-watch", "## The request"): watched,
+    ("follow-a-watch", "## The samples"): watched,
     ("follow-a-run", "## The plan"): run,
     ("follow-a-run", "## In simulated time"): run,
 }
 """Sections whose Python functions are called in the order in which they are named, by what calls them."""
 REAL_TIME = ("hil/live/", "hil/sim/input_log.py", "virtual_ports/pty/")
 """Places of code that the kit does not run."""
-IN_A_DAEMON = (reloaded,)
+IN_A_DAEMON = (reloaded, watched)
 """Acts in a daemon, which runs the code of ``REAL_TIME`` too."""
 
 
