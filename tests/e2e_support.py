@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import pytest
 from typer.testing import CliRunner
 
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 from hil.net.control_client import ControlError, ask
 from hil.vocab.time import FOREVER
 

@@ -22,7 +22,7 @@ from e2e_support import PATIENCE_S, Place, Server, until
 from markdown_blocks import ROOT, blocks, fits
 from typer.testing import CliRunner
 
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 
 _PROMPT = re.compile(r"^([$#]) (\S.*)$")
 _HIL = re.compile(r"(?:^|[|;&] *)hil (?!reference)([a-z-][^|;&>]*)")

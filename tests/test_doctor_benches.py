@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.cli import doctor_benches
+from hil.cli.bench import doctor_benches
 from hil.host.doctor import Diagnosis
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from e2e_support import HIL, TERMINAL, Place, config, until
 
-from hil.cli.command_group import app
-from hil.cli.command_table import VALUES
-from hil.cli.commands import commands
-from hil.cli.completion_names import KINDS
+from hil.cli.documents.command_tree import commands
+from hil.cli.documents.completion_names import KINDS
+from hil.cli.framework.command_group import app
+from hil.cli.framework.command_table import VALUES
 
 SAC = {"profile": "sac", "flash": {}, "network": {"kind": "pty"}}
 BASH = """

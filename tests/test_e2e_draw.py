@@ -10,7 +10,7 @@ import pytest
 from e2e_support import Place, config, until
 from typer.testing import CliRunner
 
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 
 HOLDING = {"m1": {}}
 

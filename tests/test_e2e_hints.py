@@ -11,8 +11,8 @@ import pytest
 import typer
 from e2e_support import HIL, PATIENCE_S, Place, Server, config
 
-from hil.cli.command_group import app
-from hil.cli.told import all_pasteable, begin, pasteable
+from hil.cli.framework.command_answers import all_pasteable, begin, pasteable
+from hil.cli.framework.command_group import app
 from hil.net.benches_here import Found, Here
 
 

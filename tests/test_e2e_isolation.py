@@ -10,7 +10,7 @@ import asyncio, logging, sys
 from pathlib import Path
 from hil.config import parse
 from hil.compose import find_catalogue
-from hil.cli.started import started as say_started
+from hil.cli.bench.started import started as say_started
 from hil.host.log_writer import LogWriter
 from hil.daemon import Daemon
 from hil.vocab.firmware import ByteAvailable, Delay

@@ -88,7 +88,7 @@ def test_the_memory_of_another_kind_of_board_is_kept_aside_and_the_note_of_it_en
 SLOW = """
 import sys, time
 from pathlib import Path
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 from hil.live.store import StoreCalls
 
 fsync = StoreCalls.fsync

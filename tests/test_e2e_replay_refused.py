@@ -12,7 +12,7 @@ import pytest
 from e2e_support import HIL, PATIENCE_S, TERMINAL, until
 from typer.testing import CliRunner
 
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 
 DEVICE = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from e2e_support import PATIENCE_S, Place, Server, config, ended, free_port, until
 
-from hil.cli.exit_codes import EXIT_CODES, Exit
+from hil.cli.framework.exit_codes import EXIT_CODES, Exit
 from hil.client import ClientError, CommandError, connect_sync
 
 SAC = {"profile": "sac", "flash": {}}

@@ -17,7 +17,7 @@ import pytest
 from e2e_support import AS_STRANGER, HIL, PATIENCE_S, STRANGER_UID, TERMINAL, Place, config, needs_stranger
 from typer.testing import CliRunner
 
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 from hil.net import control_client as client
 from hil.net.answers import FORMS, misfit
 from hil.net.control_client import BenchEnded, BenchLate, ControlError, ask

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from e2e_support import HIL, PATIENCE_S, Place, Server, until
 
-from hil.cli.command_group import panel_of
-from hil.cli.command_table import PANELS
-from hil.cli.exit_codes import EXIT_CODES, Exit
+from hil.cli.framework.command_group import panel_of
+from hil.cli.framework.command_table import PANELS
+from hil.cli.framework.exit_codes import EXIT_CODES, Exit
 
 BENCH = """
 bench: t

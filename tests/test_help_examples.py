@@ -9,8 +9,8 @@ from markdown_blocks import ROOT
 from page_sessions import Session, captured, interrupted
 
 from device_profiles.sac.packet import encode
-from hil.cli.command_group import app
-from hil.cli.commands import commands
+from hil.cli.documents.command_tree import commands
+from hil.cli.framework.command_group import app
 
 EXAMPLES = {
     command.name: re.findall(r"^Example: (hil .+)", command.about, re.M) for command in commands(app).all()

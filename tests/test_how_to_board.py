@@ -10,7 +10,7 @@ import pytest
 from how_to_pages import run_tests
 from typer.testing import CliRunner
 
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 from hil.testing import Bench
 
 PAGE = (Path(__file__).parents[1] / "docs/how-to/add-a-profile.md").read_text()

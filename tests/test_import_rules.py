@@ -90,7 +90,7 @@ PLANTS = {
     "host to live": planted("hil.host.new", "hil.live.guard"),
     "net to operations": planted("hil.net.new", "hil.operations.health"),
     "live to operations": planted("hil.live.new", "hil.operations.health"),
-    "live to cli": planted("hil.live.new", "hil.cli.views"),
+    "live to cli": planted("hil.live.new", "hil.cli.bench.views"),
     "health to daemon": planted("hil.operations.new", "hil.daemon"),
     "client to sim": planted("hil.client.new", "hil.sim.inputs"),
     "arduino to live": planted("hil.arduino.new", "hil.live.store"),

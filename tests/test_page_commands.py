@@ -11,7 +11,7 @@ from markdown_blocks import ROOT, all_pages
 from page_preparations import CARRIED_OUT, PREPARATIONS
 from page_sessions import Session, Step, hil_lines, inline_commands, parsed, steps
 
-from hil.cli.command_classes import USAGE_ERROR
+from hil.cli.framework.command_classes import USAGE_ERROR
 
 PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
 ALL = [str(path.relative_to(ROOT)) for path in all_pages() if path.name != "CHANGELOG.md"]

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from hil.cli.command_group import app
-from hil.cli.commands import commands
-from hil.cli.completion import SHELLS
-from hil.cli.man import man_page
-from hil.cli.reference import reference
-from hil.cli.surroundings import ENVIRONMENT
+from hil.cli.documents.command_tree import commands
+from hil.cli.documents.completion import SHELLS
+from hil.cli.documents.man import man_page
+from hil.cli.documents.reference import reference
+from hil.cli.documents.surroundings import ENVIRONMENT
+from hil.cli.framework.command_group import app
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "reference.md"

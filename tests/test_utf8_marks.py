@@ -4,8 +4,8 @@ from pathlib import Path
 
 from bridges.zenoh.users import read_users as read_zenoh_users
 from device_profiles.sac.companion_files import read_one_shot
-from hil.cli.draw_commands import _train
-from hil.cli.serve_command import read_config
+from hil.cli.bench.serve_command import read_config
+from hil.cli.boards.draw_commands import _train
 from hil.compose import read_text
 
 MARK = "\ufeff"

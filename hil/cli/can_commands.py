@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from hil.cli.ask import ANY_BENCH, BenchOptions
-from hil.cli.told import CommandAnswer
+from hil.cli.framework.ask import ANY_BENCH, BenchOptions
+from hil.cli.framework.command_answers import CommandAnswer
 
 
 def eds(

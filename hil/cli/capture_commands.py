@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hil.cli.ask import ANY_BENCH, BenchOptions, fail
-from hil.cli.told import AsJson, CommandAnswer
+from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
+from hil.cli.framework.command_answers import AsJson, CommandAnswer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -88,7 +88,7 @@ def capture(
 
 def _capture(sources: list[str], target: Any, count: int | None, bench: BenchOptions) -> None:
     from hil.cli.capture_run import capture_run
-    from hil.cli.exit_codes import exit_of
+    from hil.cli.framework.exit_codes import exit_of
     from hil.cli.time_order import WINDOW_NS
     from hil.net.control_client import ControlError, ask, begin
     from hil.wire.pcapng import CaptureError
@@ -153,7 +153,7 @@ def decode(
     """
     from hil.cli.capture_targets import LinesTarget
     from hil.cli.decoding import Decoder
-    from hil.cli.interrupts import ended_by
+    from hil.cli.framework.interrupts import ended_by
     from hil.host.journal import say
     from hil.wire.pcapng import CaptureError
 

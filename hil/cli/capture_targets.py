@@ -15,11 +15,11 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
-from hil.cli.ask import fail
 from hil.cli.capture_files import CaptureFile, Stream, capture_file, is_log
 from hil.cli.decoded_item import DecodedItem
-from hil.cli.installed_files import installed
-from hil.cli.problem_lines import has_colours
+from hil.cli.framework.ask import fail
+from hil.cli.framework.installed_files import installed
+from hil.cli.framework.problem_lines import has_colours
 from hil.host.shown_stream import own
 from hil.wire.pcapng import CaptureError, Interface
 

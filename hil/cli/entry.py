@@ -15,7 +15,7 @@ def main() -> None:
 
     guard_streams()
     if sys.argv[1:2] == ["_names"]:
-        from hil.cli.completion_names import print_names
+        from hil.cli.documents.completion_names import print_names
 
         print_names(sys.argv[2:])
         return
@@ -33,12 +33,12 @@ def main() -> None:
     elif not is_for_another:  # the program there handles signals in its own way, too
         gc.set_threshold(100_000)  # a short life: what imports make is no garbage
         # `serve` handles signals in its own way
-        from hil.cli.interrupts import end_by_signals
+        from hil.cli.framework.interrupts import end_by_signals
 
         end_by_signals()
     try:
-        from hil.cli.command_group import app
-        from hil.cli.told import wants_json
+        from hil.cli.framework.command_answers import wants_json
+        from hil.cli.framework.command_group import app
 
         if wants_json():
             _answer_in_json(app)
@@ -67,8 +67,8 @@ def _answer_in_json(app: Any) -> None:
     """Run a command whose errors are told in JSON, too, and exit."""
     import typer
 
-    from hil.cli.command_classes import USAGE_ERROR
-    from hil.cli.told import error_line
+    from hil.cli.framework.command_answers import error_line
+    from hil.cli.framework.command_classes import USAGE_ERROR
 
     try:
         code = app(standalone_mode=False)

@@ -14,7 +14,7 @@ from hil.arduino.install import (
     uninstall,
 )
 from hil.arduino.protocol import PROTOCOL
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 from hil.compose import find_catalogue
 
 FILES = ("platform.txt", "boards.txt")

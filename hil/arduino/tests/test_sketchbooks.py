@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from hil.arduino import sketchbooks
 from hil.arduino.sketchbooks import find_sketchbooks
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 
 HARDWARE = "hardware/hil/virtual"
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from hil.cli.shown_words import fixed, shown_number
-from hil.cli.views import field_lines, status_view
+from hil.cli.bench.views import field_lines, status_view
+from hil.cli.framework.shown_words import fixed, shown_number
 
 COUNTERS = ("rx_bytes", "tx_bytes", "dropped_bytes", "overrun_bytes", "clients")
 SERVO = {"position_deg": 367.15, "velocity_rpm": 4.08e-103, "mode": 120, "loop_on": 1, "yw": 359.96}

@@ -1,6 +1,6 @@
 """Commands that a bench prints for a port."""
 
-from hil.cli.started import client_lines
+from hil.cli.bench.started import client_lines
 
 
 def test_a_board_without_a_greeting_is_only_listened_to() -> None:

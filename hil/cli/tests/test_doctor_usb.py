@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.cli.doctor_usb import judge_usb
+from hil.cli.bench.doctor_usb import judge_usb
 from hil.host.doctor import Diagnosis
 
 KERNEL = "6.1.0-50-amd64"

@@ -1,6 +1,6 @@
 import pytest
 
-from hil.cli.shown_words import first_keys
+from hil.cli.framework.shown_words import first_keys
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from hil.cli.ask import ANY_BENCH, BenchOptions
-from hil.cli.gcode_plot import FollowedAxes, begin_of
+from hil.cli.framework.ask import ANY_BENCH, BenchOptions
+from hil.cli.gcode.gcode_plot import FollowedAxes, begin_of
 from hil.toolpath.machine import parse_machine
 
 LIMITS = "min_mm: -60, max_mm: 60, velocity_mm_per_min: 6000, acceleration_mm_per_s2: 1000"

@@ -12,10 +12,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from hil.cli.command_classes import USAGE_ERROR
-from hil.cli.command_group import app, panel_of
-from hil.cli.command_table import COMMANDS, PANELS
-from hil.cli.commands import CliCommand, commands
+from hil.cli.documents.command_tree import CliCommand, commands
+from hil.cli.framework.command_classes import USAGE_ERROR
+from hil.cli.framework.command_group import app, panel_of
+from hil.cli.framework.command_table import COMMANDS, PANELS
 
 ROOT = commands(app)
 LEAVES = [command for command in ROOT.all() if not command.commands]

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from hil.cli.bench.views import device_table, doctor_view, long_lines, status_view
 from hil.cli.tests.test_axis_views import SERVO, status
-from hil.cli.views import device_table, doctor_view, long_lines, status_view
 from hil.host.doctor import Diagnosis
 
 NAME = "spindle_of_the_machine_in_the_left_corner"

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from hil.cli import monitor
-from hil.cli.ask import BenchOptions
-from hil.cli.command_group import app
+from hil.cli.boards import monitor
+from hil.cli.framework.ask import BenchOptions
+from hil.cli.framework.command_group import app
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "mother"
 MILL, DRAWING = str(EXAMPLES / "mill.yaml"), str(EXAMPLES / "drawing.ngc")

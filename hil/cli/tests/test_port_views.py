@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from hil.cli.command_table import COMMANDS
-from hil.cli.port_views import (
+from hil.cli.bench.port_views import (
     as_json,
     listed_ports,
     meanings,
@@ -16,6 +15,7 @@ from hil.cli.port_views import (
     verdict_lines,
     verdict_table,
 )
+from hil.cli.framework.command_table import COMMANDS
 from hil.compose import find_catalogue
 from hil.vocab.port_programs import PORT_USES, PROGRAMS, VERDICTS, is_held, port_use
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.cli.problem_lines import has_colours, with_lines
+from hil.cli.framework.problem_lines import has_colours, with_lines
 
 
 def test_the_line_and_a_caret_at_the_column(tmp_path: Path) -> None:

@@ -16,8 +16,8 @@ from rich.table import Table
 from rich.text import Text
 
 import hil
-from hil.cli.consoles import ShownConsole
-from hil.cli.problem_lines import tell_problems
+from hil.cli.framework.consoles import ShownConsole
+from hil.cli.framework.problem_lines import tell_problems
 from hil.host.journal import say
 from hil.host.log_writer import LogWriter
 from hil.host.shown_stream import ShownStream, guard_streams, own
@@ -109,7 +109,7 @@ def test_the_log_is_harmless() -> None:
 
 
 def test_there_are_no_other_consoles() -> None:
-    """A console of its own writes what it likes: those of ``hil.cli.consoles`` do not."""
+    """A console of its own writes what it likes: those of ``hil.cli.framework.consoles`` do not."""
     folders = [ROOT / name for name in ("hil", "bridges", "device_profiles", "virtual_ports")]
     found = [
         str(path.relative_to(ROOT))

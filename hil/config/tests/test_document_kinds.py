@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from hil.cli.command_group import app
+from hil.cli.framework.command_group import app
 from hil.compose import find_catalogue
 from hil.config import Catalogue, parse
 from hil.config.document_kinds import KINDS, OtherKindError, kind_of

@@ -23,5 +23,5 @@ def test_finding_imports_no_board_and_a_command_no_other_board() -> None:
     look = "print([name for name in sys.modules if name.startswith('device_profiles.')])"
     found = f"import sys; from hil.compose import find_catalogue; find_catalogue(); {look}"
     assert subprocess.check_output([sys.executable, "-c", found], text=True) == "[]\n"
-    command = f"import sys; import hil.cli.command_group; {look}"
+    command = f"import sys; import hil.cli.framework.command_group; {look}"
     assert subprocess.check_output([sys.executable, "-c", command], text=True) == "[]\n"

@@ -27,7 +27,9 @@ def requests() -> Iterator[tuple[str, str, set[str], bool]]:
     """Requests of commands: where, the verb, the names of its arguments, and whether others are known only as
     it runs."""
     for folder in ("cli", "arduino"):
-        for path in sorted((Path(hil.__path__[0]) / folder).glob("*.py")):
+        for path in sorted((Path(hil.__path__[0]) / folder).rglob("*.py")):
+            if "tests" in path.parts:
+                continue
             for node in ast.walk(ast.parse(path.read_text())):
                 if not isinstance(node, ast.Call):
                     continue

@@ -1,0 +1,203 @@
+"""``hil list``, ``hil status``, ``hil replay`` and ``hil doctor``."""
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hil.cli.bench.serve_command import StateDir
+from hil.cli.framework.ask import ANY_BENCH, Bench, BenchOptions, RuntimeDir, benches_meant, fail, found
+from hil.cli.framework.command_answers import AsJson, CommandAnswer
+
+RELOAD_S = 60.0
+
+
+def list_benches(
+    bench: Bench = None,
+    programs: Annotated[
+        bool, typer.Option("--programs", help="Which programs can use each port, and what helps the others.")
+    ] = False,
+    runtime_dir: RuntimeDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """List running benches with their ports; with --bench that one alone.
+
+    Example: hil list
+    """
+    import os
+
+    from hil.cli.bench.port_views import as_json as programs_as_json
+    from hil.host.journal import say
+    from hil.net.control_client import BenchEnded, ControlError, ask
+
+    here = found(runtime_dir)
+    benches, options, silent = [], [], []
+    for each in here.benches if bench is None else benches_meant(bench, here):
+        try:
+            benches.append(ask(each.socket, "list"))
+            options.append(here.options(each.folder, runtime_dir, os.environ))
+        except BenchEnded:
+            continue  # it ended after it was found: it does not run
+        except ControlError as error:
+            silent.append(f"hil: {error}")
+    if silent and not benches:
+        raise fail("\n".join(silent))
+    for why in silent:
+        say(why, sys.stderr)
+    if as_json:
+        more = [{"programs": programs_as_json(listed)} if programs else {} for listed in benches]
+        typer.echo(json.dumps([listed | each for listed, each in zip(benches, more, strict=True)]))
+    elif not benches:
+        said = here.none_runs()
+        typer.echo(f"{said[0].upper()}{said[1:]}.")
+    else:
+        _tell_benches(benches, options, programs)
+    if silent:
+        raise typer.Exit(1)
+
+
+def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], programs: bool) -> None:
+    """Print the answers of benches to ``list``. ``options``: those with which commands ask each."""
+    from hil.cli.bench.port_views import HINT, program_lines
+    from hil.cli.bench.views import device_table, long_lines
+    from hil.cli.framework.command_answers import all_pasteable
+
+    console = long_lines()
+    for listed, words in zip(benches, options, strict=True):
+        if programs:
+            console.print("\n".join(program_lines(listed)))
+        else:
+            console.print(device_table(all_pasteable(listed, words)))
+    if not programs:
+        console.print(HINT)
+
+
+def status(
+    watch: Annotated[bool, typer.Option("--watch", "-w", help="Redraw twice a second until Ctrl-C.")] = False,
+    bench: BenchOptions = ANY_BENCH,
+    as_json: AsJson = False,
+) -> None:
+    """Show the state of a bench: time, clients, lost bytes.
+
+    Ticks and missed wakes, histograms of wake latency and firmware lag, and the state of each device.
+
+    Example: hil status --watch
+    """
+    import time
+
+    from rich.console import RenderableType
+    from rich.live import Live
+
+    from hil.cli.bench.views import long_lines, status_view
+    from hil.cli.framework import interrupts as signals
+    from hil.cli.framework.command_answers import all_pasteable
+    from hil.cli.framework.consoles import ShownConsole
+
+    def answers() -> Iterator[dict[str, Any]]:
+        yield bench.ask("status")
+        while watch and not signals.came:
+            time.sleep(0.5)
+            yield bench.ask("status")
+
+    def shown(answer: dict[str, Any]) -> RenderableType:
+        return status_view(all_pasteable(answer))
+
+    console = long_lines()
+    with suppress(KeyboardInterrupt):
+        if as_json or not watch or not console.is_terminal:
+            for answer in answers():
+                typer.echo(json.dumps(answer)) if as_json else console.print(shown(answer))
+            return
+        views = map(shown, answers())
+        with Live(next(views), console=ShownConsole(markup=False), screen=True) as live, suppress(typer.Exit):
+            for view in views:
+                live.update(view)
+        if not signals.came:
+            bench.ask("status")  # why it has ended, on the screen that stays
+
+
+def replay(
+    log: Annotated[Path, typer.Argument(help="A file that `hil serve --log` wrote.")],
+) -> CommandAnswer:
+    """Run a log again and compare every byte.
+
+    On the virtual clock; exits with 1 if a byte, a time or a state of an axis differs. A log that was
+    cut is compared up to where it ends.
+
+    Example: hil replay bench.log
+    """
+    from hil.compose.replay import replay as run
+    from hil.config import ConfigError
+    from hil.sim.inputs import InputLogError
+
+    try:
+        replayed = run(log)
+    except InputLogError as error:
+        raise fail(f"hil: {error}", 2) from None
+    except ConfigError as error:
+        raise fail(f"hil: {log}:1: the configuration of this log is refused:\n{error}", 2) from None
+    except OSError as error:
+        raise fail(f"hil: {log}: {error.strerror or error}", 2) from None
+    if difference := replayed.difference():
+        raise fail(f"different: {difference}")
+    values = {"identical": True, "is_cut": bool(replayed.logged.cut), "summary": replayed.summary()}
+    return CommandAnswer(values, f"identical: {replayed.summary()}")
+
+
+def doctor(
+    devices: Annotated[
+        int, typer.Option("--devices", min=1, max=512, help="Number of devices of the bench.")
+    ] = 8,
+    runtime_dir: RuntimeDir = None,
+    state_dir: StateDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Check whether this system is fit for real time.
+
+    Tries what a bench needs. Prints each problem, its effect, and the line that corrects it. Exits with
+    1 if something that matters is wrong.
+
+    Example: hil doctor --devices 20
+    """
+    import os
+
+    from hil.cli.bench.doctor_benches import judge_benches, judge_memories
+    from hil.cli.bench.views import tell_findings
+    from hil.host.doctor import judge, worst_first
+    from hil.host.paths import runtime_base, state_base
+    from hil.host.probes import try_all
+    from hil.host.system import read_system
+
+    runtime, state = runtime_base(runtime_dir, None, os.environ), state_base(state_dir, None, os.environ)
+    findings = judge(read_system(), try_all(devices, runtime, state), devices)
+    benches = judge_benches(runtime, runtime_dir is not None)
+    findings = worst_first([*findings, *benches, *judge_memories(state)])
+    tell_findings(findings, as_json)
+
+
+def reload(
+    bench: BenchOptions = ANY_BENCH,
+    as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
+) -> None:
+    """Apply the changed configuration to a running bench.
+
+    Devices that did not change go on, with their clients. Exits with 2 if the configuration has problems and
+    with 1 if it cannot be had without a restart; nothing has changed then.
+
+    Example: hil reload
+    """
+    done = bench.ask("reload", timeout_s=RELOAD_S)
+    if "problems" in done:
+        raise fail(done["problems"], 2)
+    if as_json:
+        typer.echo(json.dumps(done))
+        return
+    for word in ("removed", "restarted", "added"):
+        if done[word]:
+            typer.echo(f"{word}: {', '.join(done[word])}")
+    count = len(done["kept"])
+    typer.echo(f"{count} device{'' if count == 1 else 's'} went on")

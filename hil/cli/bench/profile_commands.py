@@ -1,0 +1,143 @@
+"""``hil profile``: which boards there are, a new one, and the checks that each has to pass."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hil.cli.framework.ask import fail
+from hil.cli.framework.command_answers import CommandAnswer
+from hil.cli.framework.problem_lines import tell_problems
+
+if TYPE_CHECKING:
+    from hil.config import BenchConfig
+
+_OF_HIL = "device_profiles."
+"""Beginning of the packages of hil's own boards, which are whole, and need not be tried."""
+NAME = "[a-z][a-z0-9_]{0,31}"
+
+
+def list_profiles(
+    folders: Annotated[
+        list[Path] | None,
+        typer.Option("--folder", help="A folder with your own boards, as in profile_path."),
+    ] = None,
+) -> CommandAnswer:
+    """List the boards that a configuration can name, with their folders.
+
+    Example: hil profile list
+    """
+    from hil.compose import find_catalogue
+    from hil.discovery.board_places import find_places
+
+    path = tuple(folder.resolve() for folder in folders or ())
+    found, catalogue = find_places(path), find_catalogue(path=path)
+    for message, remedy in found.wrong_paths.values():
+        typer.echo(f"hil: {message} ({remedy})", err=True)
+    rows = []
+    for name in sorted({*found.places, *catalogue.refused}):
+        problems = catalogue.problems(name)
+        for problem in problems:
+            tell_problems(str(problem))
+        title = "cannot be used" if problems else catalogue.profiles[name].title
+        origin = found.places[name].origin if name in found.places else "an entry point"
+        rows.append({"profile": name, "title": title, "origin": origin, "usable": not problems})
+    lines = [f"{row['profile']}: {row['title']} ({row['origin']})" for row in rows]
+    return CommandAnswer(rows, "\n".join(lines))
+
+
+def new(
+    name: Annotated[
+        str, typer.Argument(help="Its name: a letter a-z, then up to 31 characters of a-z, 0-9 and _.")
+    ],
+    folder: Annotated[Path, typer.Option("--folder", help="The folder for the board's folder.")] = Path(),
+) -> CommandAnswer:
+    """Write a new board: a folder with a board that runs and passes its tests.
+
+    Example: hil profile new pinger --folder boards
+    """
+    from hil.cli.bench.new_board import files_of
+    from hil.discovery.board_places import find_places
+    from hil.host.new_file import write_file
+
+    if not re.fullmatch(NAME, name):
+        raise fail(f"hil: {name!r} is not a name: a letter a-z and up to 31 more of a-z, 0-9 and _", 2)
+    if place := find_places().places.get(name):
+        raise fail(f"hil: there is a board {name} already, {place.origin}: choose another name", 2)
+    board = folder / name
+    try:
+        if board.exists():
+            raise fail(f"hil: {board} is there already: choose another name, or remove it", 2)
+        files = files_of(name, str(folder))
+        for file in files:
+            (board / file).parent.mkdir(parents=True, exist_ok=True)
+        for file, text in files.items():
+            write_file(board / file, text.encode())
+    except OSError as error:
+        raise fail(f"hil: {error.filename or board}: {error.strerror}") from None
+    lines = [
+        f"{board}: {', '.join(files)}",
+        f"Try it: hil profile check {board}, and python -m pytest {board}",
+        f"Use it: profile_path: [{folder}] in a configuration beside it, and profile: {name}",
+    ]
+    return CommandAnswer({"folder": str(board), "files": list(files)}, "\n".join(lines))
+
+
+def check(
+    folder: Annotated[Path, typer.Argument(help="The board's folder.", show_default=False)],
+    sessions: Annotated[
+        Path | None,
+        typer.Option("--sessions", help="Also play the recorded sessions (*.json) of this folder or file."),
+    ] = None,
+) -> CommandAnswer:
+    """Check a board by the rules for all boards.
+
+    It loads and powers up, does the same with the same bytes whatever pieces they come in, survives garbage,
+    starts again after a reset, and its log replays identically. With --sessions it also answers as recordings
+    of it say. Exits with 1 if one fails.
+
+    Example: hil profile check boards/pinger
+    """
+    from hil.testing.check_profile import profile_failures
+
+    if not folder.is_dir():
+        raise fail(f"hil: there is no folder {folder}", 2)
+    failures = list(profile_failures(folder))
+    played = _played(folder, sessions, failures) if sessions and not failures else 0
+    if failures:
+        raise fail("\n".join(failures))
+    also = f", and {played} recorded sessions are as they were" if sessions else ""
+    answer = {"folder": str(folder), "passes": True, "sessions": played}
+    return CommandAnswer(answer, f"{folder}: passes all checks{also}")
+
+
+def _played(folder: Path, sessions: Path, failures: list[str]) -> int:
+    """Play sessions; answers how many. What differs is added to the failures."""
+    from hil.testing.session_player import play, session_files
+    from hil.vocab.recorded_session import SessionRefused
+
+    try:
+        files = session_files(sessions)
+        for file in files:
+            failures += map(str, play(file, profile=folder.resolve().name, folder=folder))
+    except SessionRefused as error:
+        raise fail(f"hil: {error}", 2) from None
+    except OSError as error:
+        raise fail(f"hil: {error.filename or sessions}: {error.strerror}", 2) from None
+    return len(files)
+
+
+def say_what_is_spoilt(bench: "BenchConfig") -> str:
+    """Print the problems of boards that a bench does not use; answers their names as the end of a message."""
+    from hil.compose import find_catalogue
+    from hil.discovery.board_places import find_places
+
+    catalogue, found = find_catalogue(path=bench.profile_path), find_places(bench.profile_path)
+    of_hil = {name for name, place in found.places.items() if place.package.startswith(_OF_HIL)}
+    used = {each.profile for each in bench.devices.values()}
+    others = {*found.places, *found.refused} - used - (of_hil - found.refused.keys())
+    spoilt = {name: problems for name in sorted(others) if (problems := catalogue.problems(name))}
+    for problem in (each for problems in spoilt.values() for each in problems):
+        tell_problems(str(problem))
+    return f"; not used and not usable: {', '.join(spoilt)}" if spoilt else ""

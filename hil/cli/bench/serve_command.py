@@ -1,0 +1,127 @@
+"""``hil serve``, and the reader of configurations."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hil.cli.framework.ask import RuntimeDir, fail
+from hil.vocab.problem import not_text
+
+Config = Annotated[Path, typer.Argument(help="The bench's configuration (YAML).", show_default=False)]
+StateDir = Annotated[
+    Path | None,
+    typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
+]
+
+
+def serve(
+    config: Config,
+    runtime_dir: RuntimeDir = None,
+    state_dir: StateDir = None,
+    require_rt: Annotated[
+        bool,
+        typer.Option("--require-rt", help="Exit with 2 if real-time priority or locked memory is refused."),
+    ] = False,
+    port_group: Annotated[
+        str | None,
+        typer.Option("--port-group", help="Group of ptys whose `group:` is null.", metavar="GROUP"),
+    ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", help="Write every input and answer with its time, for `hil replay`."),
+    ] = None,
+    ready_file: Annotated[
+        Path | None,
+        typer.Option("--ready-file", help="Write a JSON object to this file when the boards answer."),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print only this object, when the boards answer.")
+    ] = False,
+) -> None:
+    """Run a bench until Ctrl-C or SIGTERM.
+
+    Example: hil serve bench.yaml
+    """
+    import asyncio
+    import os
+
+    from hil.cli.bench.ready import Telling
+    from hil.cli.bench.started import started
+    from hil.daemon import Daemon, Serving
+    from hil.host.journal import start_log
+    from hil.host.notify import Notifier
+    from hil.host.paths import log_file, runtime_base, state_base
+    from hil.host.process import allow_many_files, give_large_blocks_back
+    from hil.live.refusals import StartError
+
+    writer = start_log(sys.stderr, os.environ)
+    notifier = Notifier(os.environ, os.getpid())
+    try:
+        bench = read_config(config)
+    except typer.Exit:
+        notifier.status(f"{config} has problems; the log lists them")
+        raise
+    runtime = runtime_base(runtime_dir, bench.runtime_dir, os.environ, bench.bench)
+    daemon = Daemon(
+        bench,
+        config_folder=config.parent,
+        config_file=config,
+        runtime_base=runtime,
+        state_base=state_base(state_dir, bench.state_dir, os.environ, bench.bench),
+        input_log=log_file(log, os.environ),
+        require_rt=require_rt,
+        port_group=port_group,
+        notifier=notifier,
+    )
+    allow_many_files()
+    give_large_blocks_back()
+    try:
+        telling = Telling(runtime / bench.bench, ready_file, writer if as_json else None)
+
+        def begun(serving: Serving) -> None:
+            if not as_json:
+                started(serving, writer, runtime)
+            telling.begin(serving)
+
+        try:
+            asyncio.run(daemon.run(begun))
+        finally:
+            telling.end()
+            writer.close()
+    except StartError as error:
+        notifier.status(str(error))
+        raise fail(f"hil: {error}", 2) from None
+
+
+def read_config(path: Path, *, opens_bridges: bool = True) -> Any:
+    """Read a configuration. Raises typer.Exit: it has problems, which were said. ``opens_bridges``: whether
+    its bridges are to be opened."""
+    from hil.config.document_kinds import OtherKindError
+
+    try:
+        return config_of(path, opens_bridges=opens_bridges)
+    except OtherKindError as error:
+        raise fail(str(error), 2) from None
+
+
+def config_of(path: Path, *, opens_bridges: bool = True) -> Any:
+    """Read a configuration as ``read_config``. Raises OtherKindError: it is a document of another kind."""
+    from hil.compose import find_catalogue
+    from hil.config import ConfigError, parse
+    from hil.config.document_kinds import OtherKindError
+
+    text = ""
+    try:
+        text = path.read_text("utf-8-sig")  # also from a shell's `<(...)`, which is a pipe
+        return parse(text, str(path), find_catalogue(), opens_bridges=opens_bridges)
+    except OtherKindError as error:
+        error.text = text
+        raise
+    except ConfigError as error:
+        raise fail(str(error), 2, {str(path): text}) from None
+    except UnicodeDecodeError as error:
+        raise fail(str(not_text(str(path), error)), 2) from None
+    except OSError as error:
+        raise fail(f"hil: {path}: {error.strerror}", 2) from None

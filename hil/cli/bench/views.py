@@ -1,0 +1,261 @@
+"""Tables of ``hil list``, ``hil status`` and ``hil doctor``."""
+
+import dataclasses
+import json
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Literal
+
+import typer
+from rich.console import Console, Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from hil.cli.framework.command_answers import pasteable
+from hil.cli.framework.consoles import ShownConsole
+from hil.cli.framework.shown_words import echo_words, fixed, reached_at, shown_number
+from hil.cli.runs.run_reports import run_line
+from hil.net.axis_states import MOTION_STATES, shown_state
+from hil.vocab.axis import CONTROL_MODES
+
+if TYPE_CHECKING:
+    from hil.host.doctor import Diagnosis
+    from hil.vocab.wire import WireView
+
+RUNS = 5
+"""Maximum number of runs that the status has."""
+MOTION = ("shaft\ndeg", "board\ndeg", "rpm", "mode")
+"""Columns of an axis in the status: the angle of its shaft, and the one that its board counts itself."""
+_LETTERS = {letter: f"{letter} ({word})" for word, letter in CONTROL_MODES.items()}
+_ANGLES = {
+    "yw": "position_deg: the shaft's angle, from the encoder's count 0 or `hil zero`\n"
+    "r, y, yw: the board's own angles, by its calibration",
+    "pulses": "position_deg: the shaft's angle, from start_deg or `hil zero`\n"
+    "commanded_deg: the angle that the board has the shaft turn to, from the same zero",
+    "steps_taken": "position_deg: the shaft's angle, from start_deg or `hil zero`\n"
+    "commanded_deg: the angle that the coils pull it to, from the same zero",
+    "enabled": "position_deg, commanded_deg: the drive's own angles, as it tells them",
+}
+"""Meanings of angles, by a field that only such axes have."""
+_WORDS: dict[str, Callable[[int], str]] = {
+    "mode": lambda code: _LETTERS.get(chr(code), "none"),
+    "motion_state": lambda code: MOTION_STATES[code],
+}
+"""Words for the values of fields that are codes."""
+_WIDEST = 10_000
+_BAR = "▁▂▃▄▅▆▇█"
+_HEALTH_STYLE = {"ok": "green", "late": "yellow"}
+_VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
+
+
+def long_lines() -> Console:
+    """Console for tables and sentences with names, paths and addresses, which have to be whole to be copied:
+    a terminal that is narrower wraps their lines."""
+    return ShownConsole(soft_wrap=True, markup=False, width=_WIDEST)
+
+
+def device_table(listed: dict[str, Any]) -> RenderableType:
+    head = Text(f"bench {listed['bench']} (process {listed['pid']})", style="italic")
+    table = Table(box=None)
+    for column in ("device", "profile", "port", "address", "clients"):
+        table.add_column(column)
+    for row in listed["devices"]:
+        profile = f"{row['profile']} {row['hardware']}"
+        clients = str(row["clients"]) if row["address"] else ""
+        table.add_row(row["device"], profile, row["port"] or "none", Text(row["address"] or ""), clients)
+        for name, port in row["ports"].items():
+            table.add_row(name, "", port["kind"], Text(port["address"]), str(port["clients"]))
+    for row in listed["taps"]:
+        table.add_row(row["tap"], "tap", row["kind"], Text(row["port"]), str(row["clients"]))
+    for row in listed["nodes"]:
+        table.add_row(row["node"], f"node {row['id']} on {row['bus']}", "", "", "")
+    stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
+    return Group(head, table, *_remarks(stopped))
+
+
+def status_view(status: dict[str, Any]) -> RenderableType:
+    from hil.compose.buses import find_wire_infos
+
+    ticks, missed = status["ticks"], status["missed"]
+    head = Text.assemble(
+        (f"bench {status['bench']}", "bold"),
+        f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s at speed {status['speed']:g}\n",
+        *_health(status["health"]),
+        f"{status['rt_line']}\n",
+        f"wakes at {status['rate_hz']} Hz: {ticks} ticks + {missed} missed in ",
+        f"{status['elapsed_ns'] / 1e9:.3f} s, {status['overruns']} over budget\n",
+        f"wake latency  {_histogram(status['wake_latency'])}\n",
+        f"firmware lag  {_histogram(status['lag'])}",
+    )
+    table = Table(box=None, collapse_padding=True)
+    for column in ("device", "clients", "in", "out", "dropped", *MOTION, "state"):
+        justify: Literal["left", "right"] = "left" if column in ("device", "state") else "right"
+        table.add_column(column, justify=justify, overflow="fold")
+    for row in status["devices"]:
+        shot = row["snapshot"]
+        of_port = ("clients", "rx_bytes", "tx_bytes", "dropped_bytes")
+        counts = [str(row[name]) if row["address"] else "-" for name in of_port]
+        state = "see below" if _state(row) else "ok"
+        is_real = row["hardware"] == "real"
+        moves = _motion(shot) if shot else ("-", "-", "-", "real" if is_real else "-")
+        table.add_row(row["device"], *counts, *moves, "stopped" if row["failed"] else state)
+        for name, other in row["snapshots"].items():
+            table.add_row(name, "", "", "", "", *_motion(other), "")
+    remarks = [(row["device"], _state(row)) for row in status["devices"]]
+    wires: list[RenderableType] = [] if status["segments"] else [Text()]
+    for told in find_wire_infos().values():
+        if rows := status.get(told.key):
+            wires += map(_wire_table, told.tables(rows))
+            remarks += [(row[told.label], row["notes"]) for row in rows]
+    remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
+    under_way = [Text(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
+    if (more := len(status["runs"]) - RUNS) > 0:
+        under_way.append(Text(pasteable(f"and {more} more runs wait; see `hil runs`")))
+    doors = [
+        Text(f"{kind}: {_bridge_line(row)}", style="red" if row["insecure"] else "")
+        for kind, row in status["bridges"].items()
+    ]
+    drives = [
+        Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
+    ]
+    adapters = [Text(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
+    return Group(head, Text(), table, *wires, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
+
+
+def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    late = f": answers are right, and at most {health['late_ms']:.0f} ms late in the last minute"
+    said = f"health: {health['state']}{late if health['state'] == 'late' else ''}\n"
+    yield said, _HEALTH_STYLE.get(health["state"], "bold red")
+    for problem in health["problems"]:
+        about = f"{problem['about']}: " if problem["about"] else ""
+        yield f"  {about}{problem['what']}; {problem['remedy']}\n", "red"
+
+
+def _bridge_line(row: dict[str, Any]) -> str:
+    counts = f"{row['links']} links, {row['commands']} commands, {row['rejected']} rejected"
+    if row["dropped"]:
+        counts += f", {row['dropped']} dropped"
+    warning = (
+        f"; INSECURE: {row.get('risk', 'every program that can reach it may do everything')}"
+        if row["insecure"]
+        else ""
+    )
+    return f"{reached_at(row)}: {counts}{warning}"
+
+
+def _drive_line(drive: dict[str, Any]) -> str:
+    age_ms, p50_ms, p99_ms = (drive[key] for key in ("age_ms", "round_trip_p50_ms", "round_trip_p99_ms"))
+    age = "nothing was read yet" if age_ms is None else f"read {age_ms:.0f} ms ago"
+    trips = "" if p50_ms is None else f", round trip p50 {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms"
+    counts = f"{drive['polls']} polls, {drive['time_outs']} time-outs, {drive['exceptions']} exceptions"
+    who = ", ".join(f"{name} {value}" for name, value in drive["identity"].items())
+    return f"{drive['state']}, {age}{trips}; {counts}, {drive['reconnects']} reconnects{who and '; '}{who}"
+
+
+def _wire_table(told: "WireView") -> Table:
+    table = Table(box=None)
+    for column in told.columns:
+        justify: Literal["left", "right"] = "left" if column in told.texts else "right"
+        table.add_column(column, justify=justify, overflow="fold")
+    for row in told.rows:
+        table.add_row(*map(Text, row))
+    return table
+
+
+def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
+    state = shown_state(shot)
+    angles = (fixed(state.shaft_deg(shot), 2), fixed(state.board_deg(shot), 2))
+    return *angles, fixed(shot.get("velocity_rpm"), 1), state.word(shot)
+
+
+def doctor_view(findings: list["Diagnosis"]) -> RenderableType:
+    """View of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
+    table = Table(box=None)
+    for column in ("verdict", "what", "found"):
+        table.add_column(column)
+    for finding in findings:
+        verdict = Text(finding.verdict, style=_VERDICT_STYLE[finding.verdict])
+        table.add_row(verdict, finding.name, Text(finding.found))
+    remarks = [
+        Text.assemble(
+            ("\n" + finding.name, _VERDICT_STYLE[finding.verdict]),
+            f": {finding.cost}",
+            f"\n  {finding.remedy}" if finding.remedy else "",
+        )
+        for finding in findings
+        if finding.cost
+    ]
+    return Group(table, *remarks)
+
+
+def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
+    """Whole sentences about devices, which a column would break up."""
+    return [Text(f"{device}: {said}", style="red") for device, texts in devices for said in texts]
+
+
+def _state(row: dict[str, Any]) -> list[str]:
+    said = [f"stopped: {row['failed']}"] if row["failed"] else []
+    said += [row["port_failure"]] if row["port_failure"] else []
+    said += [f"flash: {row['flash']}"] if row["flash"] != "ok" else []
+    said += [row["note"]] if row["note"] else []
+    said += [f"{row['overrun_bytes']} bytes lost to overruns"] if row["overrun_bytes"] else []
+    return said
+
+
+def _histogram(buckets: list[int]) -> str:
+    """Format counts by powers of two of nanoseconds, with the median, the 99th percentile and the largest."""
+    total = sum(buckets)
+    if not total:
+        return "-"
+    used = [i for i, count in enumerate(buckets) if count]
+    peak = max(buckets)
+    shown = buckets[used[0] : used[-1] + 1]
+    bars = "".join(_BAR[-(-7 * count // peak)] if count else " " for count in shown)
+    return (
+        f"{_duration(used[0] - 1)} {bars} {_duration(used[-1])}"
+        f"  p50 < {_duration(_percentile(buckets, 0.5))}, p99 < {_duration(_percentile(buckets, 0.99))}"
+    )
+
+
+def _percentile(buckets: list[int], part: float) -> int:
+    limit, seen = sum(buckets) * part, 0
+    for index, count in enumerate(buckets):
+        seen += count
+        if seen >= limit:
+            return index
+    return len(buckets) - 1
+
+
+def _duration(power: int) -> str:
+    ns = float(2 ** max(power, 0))
+    for unit in ("ns", "us", "ms"):
+        if ns < 1000:
+            return f"{ns:.3g} {unit}"
+        ns /= 1000
+    return f"{ns:.3g} s"
+
+
+def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
+    """Lines of an axis's fields in columns: name, value, and the unit if the name does not end in it."""
+    from hil.core.fields import FIELDS
+
+    width = max(map(len, fields), default=0)
+    for name, value in fields.items():
+        field = FIELDS.get(name)
+        said = shown_number(value, is_short=field is not None and field.type == "f32")
+        if word := _WORDS.get(name) if value is not None else None:
+            said = word(int(value or 0))
+        unit = field.unit if field and not name.endswith(f"_{field.unit}") else ""
+        yield f"{name:{width}}  {said} {unit}".rstrip()
+    yield from ("\n" + said for field, said in _ANGLES.items() if field in fields)
+
+
+def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:
+    """Print the findings of a doctor, in their order. Raises Exit with 1: something is a problem."""
+    from hil.host.doctor import healthy
+
+    if as_json:
+        typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
+    else:
+        long_lines().print(doctor_view(findings))
+    if not healthy(findings):
+        raise typer.Exit(1)

@@ -1,0 +1,352 @@
+"""``hil plot``, ``hil step`` and ``hil drive``: drawings of an axis."""
+
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
+from hil.cli.framework.command_answers import CommandAnswer, pasteable, wants_json
+from hil.cli.framework.interrupts import noted
+from hil.cli.framework.problem_lines import has_colours
+from hil.host.journal import say
+from hil.host.shown_stream import own
+from hil.vocab.problem import not_text
+from hil.vocab.shown_text import printable, printable_lines
+
+if TYPE_CHECKING:
+    from hil.wire.step_dir import Train
+
+_POLL_S = 0.1
+_PATIENCE_NS = 3_000_000_000
+"""Simulated time in which a board at its main menu has taken a command."""
+_LOOP, _LAG = ("r", "yw", "e"), ("commanded_deg", "position_deg", "lag_steps")
+"""Signals drawn of a pulse train: of a servo, and of a driver without an encoder. The last is the error."""
+_SETTLE_NS = 300_000_000
+"""Time between switching the loop on and the step."""
+_STEP_INTERVAL_MS = 0.25
+
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write a picture (.png, .svg, .pdf) or the numbers (.csv) instead of drawing in the terminal.",
+        show_default=False,
+    ),
+]
+Signals = Annotated[
+    str,
+    typer.Option(
+        "--signals",
+        help="Fields of the axis, with commas between; a wrong one lists them. [default: the main ones]",
+    ),
+]
+Interval = Annotated[float, typer.Option("--interval", help="Simulated milliseconds between samples.")]
+
+
+def plot(
+    device: DeviceName,
+    signals: Signals = "",
+    seconds: Annotated[float, typer.Option("--seconds", help="Simulated time to draw.", min=0.001)] = 2.0,
+    interval_ms: Interval = 1.0,
+    output: Output = None,
+    bench: BenchOptions = ANY_BENCH,
+) -> CommandAnswer:
+    """Record an axis from now on, and draw it.
+
+    One panel for each unit. Ctrl-C ends the recording and draws it.
+
+    Example: hil plot m1 --seconds 5
+    """
+    from hil.telemetry.recording import units_in
+
+    _check_output(output)
+    wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
+    with _watching(bench, device, wanted, interval_ms) as (names, more):
+        recording = _recorded(names)
+        if {"r", "e"} & {*names}:
+            recording.units = units_in(bench.ask("state", device=device))
+        say(f"{device}: recording {', '.join(names)} for {seconds:g} s; Ctrl-C ends it", sys.stderr)
+        try:
+            for rows in more:
+                recording.rows += rows
+                if recording.rows and recording.rows[-1][0] - recording.rows[0][0] >= seconds * 1e9:
+                    break
+        except KeyboardInterrupt:
+            pass
+    recording.rows = [row for row in recording.rows if row[0] - recording.rows[0][0] <= seconds * 1e9]
+    text = _shown(recording, output, f"{device}: {', '.join(names)}")
+    return CommandAnswer({"signals": ["at_ns", *names], "rows": recording.rows}, text, is_harmless=True)
+
+
+def step(
+    device: DeviceName,
+    degrees: Annotated[
+        float, typer.Argument(help="The step, from where the shaft is held.", show_default=False)
+    ],
+    seconds: Annotated[
+        float, typer.Option("--seconds", help="Simulated time after the step.", min=0.01)
+    ] = 0.5,
+    interval_ms: Interval = _STEP_INTERVAL_MS,
+    output: Output = None,
+    bench: BenchOptions = ANY_BENCH,
+) -> CommandAnswer:
+    """Move a Mechaduino by a step, draw the response, and print overshoot and settling time.
+
+    Types x, y and r at the board, which has to be calibrated and at its main menu. Exits with 1 if the shaft
+    does not follow.
+
+    Example: hil step m1 10
+    """
+    from hil.telemetry import other_motion, step_response
+
+    _check_output(output)
+    names = ("r", "yw", "u", "loop_on", "mode")
+    if not {*names} <= bench.ask("state", device=device).keys():
+        raise fail(
+            f"hil: {device} has no set-point that could step: `hil step` is for boards with a servo loop, as"
+            f" a Mechaduino; `hil axis {device}` lists what else turns it"
+        )
+    verbs = {row["verb"] for row in bench.ask("verbs", device=device)}
+    if "type" not in verbs:
+        raise fail(
+            f"hil: {device} has no terminal, at which `hil step` types the set-point, as at a Mechaduino's;"
+            f" `hil axis {device} move-abs` turns it, `hil plot {device}` draws that"
+        )
+    recording = _recorded(names)
+
+    def send(text: str) -> int:
+        answer = bench.ask("send", device=device, data=text.encode().hex())
+        return int(answer["effective_at_ns"])
+
+    with _watching(bench, device, names, interval_ms) as (_, more):
+        sent_ns = send("xy")
+        on = _until(more, recording, lambda row: row[0] > sent_ns and row[4:] == (1, ord("x")), device)
+        if "move_rel" in verbs:  # a move by nothing: what keeps the board from moving is its own refusal
+            still = {"device": device, "name": "move_rel", "parameters": {"angle_deg": 0.0}}
+            bench.ask("do", **still)
+        still_ns = recording.rows[on][0] + _SETTLE_NS
+        start = recording.rows[_until(more, recording, lambda row: row[0] >= still_ns, device)][1]
+        sent_ns = send(f"r{start + degrees:.2f}\n")
+        at = _until(more, recording, lambda row: row[0] > sent_ns and row[1] != start, device)
+        end_ns = recording.rows[at][0] + seconds * 1e9
+        _until(more, recording, lambda row: row[0] >= end_ns, device, seconds)
+    first_ns = recording.rows[at][0] - min(seconds / 10, 0.05) * 1e9
+    shown = _recorded(names[:3])
+    shown.rows = [row[:4] for row in recording.rows if first_ns <= row[0] <= end_ns]
+    if other := other_motion(shown, degrees):
+        _tell(_shown(shown, output, f"{device}: not a step of {degrees:g} deg"))
+        raise fail(f"hil: {device}: {other}; end it (`hil drive {device} --stop` a pulse train) and repeat")
+    try:
+        figures = step_response(shown)
+    except ValueError as error:
+        raise fail(f"hil: {device}: {error}") from None
+    text = _shown(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
+    if abs(figures.final_error) > abs(figures.amplitude) / 2:
+        _tell(text)
+        raise fail(f"hil: the shaft of {device} did not follow: is its load too large?")
+    return CommandAnswer({"step_deg": degrees, **asdict(figures)}, text, is_harmless=True)
+
+
+def drive(
+    device: DeviceName,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            "--steps",
+            help="How many, of a Mechaduino 1/32 full step each; negative: with the direction input high.",
+        ),
+    ] = None,
+    rate_Hz: Annotated[float, typer.Option("--rate", help="Steps per second, up to 200000.")] = 1000.0,
+    acceleration: Annotated[
+        float | None,
+        typer.Option("--acceleration", help="Steps/s2 up to the rate and down from it. [default: none]"),
+    ] = None,
+    file: Annotated[
+        Path | None,
+        typer.Option("--file", help="A pulse train in CSV: at_s,steps,duration_s or at_s,step,dir,..."),
+    ] = None,
+    stop: Annotated[bool, typer.Option("--stop", help="End the train that is being played.")] = False,
+    draw: Annotated[
+        bool, typer.Option("--plot", help="Wait for its end and draw the following error.")
+    ] = False,
+    output: Output = None,
+    bench: BenchOptions = ANY_BENCH,
+) -> CommandAnswer:
+    """Play a pulse train on the step/dir inputs of a board, at exact simulated times.
+
+    A Mechaduino has to be in x mode with its loop on to follow.
+
+    Example: hil drive m1 --steps 3200 --rate 1000
+    """
+    _check_output(output)
+    if (steps is not None) + (file is not None) + stop != 1:
+        raise fail("hil: give one of --steps, --file and --stop", 2)
+    train = _train(file, steps, rate_Hz, acceleration)
+    rows = [(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train]
+    draws = draw or output is not None
+    has_loop = not draws or "e" in bench.ask("state", device=device)
+    recording = _recorded(_LOOP if has_loop else _LAG)
+    watching = _watching(bench, device, recording.signals, 1.0)
+    answer: dict[str, Any] = {}
+    try:
+        with watching if draws else nullcontext() as watched:
+            with noted() as interrupts:  # the bench may have the train before its answer is here
+                answer = bench.ask("drive", device=device, train=rows)
+            length = _length(answer, train)
+            if watched is not None:
+                say(f"{length}; waiting for its end", sys.stderr)
+            if interrupts:
+                raise KeyboardInterrupt
+            if watched is None:
+                return CommandAnswer(answer, length)
+            end_ns = answer["effective_at_ns"] + answer["length_ns"] + 100_000_000
+            _until(watched[1], recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
+    except KeyboardInterrupt:
+        if answer and train:
+            typer.echo(pasteable(f"the train goes on; `hil drive {device} --stop` ends it"), err=True)
+        raise
+    worst = max(abs(row[3]) for row in recording.rows)
+    notes = f"largest following error {worst:.3f} {'deg' if has_loop else 'full steps'}"
+    text = _shown(recording, output, f"{device}: following a pulse train", notes)
+    key = "following_error_max_deg" if has_loop else "lag_max_steps"
+    return CommandAnswer({**answer, key: worst}, text, is_harmless=True)
+
+
+def _train(file: Path | None, steps: int | None, rate_Hz: float, acceleration: float | None) -> "Train":
+    from hil.wire.step_dir import TrainError, generate, parse_train
+
+    try:
+        if file is not None:
+            return parse_train(file.read_text("utf-8-sig"), str(file))
+        return generate(steps, rate_Hz, acceleration) if steps is not None else ()
+    except TrainError as error:
+        raise fail(f"hil: {error}" if file is None else str(error), 2) from None
+    except UnicodeDecodeError as error:
+        raise fail(str(not_text(str(file), error)), 2) from None
+    except OSError as error:
+        raise fail(f"hil: {file}: {error.strerror}", 2) from None
+
+
+def _length(answer: dict[str, Any], train: "Train") -> str:
+    count = sum(e.steps for e in train)
+    what = f"{count:,} steps in {answer['length_ns'] * 1e-9:.6g} s" if train else "no train"
+    return f"{what}, from simulated {answer['effective_at_ns'] * 1e-9:.6f} s on"
+
+
+def _recorded(signals: tuple[str, ...]) -> Any:
+    from hil.telemetry import Recording
+
+    return Recording(signals)
+
+
+@contextmanager
+def _watching(
+    bench: BenchOptions, device: str, signals: tuple[str, ...], interval_ms: float
+) -> Iterator[tuple[tuple[str, ...], Iterator[list[tuple[float, ...]]]]]:
+    """Watch signals: their names, and pieces of samples forever; the watch ends with the block."""
+    import time
+
+    opened = bench.ask("watch", device=device, signals=signals, interval_ns=round(interval_ms * 1e6))
+
+    def pieces() -> Iterator[list[tuple[float, ...]]]:
+        told = 0
+        while True:
+            answer = bench.ask("samples", watch=opened["watch"])
+            if answer["lost"] > told:
+                typer.echo(
+                    f"{answer['lost'] - told} samples were lost: the machine or this command is too slow",
+                    err=True,
+                )
+                told = answer["lost"]
+            if any(len(row) != 1 + len(opened["signals"]) for row in answer["rows"]):
+                raise fail("hil: the bench answers rows that are no samples of what is watched")
+            yield [tuple(row) for row in answer["rows"]]
+            if not answer["rows"]:
+                time.sleep(_POLL_S)
+
+    try:
+        yield tuple(opened["signals"]), pieces()
+    finally:
+        bench.ask("unwatch", watch=opened["watch"])
+
+
+def _until(
+    more: Iterator[list[tuple[float, ...]]],
+    recording: Any,
+    holds: Callable[[tuple[float, ...]], bool],
+    device: str,
+    expected_s: float = 0.0,
+) -> int:
+    """Record until a new sample fulfils a condition; answers its index."""
+    seen = len(recording.rows)
+    patience_ns = expected_s * 1e9 + _PATIENCE_NS
+    for rows in more:
+        recording.rows += rows
+        for i in range(seen, len(recording.rows)):
+            if holds(recording.rows[i]):
+                return i
+        if (
+            recording.rows
+            and recording.rows[-1][0] - recording.rows[min(seen, len(recording.rows) - 1)][0] > patience_ns
+        ):
+            raise fail(f"hil: {device} did not carry out the command: is it running, and at its main menu?")
+    raise AssertionError("the pieces do not end")
+
+
+def _check_output(output: Path | None) -> None:
+    """Check, before anything moves or is recorded, that a file can be written."""
+    from hil.telemetry import picture
+
+    if output is None:
+        return
+    suffix = output.suffix.lower()
+    if suffix not in (*picture.FORMATS, ".csv"):
+        raise fail(f"hil: {output}: write a name that ends in {', '.join(picture.FORMATS)} or .csv", 2)
+    if not output.parent.is_dir():
+        raise fail(f"hil: {output}: there is no folder {output.parent}", 2)
+    if suffix in picture.FORMATS:
+        try:
+            picture.check_can_draw()
+        except picture.PictureError as error:
+            raise fail(f"hil: {error}", 2) from None
+
+
+def _tell(text: str) -> None:
+    """Write what ``_shown`` has made, which may have colours; beside JSON to the standard error."""
+    typer.echo(text, file=own(sys.stderr if wants_json() else sys.stdout))
+
+
+def _shown(recording: Any, output: Path | None, title: str, notes: str = "") -> str:
+    """Draw a recording; answers the drawing, or what was written where, with the notes."""
+    from hil.host.new_file import write_file
+    from hil.telemetry import picture, text_plot
+
+    if not recording.rows:
+        raise fail("hil: no sample came")
+    if output:
+        suffix = output.suffix.lower()
+        try:
+            if suffix == ".csv":
+                data = "".join(recording.csv()).encode()
+            else:
+                data = picture.drawn({"": recording}, suffix, title, notes)
+            write_file(output, data)
+        except picture.PictureError as error:
+            raise fail(f"hil: {error}") from None
+        except OSError as error:
+            raise fail(f"hil: {output}: {error.strerror}") from None
+        said = (
+            f"wrote {printable(str(output))}: {len(recording.rows)} samples of {', '.join(recording.signals)}"
+        )
+    else:
+        width = min(shutil.get_terminal_size((80, 24)).columns, 160)
+        colour = has_colours(sys.stdout)
+        said = text_plot.draw({"": recording}, width, colour=colour, title=printable(title))
+    return f"{said}\n{printable_lines(notes)}" if notes else said

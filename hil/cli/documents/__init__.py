@@ -1,0 +1,10 @@
+"""Texts that are written from the command line and the tables in the code: completion, man page, reference.
+
+``command_tree.py`` reads the command line as data. ``completion.py`` writes the scripts of shells,
+``completion_names.py`` the names that they ask for, ``man.py`` the man page, ``reference.py`` the reference,
+with the tables of ``surroundings.py``. ``help_commands.py`` has the commands that print them.
+
+May import: bridges.can.canopen, bridges.modbus.maps, bridges.modbus.registers, hil.cli.bench,
+hil.cli.decoded_item, hil.cli.framework, hil.compose, hil.config, hil.core, hil.gcode, hil.net,
+hil.operations, hil.runs, hil.sim, hil.toolpath, hil.vocab, the standard library, typer.
+"""

@@ -1,0 +1,127 @@
+"""Parts of commands that ask a running bench."""
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+if TYPE_CHECKING:
+    from hil.net.benches_here import Found, Here
+
+RuntimeDir = Annotated[
+    Path | None,
+    typer.Option(
+        "--runtime-dir",
+        help="Folder of running benches' ports and sockets."
+        " [default: $XDG_RUNTIME_DIR/hil; commands that ask look in /run/hil too]",
+    ),
+]
+Bench = Annotated[
+    str | None,
+    typer.Option(
+        "--bench",
+        "-b",
+        help="The bench, by its name, its folder or service:NAME; needed when several are running.",
+    ),
+]
+DeviceName = Annotated[
+    str, typer.Argument(help="A device's name, as in the configuration.", show_default=False)
+]
+
+
+def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) -> typer.Exit:
+    """Print why a command fails, and answer the exception for it to raise. ``sources``: texts of files whose
+    problems the message lists, if they cannot be read again."""
+    import logging
+    import os
+
+    from hil.cli.framework.command_answers import error_line, pasteable, wants_json
+    from hil.cli.framework.problem_lines import tell_problems
+    from hil.host.journal import is_journal, prefixed, say
+
+    message = pasteable(message)
+    if wants_json():
+        typer.echo(error_line(message, code))
+        return typer.Exit(code)
+
+    in_journal = is_journal(sys.stderr, os.environ)
+    if in_journal:
+        say(prefixed(message, logging.ERROR), sys.stderr)
+    else:
+        tell_problems(message, sources)
+    return typer.Exit(code)
+
+
+def found(runtime_dir: Path | None) -> "Found":
+    """Find the benches that run here; says which folders are not looked into."""
+    import os
+
+    from hil.net.benches_here import find
+
+    here = find(runtime_dir, os.environ).running()
+    if here.benches and here.left_out:
+        from hil.host.journal import say
+
+        for left_out in here.left_out:
+            say(f"hil: not looked into: {left_out}", sys.stderr)
+    elif here.left_out:
+        raise fail(f"hil: {here.none_runs()}")
+    return here
+
+
+def benches_meant(bench: str | None, here: "Found") -> list["Here"]:
+    """Benches that are meant, at least one, or say what is wrong and end the command."""
+    if not here.benches:
+        raise fail(f"hil: {here.none_runs()}")
+    if not (meant := here.meant(bench)):
+        names = ", ".join(here.called(each) for each in here.benches)
+        raise fail(f"hil: bench {bench!r} is not running here; running: {names}")
+    return meant
+
+
+class BenchOptions(NamedTuple):
+    """Options that say which bench is meant. Where something is wrong with it, the command ends and says
+    what."""
+
+    bench: Bench = None
+    runtime_dir: RuntimeDir = None
+
+    def meant(self) -> "Here":
+        """Find the bench."""
+        import os
+
+        from hil.cli.framework.command_answers import ask_with
+
+        here = found(self.runtime_dir)
+        meant = benches_meant(self.bench, here)
+        if len(meant) == 1:
+            ask_with(here.options(meant[0].folder, self.runtime_dir, os.environ))
+            return meant[0]
+        lines = [f"  --bench {here.called(each)}: {each.line()}" for each in meant]
+        names = ", ".join(each.name for each in meant)
+        why = f"hil: several benches are running ({names}): choose one with --bench"
+        raise fail("\n".join([why, *lines]), 2)
+
+    def port_of(self, address: str) -> str:
+        """Port's address as the bench said it, if it may have such a port."""
+        from hil.host.trust import refuse_address
+
+        if why := refuse_address(address, self.meant().owner):
+            raise fail(f"hil: {address!r}, which the bench gave as a port's address: {why}")
+        return address
+
+    def ask(self, verb: str, **arguments: Any) -> Any:
+        """Send one request."""
+        from hil.cli.framework.exit_codes import exit_of
+        from hil.net.control_client import ControlError, ask
+
+        path = self.meant().socket
+        try:
+            return ask(path, verb, **arguments)
+        except ControlError as error:
+            raise fail(f"hil: {error}", exit_of(error)) from None
+
+
+ANY_BENCH = BenchOptions()

@@ -1,0 +1,295 @@
+"""Commands of profiles that talk to a board: the choice of the board, and the serial port in between.
+
+Functions of ``Profile.commands``, which answer a ``Task``, become ``hil <profile> <command>`` with the
+options that say which board.
+"""
+
+import inspect
+import os
+import termios
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
+from hil.cli.framework.command_answers import telling
+from hil.cli.framework.command_classes import Below, OneCommand
+from hil.cli.framework.interrupts import noted
+from hil.host.new_file import write_file
+from hil.vocab.dialogue import (
+    BoardRefusal,
+    Dialogue,
+    DialogueError,
+    Heard,
+    Listen,
+    Progress,
+    Refusal,
+    Result,
+    Send,
+    Task,
+)
+from hil.vocab.profile import Profile
+from hil.vocab.time import SimTimeNs
+
+OnDevice = Annotated[
+    str | None, typer.Option("--device", help="A device of a running bench. [default: the only one]")
+]
+OnPort = Annotated[
+    str | None,
+    typer.Option("--port", help="A real board's port instead: a path, socket://... or rfc2217://..."),
+]
+OnBaud = Annotated[
+    int | None, typer.Option("--baud", help="Baud of --port. [default: the board's usual one]")
+]
+BRIDGES = "bridges"
+GONE = "it was disconnected"
+"""Text in place of pyserial's longer sentence."""
+
+
+class BoardOptions(NamedTuple):
+    """Options that say which board is meant."""
+
+    device: OnDevice = None
+    port: OnPort = None
+    baud: OnBaud = None
+    bench: BenchOptions = ANY_BENCH
+
+
+@cache
+def others() -> Mapping[str, Any]:
+    """Commands of boards, and of bridges: ``app`` of their ``cli.py``."""
+    from hil.discovery.board_loading import Boards
+    from hil.discovery.board_places import find_places
+
+    app, found = typer.Typer(rich_markup_mode=None), find_places()
+    boards = Boards(found.places, dict.fromkeys(sorted(found.places)))
+    for name in boards:
+        if name not in found.refused:
+            _mount_profile(app, name, boards)
+    for name in _with_commands(BRIDGES):
+        of_bridge = import_module(f"{BRIDGES}.{name}.cli").app
+        for info in of_bridge.registered_commands:
+            info.cls = OneCommand
+        app.add_typer(of_bridge, cls=Below)
+    return typer.main.get_group(app).commands
+
+
+def _with_commands(package: str) -> list[str]:
+    spec = find_spec(package)
+    roots = spec.submodule_search_locations or [] if spec else []
+    return [path.parent.name for root in roots for path in sorted(Path(root).glob("*/cli.py"))]
+
+
+def _mount_profile(app: typer.Typer, name: str, boards: Mapping[str, Profile]) -> None:
+    """Add a profile's commands if it has some, or one that says why they cannot be loaded."""
+    try:
+        if (load := boards[name].commands) is None:
+            return
+        commands = load()
+        group = typer.Typer(cls=Below, help=commands.about, no_args_is_help=True, rich_markup_mode=None)
+        for function in commands.functions:
+            group.command(cls=OneCommand)(_command(name, function, commands.baud))
+    except Exception as error:  # a profile is a plug-in: the other commands live on
+        taking_all = {"ignore_unknown_options": True, "allow_extra_args": True}
+        app.command(name, help=f"Not usable: {error!r}", context_settings=taking_all)(_broken(name, error))
+    else:
+        app.add_typer(group, name=name)
+
+
+def _broken(profile: str, error: Exception) -> Callable[[], None]:
+    def say() -> None:
+        raise fail(f"hil: the commands of {profile} cannot be loaded: {error!r}")
+
+    return say
+
+
+def _command(profile: str, function: Callable[..., Task], usual_baud: int) -> Callable[..., None]:
+    """Add the options that say which board to a function."""
+
+    def run(which: BoardOptions, **arguments: Any) -> None:
+        try:
+            _carry_out(function(**arguments), profile, usual_baud, which)
+        except Refusal as error:
+            raise fail(str(error), 1 if isinstance(error, BoardRefusal) else 2) from None
+        except DialogueError as error:
+            raise fail(f"hil: {error}") from None
+
+    own = inspect.signature(function).parameters.values()
+    which = inspect.Parameter("which", inspect.Parameter.KEYWORD_ONLY, annotation=BoardOptions)
+    keyword_only = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in own]
+    run.__signature__ = inspect.Signature([*keyword_only, which])  # type: ignore[attr-defined]
+    run.__name__, run.__doc__ = function.__name__, function.__doc__
+    told: Callable[..., None] = telling(run)
+    return told
+
+
+def _carry_out(task: Task, profile: str, usual_baud: int, which: BoardOptions) -> None:
+    port, speed = which.port, 1.0
+    if port is None:
+        port, speed = _twin(profile, which.device, which.bench)
+    elif which.device is not None:
+        raise Refusal("choose --device or --port, not both")
+    with SerialTalk(port, which.baud or usual_baud, speed) as talk:
+        try:
+            result = talk.run(task.dialogue)
+            if task.file and task.content:
+                _write(task.file, task.content(result))
+            typer.echo(task.report(result))
+        except Interrupted as error:
+            if task.after_interrupt:
+                talk.run(task.after_interrupt())
+            raise fail(f"hil: {error}", 130) from None
+
+
+def _write(file: Path, data: bytes) -> None:
+    try:
+        write_file(file, data)
+    except OSError as error:
+        raise Refusal(f"{file}: {error.strerror}") from None
+
+
+def _twin(profile: str, device: str | None, bench: BenchOptions) -> tuple[str, float]:
+    status = bench.ask("status")
+    rows = {row["device"]: row for row in status["devices"] if row["profile"] == profile}
+    if device is None and len(rows) != 1:
+        which = f"choose one of {', '.join(rows)} with --device" if rows else f"there is no {profile}"
+        raise Refusal(f"bench {status['bench']}: {which}")
+    name = device or next(iter(rows))
+    if name not in rows:
+        raise Refusal(
+            f"bench {status['bench']} has no {profile} {name!r}; it has {', '.join(rows) or 'none'}"
+        )
+    row = rows[name]
+    if row["address"] is None:
+        raise BoardRefusal(f"{name} has no serial port")
+    if row["clients"] and not row["address"].startswith("socket://"):
+        raise BoardRefusal(
+            f"another program has {row['address']} open, and would get some of the answers; close it"
+        )
+    return bench.port_of(row["address"]), float(status["speed"])
+
+
+class Interrupted(Exception):
+    """Interruption by Ctrl-C or SIGTERM: ``str(error)`` is what the dialogue says of it."""
+
+
+class SerialTalk:
+    """Runner of dialogues over a serial port, on this computer's clock times ``speed``.
+
+    Raises:
+        DialogueError: it cannot be opened; or, into a dialogue, it has gone.
+    """
+
+    def __init__(self, url: str, baud: int, speed: float = 1.0) -> None:
+        self._url, self._baud, self._speed = url, baud, speed
+
+    def __enter__(self) -> "SerialTalk":
+        import serial
+
+        try:
+            self._port: Any = serial.serial_for_url(self._url, self._baud, do_not_open=True)
+            self._port.dtr = False  # boards that reset on a change of it start again
+            self._port.open()
+        except (OSError, ValueError) as error:
+            raise DialogueError(f"{self._url}: {_reason(error)}") from None
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(OSError):
+            self._port.close()
+
+    def run(self, dialogue: Dialogue[Result]) -> Result:
+        """Run a dialogue; answers its result. Progress goes to standard error.
+
+        Raises:
+            DialogueError: as the dialogue says.
+            Interrupted: Ctrl-C or SIGTERM, noticed between two steps.
+        """
+        try:
+            with noted() as interrupts, _Bar() as bar:
+                answer: Heard | None = None
+                step = next(dialogue)
+                while True:
+                    if interrupts:
+                        raise Interrupted(_last_words(dialogue))
+                    try:
+                        answer = self._do(step, bar)
+                    except (OSError, termios.error) as error:
+                        step = dialogue.throw(DialogueError(f"{self._url} has gone ({_reason(error)})"))
+                        continue
+                    step = dialogue.send(answer)
+        except StopIteration as done:
+            result: Result = done.value
+            return result
+
+    def _do(self, step: Send | Listen | Progress, bar: "_Bar") -> Heard | None:
+        if isinstance(step, Send):
+            self._port.write(step.data)
+            self._port.flush()
+            return None
+        if isinstance(step, Progress):
+            bar.show(step)
+            return None
+        self._port.timeout = step.timeout_ns / 1e9 / self._speed
+        data = self._port.read(1)
+        return Heard(self._now_ns(), data + (self._port.read(self._port.in_waiting) if data else b""))
+
+    def _now_ns(self) -> SimTimeNs:
+        import time
+
+        return SimTimeNs(round(time.monotonic_ns() * self._speed))
+
+
+class _Bar:
+    """Progress bar on a terminal, a line for each tenth elsewhere."""
+
+    def __enter__(self) -> "_Bar":
+        self._bar: Any = None
+        self._tenth = 0
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar:
+            self._bar.stop()
+
+    def show(self, step: Progress) -> None:
+        import sys
+
+        if not sys.stderr.isatty():
+            if step.done * 10 // step.total > self._tenth:
+                self._tenth = step.done * 10 // step.total
+                typer.echo(f"{step.about} of {step.total}", err=True)
+            return
+        if self._bar is None:
+            from rich.progress import BarColumn, TaskProgressColumn, TextColumn
+            from rich.progress import Progress as Bar
+
+            from hil.cli.framework.consoles import ShownConsole
+
+            columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+            self._bar = Bar(*columns, console=ShownConsole(stderr=True))
+            self._bar.start()
+            self._bar.add_task("", total=step.total)
+        self._bar.update(self._bar.task_ids[0], completed=step.done, description=step.about)
+
+
+def _last_words(dialogue: Dialogue[Any]) -> str:
+    try:
+        dialogue.throw(DialogueError("interrupted"))
+    except DialogueError as error:
+        return str(error)
+    return "interrupted"
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, termios.error):
+        return str(error.args[-1])
+    if isinstance(error, OSError) and error.errno:
+        return os.strerror(error.errno)
+    return GONE if "readiness to read" in str(error) else str(error)

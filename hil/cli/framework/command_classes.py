@@ -1,0 +1,204 @@
+"""Classes of commands and groups: quick to start, with help in one style.
+
+New versions of typer have pydantic check each value, also of options that were not given, and importing it
+takes as long as the rest of a small command. Values that need no validation are read here instead. Other
+versions leave what is set here alone.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from hil.cli.framework.command_table import VALUES
+from hil.vocab.near_words import did_you_mean, nearest_or_begun
+
+USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]
+"""Error of a wrong command line: click's, or that of typer's own copy of it."""
+_VALUES = (
+    ("Input should be a valid number.*", "write a number"),
+    ("Input should be a valid (integer|int).*", "write a whole number"),
+    ("Input should be greater than or equal to ", "write at least "),
+    ("Input should be less than or equal to ", "write at most "),
+    ("Input should be greater than ", "write more than "),
+    ("Input should be less than ", "write less than "),
+    ("Input should be ", "write "),
+    (r"Got unexpected extra arguments?(?:\(s\))? \((.*)\)", r"this is too much: \1"),
+)
+"""Words for what pydantic, by way of typer, says of a value."""
+
+
+class Quick:
+    """Part of a command or a group that starts quickly, and shows placeholders in one style."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return with_placeholders(with_plain_values(super().get_params(ctx)))  # type: ignore[misc]
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        try:
+            return super().parse_args(ctx, args)  # type: ignore[misc]
+        except USAGE_ERROR as error:
+            given = getattr(error, "param", None)
+            if given is not None and given.param_type_name == "argument":
+                error.param_hint = f"'{usage_word(given).strip('[]')}'"
+            for pattern, words in _VALUES:
+                error.message = re.sub(pattern, words, error.message)
+            if near := getattr(error, "possibilities", None):  # options that are like a wrong one
+                error.possibilities = None
+                _suggest(error, near)
+            raise
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        self.suggest_commands = False  # in typer's words
+        try:
+            return super().resolve_command(ctx, args)  # type: ignore[misc]
+        except USAGE_ERROR as error:
+            _suggest(error, nearest_or_begun(args[0], self.list_commands(ctx)))  # type: ignore[attr-defined]
+            raise
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        arguments = [each for each in self.get_params(ctx) if each.param_type_name == "argument"]
+        below = ["COMMAND [ARGUMENT...]"] if hasattr(self, "commands") else []
+        return ["[OPTION...]", *map(usage_word, arguments), *below]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments and options."""
+        rows: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        for each in self.get_params(ctx):
+            if record := each.get_help_record(ctx):
+                is_argument = each.param_type_name == "argument"
+                shown = (usage_word(each), record[1].replace("[required]", "").rstrip())
+                rows["Arguments" if is_argument else "Options"].append(shown if is_argument else record)
+        for title, records in rows.items():
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+        if hasattr(self, "format_commands"):
+            self.format_commands(ctx, formatter)
+
+
+_WITHOUT = {"--bench": "asks no running bench; leave out --bench", "--json": "has no --json"}
+"""Words for a command that such an option is not for. --runtime-dir is for all benches: it does no harm."""
+
+
+def _suggest(error: Any, near: list[str]) -> None:
+    """Add the words that may be meant to the error of a wrong one."""
+    if near:
+        said = did_you_mean(*near)
+        error.message = f"{error.message.rstrip('.')}. {said[0].upper()}{said[1:]}"
+
+
+class OneCommand(Quick, TyperCommand):
+    """Command. What was said before its name, as in ``hil -b lab --json status``, is an option of it."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        said = _said_before(ctx)
+        for flag, why in _WITHOUT.items():
+            if flag in said and not _has(self, flag):
+                raise USAGE_ERROR(f"`{ctx.command_path}` {why}", ctx)
+        return super().parse_args(ctx, [*_own_words(self, said), *args])
+
+
+class Below(Quick, TyperGroup):
+    """Group of commands below one of ``hil``, as `hil fault`. ``hint``: as in its row."""
+
+    hint = ""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        return super().parse_args(ctx, [*_own_words(self, _said_before(ctx)), *args])
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except USAGE_ERROR as error:
+            error.message += self.hint.format(args[0])
+            raise
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands with their whole summaries."""
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [(name, summary(each)) for name, each in self.commands.items() if not each.hidden]
+            )
+
+
+def _said_before(ctx: Any) -> dict[str, list[str]]:
+    """Words of the options that stand before a command's name, by their flags; the nearest ones hold."""
+    said: dict[str, list[str]] = {}
+    while (ctx := ctx.parent) is not None:
+        for each in ctx.command.params:
+            source = ctx.get_parameter_source(each.name)
+            if source is not None and source.name == "COMMANDLINE":
+                flag, value = each.opts[0], ctx.params[each.name]
+                said.setdefault(flag, [flag] if value is True else [flag, str(value)])
+    return said
+
+
+def _own_words(command: Any, said: dict[str, list[str]]) -> list[str]:
+    return [word for flag, words in said.items() if _has(command, flag) for word in words]
+
+
+def _has(command: Any, flag: str) -> bool:
+    return any(flag in each.opts for each in command.params)
+
+
+def summary(command: Any) -> str:
+    """First paragraph of a command's help."""
+    return " ".join((command.help or "").partition("\n\n")[0].split())
+
+
+def placeholder(name: str) -> str:
+    """Placeholder for the value of an option or an argument, by the parameter's name."""
+    row = VALUES.get(name)
+    return row.placeholder if row and row.placeholder else name.upper().replace("_", "-")
+
+
+def usage_word(argument: Any) -> str:
+    """Argument as a usage line has it: DEVICE, [VERB], [VALUE...]."""
+    word = (argument.metavar or placeholder(argument.name)).removesuffix("...")
+    word += "..." * (argument.nargs == -1)
+    return word if argument.required else f"[{word}]"
+
+
+def with_placeholders(parameters: list[Any]) -> list[Any]:
+    """Let options show placeholders of this style in help texts."""
+    for parameter in parameters:
+        is_option = parameter.param_type_name == "option"
+        if is_option and not parameter.is_flag and parameter.metavar is None:
+            parameter.metavar = placeholder(parameter.name)
+    return parameters
+
+
+_PLAIN = {str: str, Path: Path}
+
+
+class PlainValue:
+    """Reader of an option's or argument's value, in the place of typer's own, which reads all other kinds."""
+
+    def __init__(self, plain: type) -> None:
+        self._plain = plain
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Value as the command takes it. Raises what typer's own reader raises."""
+        is_repeated = param.multiple or param.nargs == -1
+        if value is None:
+            return () if is_repeated else None
+        if not is_repeated:
+            if isinstance(value, self._plain):
+                return value
+            if self._plain in _PLAIN:
+                return _PLAIN[self._plain](value)
+        param._runtime_param = None
+        return param.get_runtime_param().coerce(value, param, ctx)
+
+
+def with_plain_values(parameters: list[Any]) -> list[Any]:
+    """Let parameters be read that way, where typer has them read by pydantic."""
+    for parameter in parameters:
+        if getattr(parameter, "_runtime_param", parameters) is None and hasattr(parameter, "type_descriptor"):
+            annotation = parameter.type_descriptor.annotation
+            if isinstance(annotation, type):
+                parameter._runtime_param = PlainValue(annotation)
+    return parameters

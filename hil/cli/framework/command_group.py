@@ -1,0 +1,134 @@
+"""The command line: ``hil VERB OBJECT``, from the table, with the commands of boards and bridges."""
+
+import os
+from functools import cache
+from importlib import import_module
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from hil import __version__
+from hil.cli.framework.ask import Bench, RuntimeDir
+from hil.cli.framework.command_answers import AsJson, asks_a_bench, begin, telling
+from hil.cli.framework.command_classes import Below, OneCommand, Quick, summary
+from hil.cli.framework.command_table import BOARD, COMMANDS, PANELS, CommandRow, rows_below
+
+_HELP = {"help_option_names": ["--help", "-h"]}
+
+
+class AllCommands(Quick, TyperGroup):
+    """Group of all commands. Each is imported and made when it is asked for."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        from hil.cli.framework.board_commands import others
+
+        return [*COMMANDS, *others()]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if row := COMMANDS.get(cmd_name):
+            return _made(row)
+        from hil.cli.framework.board_commands import others
+
+        return others().get(cmd_name)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands of each group below its name, each with its whole summary."""
+        commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
+        width = max(map(len, commands))
+        for panel in PANELS:
+            names = [name for name, of in commands.items() if not of.hidden and panel_of(name) == panel]
+            with formatter.section(panel):
+                formatter.write_dl([(name.ljust(width), summary(commands[name])) for name in names])
+
+
+def panel_of(name: str) -> str:
+    """Group of a command in `hil --help`. A bridge says its own; others are boards'."""
+    if row := COMMANDS.get(name):
+        return row.panel
+    from hil.cli.framework.board_commands import others
+
+    return others()[name].rich_help_panel or BOARD
+
+
+@cache
+def _made(row: CommandRow) -> Any:
+    """Make a command, or a group with its commands."""
+    app = typer.Typer(
+        name=row.name,
+        cls=Below,
+        help=row.about,
+        no_args_is_help=not row.where,
+        invoke_without_command=bool(row.where),
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    if row.about:
+        app.callback()(telling(_function(row)) if row.where else lambda: None)
+    for each in rows_below(row.name) if row.about else [row]:
+        settings = {
+            "ignore_unknown_options": each.takes_negative,
+            "allow_interspersed_args": not each.takes_command,
+        }
+        name = each.name.rpartition(" ")[2]
+        app.command(name, cls=OneCommand, hidden=each.is_hidden, context_settings=settings)(
+            telling(_function(each))
+        )
+    made: Any = typer.main.get_command(app)
+    made.hint = row.hint
+    return made
+
+
+def _function(row: CommandRow) -> Any:
+    module, _, name = row.where.partition(":")
+    return getattr(import_module(f"hil.cli.{module}"), name)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"hil {__version__}")
+        raise typer.Exit
+
+
+def _options(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+    bench: Bench = None,
+    runtime_dir: RuntimeDir = None,
+    as_json: AsJson = False,
+) -> None:
+    # What was said here are words of the command itself: see `OneCommand`.
+    begin(context.command)
+    bench = os.environ.get("HIL_BENCH")
+    if bench and (name := context.invoked_subcommand):
+        command: Any = context.command
+        context.default_map = {name: _defaults(command.get_command(context, name), {"bench": bench})}
+
+
+def _defaults(command: Any, given: dict[str, str]) -> dict[str, Any]:
+    """Defaults of a command's options from the environment, and of those below it."""
+    below = getattr(command, "commands", {})
+    own = given if below or asks_a_bench(command) else {}
+    return {**own, **{name: _defaults(each, given) for name, each in below.items()}}
+
+
+def command_line() -> typer.Typer:
+    """Make the command line."""
+    made = typer.Typer(
+        name="hil",
+        cls=AllCommands,
+        help="Virtual motion-control boards behind real serial ports.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings=_HELP,
+    )
+    made.callback()(_options)
+    return made
+
+
+app = command_line()

@@ -1,0 +1,168 @@
+"""The one table of commands: each by its group in `hil --help`, and where it is. A command's module is
+imported when the command is used, or all are listed: each starts quickly."""
+
+from typing import NamedTuple
+
+BENCH, BOARD, MOTION = "Bench", "Board", "Motion"
+WIRE, FAULTS, SERVICE = "Wire", "Faults", "Service"
+PANELS = (BENCH, BOARD, MOTION, WIRE, FAULTS, SERVICE)
+"""Groups of commands in the order of `hil --help`."""
+
+
+class CommandRow(NamedTuple):
+    """Command, or a group that has ``about``: then ``where`` is what it does without a command; empty: it
+    shows its help."""
+
+    name: str
+    """As it is typed: one of a group has the group's name before its own."""
+    panel: str
+    where: str = ""
+    """Its module in hil.cli, and its function there."""
+    about: str = ""
+    """Help of a group; that of a command is its function's docstring."""
+    hint: str = ""
+    """Words for what is no command of this group; {} is what was typed."""
+    takes_negative: bool = False
+    """True if a value that begins with - is no option."""
+    is_hidden: bool = False
+    takes_command: bool = False
+    """True if all that stands behind the first argument is another program's."""
+
+
+_ROWS = (
+    CommandRow("init", BENCH, "bench.config_commands:init"),
+    CommandRow("check", BENCH, "bench.config_commands:check"),
+    CommandRow("serve", BENCH, "bench.serve_command:serve"),
+    CommandRow("list", BENCH, "bench.bench_commands:list_benches"),
+    CommandRow("status", BENCH, "bench.bench_commands:status"),
+    CommandRow("reload", BENCH, "bench.bench_commands:reload"),
+    CommandRow("benches", BENCH, "runs.run_command:benches"),
+    CommandRow("replay", BENCH, "bench.bench_commands:replay"),
+    CommandRow("monitor", BOARD, "boards.board_access:monitor"),
+    CommandRow("with-lines", BOARD, "boards.board_access:with_lines", takes_command=True),
+    CommandRow("state", BOARD, "boards.board_access:state"),
+    CommandRow("reset", BOARD, "boards.board_access:reset"),
+    CommandRow("pin", BOARD, "boards.board_access:pin"),
+    CommandRow("set", BOARD, "boards.board_access:set_field", takes_negative=True),
+    CommandRow("zero", BOARD, "boards.board_access:zero"),
+    CommandRow("profile", BOARD, about="List, make and check kinds of boards."),
+    CommandRow("profile list", BOARD, "bench.profile_commands:list_profiles"),
+    CommandRow("profile new", BOARD, "bench.profile_commands:new"),
+    CommandRow("profile check", BOARD, "bench.profile_commands:check"),
+    CommandRow("axis", MOTION, "boards.axis_command:axis", takes_negative=True),
+    CommandRow("run", MOTION, "runs.run_command:run"),
+    CommandRow(
+        "runs",
+        MOTION,
+        "runs.runs_commands:runs",
+        "List runs, show one, slow one down, cancel one.\n\n"
+        "Without a command: those that wait, move or have ended.\n\n"
+        "Example: hil runs",
+        " `hil runs show {0}` shows a run of that name.",
+    ),
+    CommandRow("runs show", MOTION, "runs.runs_commands:show"),
+    CommandRow("runs cancel", MOTION, "runs.runs_commands:cancel"),
+    CommandRow("runs pace", MOTION, "runs.runs_commands:pace"),
+    CommandRow("step", MOTION, "boards.draw_commands:step", takes_negative=True),
+    CommandRow("drive", MOTION, "boards.draw_commands:drive"),
+    CommandRow("plot", MOTION, "boards.draw_commands:plot"),
+    CommandRow("capture", WIRE, "capture_commands:capture"),
+    CommandRow("decode", WIRE, "capture_commands:decode"),
+    CommandRow("play", WIRE, "capture_commands:play"),
+    CommandRow("mother", WIRE, about="Be the master of a line: command its nodes, watch them, find them."),
+    CommandRow("mother send", WIRE, "lines.mother_commands:send"),
+    CommandRow("mother text", WIRE, "lines.mother_commands:text"),
+    CommandRow("mother release", WIRE, "lines.mother_commands:release"),
+    CommandRow("mother stop", WIRE, "lines.mother_commands:stop"),
+    CommandRow("mother scan", WIRE, "lines.mother_commands:scan"),
+    CommandRow("mother nodes", WIRE, "lines.mother_nodes:nodes"),
+    CommandRow("mother watch", WIRE, "lines.mother_nodes:watch"),
+    CommandRow("mother queue", WIRE, "lines.mother_queue:queue"),
+    CommandRow("mother gcode", WIRE, "gcode.mother_gcode:gcode"),
+    CommandRow("can", WIRE, about="CANopen nodes."),
+    CommandRow("can eds", WIRE, "can_commands:eds"),
+    CommandRow("fault", FAULTS, about="Inject, list and clear faults."),
+    CommandRow("fault kinds", FAULTS, "boards.fault_commands:kinds"),
+    CommandRow("fault inject", FAULTS, "boards.fault_commands:inject"),
+    CommandRow("fault clear", FAULTS, "boards.fault_commands:clear"),
+    CommandRow("fault list", FAULTS, "boards.fault_commands:list_faults"),
+    CommandRow("doctor", SERVICE, "bench.bench_commands:doctor"),
+    CommandRow("usb", SERVICE, about="Ports of kind usb."),
+    CommandRow("usb doctor", SERVICE, "bench.doctor_usb:doctor"),
+    CommandRow("docs", SERVICE, "documents.help_commands:docs"),
+    CommandRow("schema", SERVICE, "bench.config_commands:schema"),
+    CommandRow("completion", SERVICE, "documents.help_commands:completion"),
+    CommandRow(
+        "arduino", SERVICE, "bench.arduino_commands:about", "Show the devices to the Arduino IDE, 2 and 1.8."
+    ),
+    CommandRow("arduino install", SERVICE, "bench.arduino_commands:install"),
+    CommandRow("arduino uninstall", SERVICE, "bench.arduino_commands:uninstall"),
+    CommandRow("reference", SERVICE, "documents.help_commands:reference", is_hidden=True),
+    CommandRow("arduino-discovery", SERVICE, "bench.arduino_commands:discovery", is_hidden=True),
+    CommandRow("arduino-monitor", SERVICE, "bench.arduino_commands:monitor", is_hidden=True),
+)
+COMMANDS = {row.name: row for row in _ROWS if " " not in row.name}
+
+
+def rows_below(name: str) -> list[CommandRow]:
+    """Find the commands of a group."""
+    return [row for row in _ROWS if row.name.startswith(f"{name} ")]
+
+
+class ValueRow(NamedTuple):
+    """Value of a parameter. ``takes``: a file, a folder, or one of ``completion_names.KINDS``; empty: it has
+    no names that could be listed. ``placeholder``: its name in help texts; empty: the parameter's."""
+
+    takes: str
+    placeholder: str = ""
+
+
+FILE, FOLDER = "file", "folder"
+VALUES = {
+    "runtime_dir": ValueRow(FOLDER, "FOLDER"),
+    "state_dir": ValueRow(FOLDER, "FOLDER"),
+    "sketchbook": ValueRow(FOLDER, "FOLDER"),
+    "folders": ValueRow(FOLDER, "FOLDER"),
+    "diff": ValueRow(FILE, "OLD"),
+    "interval_ms": ValueRow("", "MS"),
+    "rate_Hz": ValueRow("", "HZ"),
+    "rotate_mb": ValueRow("", "MB"),
+    "output": ValueRow(FILE, "FILE"),
+    "write": ValueRow(FILE, "FILE"),
+    "log": ValueRow(FILE, "FILE"),
+    "port_group": ValueRow("", "GROUP"),
+    "eds": ValueRow("", "NODE=FILE"),
+    "files": ValueRow("", "COUNT"),
+    "devices": ValueRow("", "COUNT"),
+    "tap": ValueRow("taps", "BUS.TAP"),
+    "sources": ValueRow("lines", "SOURCE"),
+    "values": ValueRow("verb-values", "VALUE"),
+    "parameters": ValueRow("fault-values", "NAME=VALUE"),
+    "config": ValueRow(FILE, "FILE"),
+    "host": ValueRow("", "HOST"),
+    "file": ValueRow(FILE),
+    "folder": ValueRow(FOLDER),
+    "bench": ValueRow("benches"),
+    "device": ValueRow("axes"),
+    "reset device": ValueRow("devices"),
+    "fault": ValueRow("faults"),
+    "number": ValueRow("fault-numbers"),
+    "target": ValueRow("targets"),
+    "verb": ValueRow("verbs"),
+    "monitor device": ValueRow("ports"),
+    "mother send line": ValueRow("taps"),
+    "mother text line": ValueRow("taps"),
+    "mother queue line": ValueRow("taps"),
+    "mother release lines": ValueRow("taps"),
+    "mother stop lines": ValueRow("taps"),
+    "mother scan lines": ValueRow("taps"),
+    "mother nodes lines": ValueRow("taps"),
+    "mother watch lines": ValueRow("taps"),
+    "port": ValueRow(FILE),
+    "program": ValueRow(FILE),
+    "mother gcode machine": ValueRow(FILE),
+    "shell": ValueRow("shells"),
+    "topic": ValueRow("pages"),
+}
+"""Values by the parameter's name, or by the command's and its. A parameter with a completion of its own has
+no names here."""
