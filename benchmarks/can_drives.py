@@ -30,10 +30,10 @@ from bridges.can.bus.bus_events import BusEvent
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.frame_length import frame_bits
 from bridges.can.frames.slcan import encode
+from bridges.can.testing.sdo_client import SdoClient
 from hil.net.control_client import ask
 from hil.sim.inputs import Play
 from hil.testing import Bench
-from hil.testing.sdo_client import SdoClient
 from hil.vocab.time import NS_PER_S
 
 BIT_RATE = 1_000_000

@@ -4,15 +4,20 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from bridges.can.bus_reports import REPORTS
-from hil.vocab.bus import BusKind, DriveAddress, DriveKind, DriveOption, Raw, WireKind
+from hil.vocab.bus import BusKind, DriveAddress, DriveKind, DriveOption, FaceKind, Raw, WireKind
 
 if TYPE_CHECKING:
+    from bridges.can.cards.bench_bus import BenchBus
+    from bridges.can.testing.can_faces import CanBusFace
     from hil.config import BenchConfig, Catalogue
     from hil.config.catalogue import ProfileInfo
     from hil.config.document import Finding
     from hil.drives.drive_control import DriveControl
     from hil.drives.real_drive import DrivePace
     from hil.sim.bench import BenchRuntime
+    from hil.sim.client_tap import ClientTap
+    from hil.testing import Bench
+    from hil.testing.faces import TapFace
 
 
 def _model() -> type[Any]:
@@ -76,6 +81,20 @@ def _make_drive(
     return CanControl(CanDrive(CanSpec(name, address, pace, GivenUnits(**given)), now_ns))
 
 
+def _face(bench: "Bench", runtime: "BenchRuntime", wire: "BenchBus") -> "CanBusFace":
+    from bridges.can.testing.can_faces import CanBusFace
+
+    return CanBusFace(bench, runtime, wire)
+
+
+def _tap_face(runtime: "BenchRuntime", tap: "ClientTap") -> "TapFace":
+    from bridges.can.cards.can_tap import CanTap
+    from bridges.can.testing.can_faces import CanTapFace
+
+    assert isinstance(tap, CanTap)
+    return CanTapFace(runtime, tap)
+
+
 BUS = BusKind(
     wires=WireKind(
         key="can",
@@ -85,6 +104,7 @@ BUS = BusKind(
         fault_places=_fault_places,
         info=REPORTS,
         add=_add,
+        kit=FaceKind(what="CAN bus", face=_face, tap_face=_tap_face),
     ),
     drives=DriveKind(
         protocol="CANopen",

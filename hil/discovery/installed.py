@@ -1,6 +1,7 @@
 """Packages that others installed beside hil, by their entry points: boards, ports, bridges and buses."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -43,6 +44,19 @@ def folder_of(point: EntryPoint) -> Path:
     if spec is None or not spec.submodule_search_locations:
         raise NotThere(f"there is no package {point.value}")
     return Path(next(iter(spec.submodule_search_locations)))
+
+
+def modules_of(package: str, group: str, module: str) -> tuple[str, ...]:
+    """Find modules of a name, as in ``testing.fixtures``: of the folders of a package, and of packages that
+    entry points of a group name. Imports at most what is above those packages."""
+    spec = find_spec(package)
+    roots = (spec.submodule_search_locations or []) if spec else []
+    places = {f"{package}.{each.name}": each for root in roots for each in sorted(Path(root).iterdir())}
+    for point in (each for points in installed(group).values() for each in points):
+        with suppress(NotThere):  # who asks for the bus is told
+            places[point.value] = folder_of(point)
+    file = f"{module.replace('.', '/')}.py"
+    return tuple(f"{name}.{module}" for name, folder in places.items() if (folder / file).is_file())
 
 
 def told(point: EntryPoint) -> str:

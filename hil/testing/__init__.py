@@ -6,11 +6,12 @@ control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``
 ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
 stable: changes stand in the CHANGELOG.
 
-May import: bridges.can, hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.net,
-hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, can, numpy, pytest,
+May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.net,
+hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, numpy, pytest,
 serial.
 
-Tests may import too: bridges.modbus.protocol, bridges.modbus.registers, device_profiles, hil.live.
+Tests may import too: bridges.can.bus, bridges.modbus.protocol, bridges.modbus.registers, device_profiles,
+hil.live.
 """
 
 from hil.compose.replay import Replayed, replay

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from hil.compose import bench_runtime, find_catalogue, read_text, start_memories
 from hil.compose.replay import MemoryOptions
@@ -18,22 +18,18 @@ from hil.runs import (
     plan_run,
     run_from_data,
 )
-from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
-from hil.sim.client_tap import ClientTap
+from hil.sim.bench import VIRTUAL, BenchHooks, Store
 from hil.sim.given_fault import fault_refusal
-from hil.sim.segment_tap import Tap
 from hil.sim.twin import Twin
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such, path_of, unreadable
+from hil.testing.wire_faces import WireFaces
 from hil.vocab.address import address_of, no_part
 from hil.vocab.axis import AxisNow
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
-
-if TYPE_CHECKING:
-    from hil.testing.can_faces import CanBusFace
 
 RUN_LEAD_NS = 1_000_000
 """Time between a run's phrases: in virtual time nothing needs longer."""
@@ -95,8 +91,8 @@ class Bench:
             for address, (device, axis) in runtime.roster.axes.items()
         }
         self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
-        self._taps = {name: _tap_face(runtime, tap) for name, tap in runtime.taps.items()}
-        self._canbuses: dict[str, CanBusFace] = {}
+        self._wires = WireFaces(self, runtime, catalogue.wire_kinds)
+        self._taps = {name: self._wires.tap(name, tap) for name, tap in runtime.taps.items()}
         self._sampler = Sampler(runtime)
         self._run_axes = TwinAxes(runtime, self._sampler)
         for fault in self.config.faults:
@@ -151,16 +147,17 @@ class Bench:
         __tracebackhide__ = True
         return NamedThings("segment", self._runtime.segments)[name]
 
-    def canbus(self, name: str = "can0") -> "CanBusFace":
-        """CAN bus by its name, with a node of the test's own on it from the first call on. Raises KeyError:
-        there is none."""
+    def wire(self, key: str, name: str) -> Any:
+        """Face that a bus has for tests of its wire ``name``, which is under ``key`` in the configuration.
+        Raises KeyError: there is none."""
         __tracebackhide__ = True
-        if name not in self._canbuses:
-            from hil.testing.can_faces import CanBusFace
+        return self._wires.wire(key, name)
 
-            bus = NamedThings("CAN bus", self._runtime.wires_of("can"))[name]
-            self._canbuses[name] = CanBusFace(self, self._runtime, bus)
-        return self._canbuses[name]
+    def canbus(self, name: str = "can0") -> Any:
+        """CAN bus by its name, a ``CanBusFace``, with a node of the test's own on it from the first call on.
+        Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        return self.wire("can", name)
 
     def axis(self, name: str) -> AxisFace:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""
@@ -252,16 +249,6 @@ class Bench:
         for subscription, recording in self._recordings:
             recording.rows += subscription.drain()
             recording.lost = subscription.lost
-
-
-def _tap_face(runtime: BenchRuntime, tap: ClientTap) -> TapFace:
-    if isinstance(tap, Tap):
-        return TapFace(runtime, tap)
-    from bridges.can.cards.can_tap import CanTap
-    from hil.testing.can_faces import CanTapFace
-
-    assert isinstance(tap, CanTap)
-    return CanTapFace(runtime, tap)
 
 
 def read_config(config: GivenConfig) -> tuple[BenchConfig, Path]:

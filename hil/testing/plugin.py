@@ -1,23 +1,26 @@
-"""Pytest plugin: the fixtures ``bench``, ``live_bench``, ``segment``, ``canbus``, ``drive`` and ``fault``; a
+"""Pytest plugin: the fixtures ``bench``, ``live_bench``, ``segment`` and ``fault``, and those of buses; a
 test that fails while live benches run has their logs and traffic in its report."""
 
 import sys
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from hil.discovery.installed import BUSES, modules_of
+
 if TYPE_CHECKING:
     from hil.testing.bench import Bench
-    from hil.testing.can_faces import CanBusFace, DriveFace
     from hil.testing.faces import FaultFace
     from hil.testing.given import GivenConfig
     from hil.testing.served_bench import ServedBench
 
 NODE = "sac"
 COLD_START_MS = 1100
+pytest_plugins = modules_of("bridges", BUSES, "testing.fixtures")
+"""Plugins of the buses, which pytest loads with this one."""
 
 
 @pytest.fixture
@@ -102,42 +105,6 @@ def segment(bench: "Callable[..., Bench]") -> "Callable[..., Bench]":
         for name in names:
             made.port(name).read()
         made.tap("bus0.master").read()
-        return made
-
-    return make
-
-
-@pytest.fixture
-def canbus(bench: "Callable[..., Bench]") -> "Callable[..., CanBusFace]":
-    """Make a bench of CANopen drives on one bus, and a node of the test's own beside them: ``canbus(4)`` has
-    ``m1`` to ``m4`` with the node ids 1 to 4 on ``can0``, and ``.bench``. ``profile``: of all, ``bit_rate``:
-    of the bus, ``switches``: of each, as the configuration has them."""
-
-    def make(
-        drives: int = 1,
-        *,
-        profile: str = "mechaduino",
-        bit_rate: int = 1_000_000,
-        first_id: int = 1,
-        switches: Mapping[str, Any] | None = None,
-        seed: int = 0,
-    ) -> "CanBusFace":
-        from hil.testing.can_faces import canbus_config
-
-        config = canbus_config(drives, profile, bit_rate, first_id, switches or {})
-        return bench(config, seed).canbus()
-
-    return make
-
-
-@pytest.fixture
-def drive(canbus: "Callable[..., CanBusFace]") -> "Callable[..., DriveFace]":
-    """Make a CANopen drive on a bus with a node of the test's own, as ``canbus``, past its board's start:
-    ``drive()``, ``drive(profile="sac")``. Its axis is ``.canbus.bench.axis(drive.axis)``."""
-
-    def make(**of: Any) -> "DriveFace":
-        made = canbus(1, **of).drives()[0]
-        made.await_ready()
         return made
 
     return make

@@ -14,6 +14,19 @@ Raw = Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
+class FaceKind:
+    """Faces of wires for the test kit, ``hil.testing``."""
+
+    what: str
+    """Words for a wire in the kit's errors, as in "CAN bus"."""
+    face: Callable[[Any, Any, Any], Any]
+    """Makes the face of a wire. Arguments: the ``hil.testing.Bench``, its ``BenchRuntime``, the wire."""
+    tap_face: Callable[[Any, Any], Any] | None = None
+    """Makes the face of a tap, a ``TapFace``; None if that does as it is. Arguments: the ``BenchRuntime``,
+    the tap."""
+
+
+@dataclass(frozen=True, eq=False)
 class WireKind:
     """Wires of a bus. They stand in a configuration under ``key``, each under a name of its own."""
 
@@ -34,6 +47,7 @@ class WireKind:
     add: Callable[[Any, Any, Any], None]
     """Puts the wires, with what is on them, into a bench whose devices are there. Arguments: the
     ``BenchRuntime``, the ``BenchConfig``, the ``Catalogue``."""
+    kit: FaceKind | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 import io
 
 import pytest
-from can_bench import config as bus_config
 
 from hil.compose.replay import replay
 from hil.core.axis_kind import ANGLE
@@ -12,6 +11,7 @@ from hil.sim.input_log import InputLogWriter
 from hil.sim.settable import setting_problem
 from hil.testing import Bench
 
+BUS = {"can0": {"bit_rate": 500_000, "nodes": {"m1": 1}}}
 PROFILES = ("mechaduino", "sac", "modbus_drive", "canopen_drive")
 
 
@@ -99,7 +99,7 @@ def test_a_stepper_that_moves_keeps_its_zero() -> None:
 
 
 def test_the_drive_of_a_bus_is_homed_by_its_master() -> None:
-    with Bench(bus_config({"m1": 1})) as bench:
+    with Bench({**config("mechaduino", flash={"table": "identity"}), "can": BUS}) as bench:
         with pytest.raises(ValueError, match="masters of the CAN bus count by it; let them home"):
             bench.axis("m1").zero()
         runtime = bench._runtime

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 from bridges.can.bus.bus_events import NodeState
 from bridges.can.frames.can_frame import CanFrame
+from bridges.can.testing.can_faces import CanBusFace, DriveFace
 from hil.sim.inputs import Follow
-from hil.testing.can_faces import CanBusFace, DriveFace
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 

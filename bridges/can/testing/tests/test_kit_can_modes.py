@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.testing.can_faces import DriveFace
+from bridges.can.testing.can_faces import DriveFace
 
 STATE, REACHED = 0x6F, 1 << 10
 

@@ -5,9 +5,9 @@ import struct
 import pytest
 from can_bench import M1, config
 
+from bridges.can.testing.can_faces import CanBusFace, DriveFace
+from bridges.can.testing.sdo_client import SdoAborted
 from hil.testing import Bench
-from hil.testing.can_faces import CanBusFace, DriveFace
-from hil.testing.sdo_client import SdoAborted
 
 MODE, TARGET, SPEED, POSITION = 0x6060, 0x607A, 0x6081, 0x6064
 ACCELERATIONS = (0x6083, 0x6084)

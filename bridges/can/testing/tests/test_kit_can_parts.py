@@ -6,11 +6,10 @@ from typing import Any
 import pytest
 from can_bench import M1
 
-import hil
 from hil.config import ConfigError
 from hil.testing import Bench
 
-BOARDS = str(Path(hil.__file__).parents[1] / "tests/boards")
+BOARDS = str(Path(__file__).parents[4] / "tests/boards")
 ARM: dict[str, Any] = {"profile": "arm", "port": "memory"}
 
 

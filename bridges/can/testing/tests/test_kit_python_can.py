@@ -3,7 +3,7 @@
 import can
 import pytest
 
-from hil.testing.can_faces import CanBusFace
+from bridges.can.testing.can_faces import CanBusFace
 from hil.vocab.time import NS_PER_MS
 
 

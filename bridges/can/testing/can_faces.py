@@ -10,17 +10,17 @@ from bridges.can.canopen.cia402_words import CONTROLWORD, STATUSWORD, DriveComma
 from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.cards.can_tap import CanTap
 from bridges.can.frames.can_frame import CanFrame
+from bridges.can.testing.sdo_client import SdoClient
 from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
 from hil.testing.faces import TapFace
 from hil.testing.given import NamedThings, checked_bytes
-from hil.testing.sdo_client import SdoClient
 from hil.vocab.address import Address
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
 if TYPE_CHECKING:
     from bridges.can.cards.canopen_card import CanOpenCard
-    from hil.testing.python_can_bus import PythonCanBus
+    from bridges.can.testing.python_can_bus import PythonCanBus
 
 SERVO = "mechaduino"
 """Profile that needs a table to move."""
@@ -119,7 +119,7 @@ class CanBusFace:
     def python_can(self, node: str = "python-can") -> "PythonCanBus":
         """Make a ``can.BusABC`` on this bus, a node of this name, for code that is written with python-can:
         its ``recv`` lets simulated time pass."""
-        from hil.testing.python_can_bus import PythonCanBus
+        from bridges.can.testing.python_can_bus import PythonCanBus
 
         return PythonCanBus(self.bench, self._runtime, self.name, node)
 
