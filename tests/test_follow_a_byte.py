@@ -239,6 +239,26 @@ def run() -> list[Name]:
     return calls
 
 
+@cache
+def enabled_over_can() -> list[Name]:
+    """The controlword that enables a drive, at an slcan tap."""
+    calls: list[Name] = []
+    servo = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    bus = {"bit_rate": 1_000_000, "taps": {"slcan0": {}}, "nodes": {"m1": {"id": 1}}}
+    with Bench({"bench": "t", "devices": {"m1": servo}, "can": {"can0": bus}}) as bench:
+        tap = bench.tap("can0.slcan0")
+        bench.run(ms=5000)
+        for line in (b"S8", b"O", b"t60182300180181010000", b"t00020101", b"t20120600", b"t20120700"):
+            tap.write(line + b"\r")
+            bench.run(ms=5)
+        tap.read()
+        with called(calls):
+            tap.write(b"t20120F00\r")
+            bench.run(ms=5)
+        assert tap.read() == b"z\rt18123706\r"
+    return calls
+
+
 TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-byte", "### 2. The firmware wakes"): typed_p,
     ("follow-a-packet", "## From one board to the other"): typed_for_another,
@@ -249,6 +269,8 @@ TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-key", "## The checks"): checked,
     ("follow-a-watch", "## The request"): watched,
     ("follow-a-watch", "## The samples"): watched,
+    ("follow-a-can-frame", "## The bus"): enabled_over_can,
+    ("follow-a-can-frame", "## The node"): enabled_over_can,
     ("follow-a-run", "## The plan"): run,
     ("follow-a-run", "## In simulated time"): run,
 }
