@@ -225,7 +225,7 @@ def test_boards_without_serial_interfaces_are_asked_and_listed(tmp_path: Path) -
     log = tmp_path / "run.log"
 
     async def use(ask: Asking) -> None:
-        assert ask.desk.describe().ports == ["p1"]
+        assert [*ask.desk.describe().ports] == ["p1"]
         listed, status = rows(await ask("list")), rows(await ask("status"))
         for name, axes in (("d1", ["d1"]), ("b1", [])):
             for row in (listed[name], status[name]):
@@ -275,7 +275,7 @@ def test_boards_without_serial_interfaces_are_asked_and_listed(tmp_path: Path) -
 
 def test_a_bench_of_boards_without_serial_interfaces_alone(tmp_path: Path) -> None:
     async def use(ask: Asking) -> None:
-        assert ask.desk.describe().ports == []
+        assert [*ask.desk.describe().ports] == []
         _, why = await refusal(ask("capture", "", ports=["b1"]))
         assert why == "b1 has no serial port; ports and segments are none"
 
@@ -293,9 +293,9 @@ def test_a_reload_takes_and_gives_boards_their_serial_interfaces(tmp_path: Path)
         assert (await ask("state", "d1"))["position_deg"] > 30
         # One gets a port, the other loses all of its own.
         assert (await become({"p1": {"profile": "drive"}, "d1": ARM, "b1": MUTE["b1"]}))["kept"] == ["b1"]
-        assert ask.desk.describe().ports == ["d1", "d1.logger"]
+        assert [*ask.desk.describe().ports] == ["d1", "d1.logger"]
         assert (await become({"p1": pinger} | MUTE))["restarted"] == ["p1", "d1"]
-        assert ask.desk.describe().ports == ["p1"]
+        assert [*ask.desk.describe().ports] == ["p1"]
         assert (await become({"p1": pinger}))["removed"] == ["d1", "b1"]
         slow = {"arm": ARM | {"bauds": {"logger": 9600}}, "p1": pinger}
         assert (await become(slow))["added"] == ["arm"]

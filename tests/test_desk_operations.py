@@ -219,7 +219,7 @@ def test_what_is_watched_comes_until_it_is_closed(using: Using) -> None:
         assert runs[-1] == "done"
         for each in (watch, port, run):
             each.close()
-        assert ask.desk.describe().ports == ["m1", "s1", "s10", "bus0.t", "real"]
+        assert [*ask.desk.describe().ports] == ["m1", "s1", "s10", "bus0.t", "real"]
         with pytest.raises(VerbRefused, match="there is no port 's9'; there are bus0, m1, ") as refused:
             ask.desk.watch(VIEWER, Watched.BYTES, "s9", print)
         assert refused.value.code == "no_place"

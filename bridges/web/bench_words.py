@@ -19,7 +19,7 @@ from hil.vocab.faults import FAULT_KINDS, TARGETS
 from hil.vocab.operation import Operation
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Role, Verb
-from hil.wire.json_pieces import json_text
+from hil.wire.json_text import json_text
 
 PROTOCOL = 1
 SLICE = 4

@@ -13,8 +13,7 @@ from bridges.web.host_names import HostNames
 from bridges.web.login_sessions import LoginLimit, Sessions
 from bridges.web.page_files import PageFiles
 from hil.vocab.desk_protocol import Source
-from hil.wire.json_pieces import json_text
-from hil.wire.json_text import JsonError, read_json
+from hil.wire.json_text import JsonError, json_text, read_json
 
 SUBPROTOCOL = "hil.v1"
 WEBSOCKET_VERSION = "13"

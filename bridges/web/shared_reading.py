@@ -7,7 +7,7 @@ from inspect import isawaitable
 
 from hil.net.turns import SHARE
 from hil.vocab.desk_protocol import Desk, Encoded, Source
-from hil.wire.json_pieces import json_text
+from hil.wire.json_text import json_text
 
 log = logging.getLogger("hil")
 

@@ -17,7 +17,7 @@ from hil.vocab.desk_protocol import AxisField, Desk, Source, Watch, Watched
 from hil.vocab.packed_fields import struct_of
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
-from hil.wire.json_pieces import json_text
+from hil.wire.json_text import json_text
 
 FAST_S, SLOW_S = 1 / 60, 0.25
 """Interval of a page's turns while something fast is watched, and else."""

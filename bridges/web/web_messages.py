@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from hil.vocab.desk_protocol import Done
 from hil.vocab.parameters import Form
 from hil.vocab.verbs import OF_TEXTS, VerbRefused
-from hil.wire.json_pieces import json_text
-from hil.wire.json_text import JsonError, read_json
+from hil.wire.json_text import JsonError, json_text, read_json
 
 SAMPLES, TERMINAL = 1, 2
 """Kinds of binary messages, their first byte."""

@@ -16,7 +16,7 @@ from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.vocab.near_words import meant
 from hil.vocab.port_programs import is_held
 from hil.vocab.verbs import Role, VerbRefused
-from hil.wire.json_pieces import json_text
+from hil.wire.json_text import json_text
 
 MOST_TERMINALS = 32
 TYPED_BYTES = 64 * 1024

@@ -12,7 +12,7 @@ from bridges.web.wire_streams import BusFrames, LinePackets, PortBytes, Recorded
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.verbs import VerbRefused
-from hil.wire.json_pieces import json_text
+from hil.wire.json_text import json_text
 
 MOST_WATCHES = 256
 MOST_WIRES = 16

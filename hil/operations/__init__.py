@@ -1,5 +1,5 @@
-"""Operations of a bench: the table of all (``table.py``), their permissions (``permissions.py``), and the
-desk that carries them out (``desk.py``).
+"""Operations of a bench: the table of all (``table.py``), and the desk that checks permissions and carries
+them out (``desk.py``).
 
 Each operation is carried out by one of the ``*_operations`` or by ``reports``, which name the
 parts that they need; health and metrics are readings of such parts. The control socket is a door as bridges

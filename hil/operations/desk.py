@@ -6,49 +6,37 @@ from fractions import Fraction
 from typing import Any
 
 from hil.config.explain import suggestion
-from hil.live.devices.bench_devices import DeviceInfos
-from hil.operations.permissions import require_role
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
 from hil.operations.watch_operations import WatchOperations
 from hil.vocab.address import owner_of
-from hil.vocab.desk_protocol import BenchClock, Description, Source, Watch, Watched
+from hil.vocab.desk_protocol import Description, Source, Watch, Watched
 from hil.vocab.device import Device
 from hil.vocab.near_words import meant
 from hil.vocab.operation import Target
-from hil.vocab.segment import SegmentView
-from hil.vocab.verbs import VerbRefused, checked
+from hil.vocab.verbs import Role, VerbRefused, checked
 
 _SHOWN = 80
 _OF_DEVICES = (Target.DEVICE, Target.MEMBER, Target.TWIN, Target.UART)
 
 
 class Desk:
-    """Desk of a bench, ``hil.vocab.desk_protocol.Desk``. ``answerers``: of all operations, by name."""
+    """Desk of a bench, ``hil.vocab.desk_protocol.Desk``. ``description``: current whenever it is looked at;
+    ``answerers``: of all operations, by name."""
 
     def __init__(
         self,
-        bench: str,
-        clock: BenchClock,
+        description: Description,
         devices: Mapping[str, Device],
-        segments: Mapping[str, SegmentView],
         looks: WatchOperations,
         answerers: Mapping[str, Answerer],
     ) -> None:
-        self._bench, self._clock, self._segments = bench, clock, segments
-        self._known, self._devices = devices, DeviceInfos(devices)
+        self._description = description
+        self._known, self._devices = devices, description.devices
         self._looks, self._answerers = looks, answerers
         assert answerers.keys() == OPERATIONS.keys(), answerers.keys() ^ OPERATIONS.keys()
 
     def describe(self) -> Description:
-        return Description(
-            self._bench,
-            self._clock,
-            self._devices,
-            self._segments,
-            self._looks.ports(),
-            OPERATIONS,
-            self._looks.buses(),
-        )
+        return self._description
 
     def ask(self, source: Source, operation: str, target: str, given: Mapping[str, object]) -> Any:
         operation = operation.replace("-", "_")
@@ -98,6 +86,17 @@ class Desk:
             )
         require_role(asked.source, name, verb.role)
         return self._answerers["do"](asked, verb, verb.filled(parameters))
+
+
+def require_role(source: Source, what: str, role: Role) -> None:
+    """Refuse an asker with less than this role: a door finds out who asks, and which role that is. ``what``:
+    the operation or the verb, for the text.
+
+    Raises:
+        VerbRefused: it is not allowed.
+    """
+    if source.role < role:
+        raise VerbRefused("forbidden", f"{what} needs the role {role.name.lower()}")
 
 
 def no_operation(name: str) -> VerbRefused:

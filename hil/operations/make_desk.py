@@ -5,6 +5,7 @@ from pathlib import Path
 
 from hil.host.real_time import Grant
 from hil.live.clock import WallClock
+from hil.live.devices.bench_devices import DeviceInfos
 from hil.live.live_bench import LiveBench, LiveRuns
 from hil.operations.bench_operations import BenchOperations
 from hil.operations.channel_operations import ChannelOperations
@@ -15,9 +16,10 @@ from hil.operations.health import Health
 from hil.operations.metrics import Metrics
 from hil.operations.reports import Reports
 from hil.operations.shared_report import SharedReport
-from hil.operations.table import Answerer
+from hil.operations.table import OPERATIONS, Answerer
 from hil.operations.watch_operations import WatchOperations
 from hil.operations.wire_reports import data_sheet, listed_wires
+from hil.vocab.desk_protocol import Description
 
 
 def make_desk(
@@ -86,4 +88,7 @@ def make_desk(
         "reload": bench.reload,
         "stop": bench.stop,
     }
-    return Desk(configured.config.bench, clock, known, sim.segments, looks, answerers)
+    buses = [name for name, wire in sim.wires.items() if wire.interface(name).is_can]
+    bench_name, infos = configured.config.bench, DeviceInfos(known)
+    description = Description(bench_name, clock, infos, sim.segments, places, OPERATIONS, buses)
+    return Desk(description, known, looks, answerers)

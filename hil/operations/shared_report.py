@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from hil.vocab.desk_protocol import Encoded
-from hil.wire.json_pieces import json_pieces
+from hil.wire.json_text import json_pieces
 
 PIECE_S = 0.002
 """Time after which others have their turn."""

@@ -1,6 +1,6 @@
 """Watches on a bench: samples of axes, packets on segments, bytes at ports, runs."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -40,14 +40,6 @@ class WatchOperations:
     ) -> None:
         self._sim, self._devices, self._places = sim, devices, places
         self._clock, self._watches, self._runs = clock, watches, runs
-
-    def ports(self) -> Sequence[str]:
-        """Names of places at which bytes pass."""
-        return list(self._places)
-
-    def buses(self) -> Sequence[str]:
-        """Names of the CAN buses."""
-        return [name for name, wire in self._sim.wires.items() if wire.interface(name).is_can]
 
     def open(
         self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction

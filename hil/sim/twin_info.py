@@ -1,14 +1,14 @@
-"""Twins as doors and registers see them: verbs, fields and pins."""
+"""Twins as doors and registers see them: verbs, fields and pins; an axis at one simulated time."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
-from hil.core import FIELDS, AxisKind
-from hil.core.fields import OFFSETS
+from hil.core import FIELDS, AxisKind, Snapshot
+from hil.core.fields import OFFSETS, packed
 from hil.sim.twin import Twin
 from hil.vocab.address import address_of
-from hil.vocab.desk_protocol import AxisField, DeviceInfo
+from hil.vocab.desk_protocol import AxisField, AxisLook, DeviceInfo
 from hil.vocab.profile import Profile
 from hil.vocab.verbs import Verb
 
@@ -60,3 +60,8 @@ def _inputs(kind: AxisKind) -> Mapping[str, str]:
         name = next(iter(told), pin[0])
         inputs[name] = told.get(name, "")
     return inputs
+
+
+def axis_look(device: Twin, kind: AxisKind, shot: Snapshot) -> AxisLook:
+    """Look at an axis of a kind in a snapshot of now; ``device``: whose it is."""
+    return AxisLook(packed(shot.values), kind.motion(shot), device.failed, dict(device.told))

@@ -134,14 +134,14 @@ class BenchClock(Protocol):
 @dataclass(frozen=True)
 class Description:
     """Description of a bench. ``devices``: by address, each device and each further axis of one;
-    ``segments``: by name, to be looked at alone. Both are current whenever they are looked at. ``buses``:
-    names of the CAN buses; ``ports``: addresses at which bytes pass now."""
+    ``segments``: by name, to be looked at alone. ``buses``: names of the CAN buses;
+    ``ports``: addresses at which bytes pass. Devices and ports are current whenever they are looked at."""
 
     bench: str
     clock: BenchClock
     devices: Mapping[str, DeviceInfo]
     segments: Mapping[str, SegmentView]
-    ports: Sequence[str]
+    ports: Collection[str]
     operations: Mapping[str, Operation]
     buses: Collection[str] = ()
 

@@ -1,4 +1,4 @@
-"""Reader of JSON that comes from outside: the one place that decides what is let in.
+"""JSON: the one place that decides what is let in from outside; and what goes out, in pieces if it is long.
 
 Beside what JSON forbids, nothing comes in that the rest of the program would have to fear: text that is no
 UTF-8, ``NaN`` and ``Infinity``, numbers that no float or 64-bit integer holds, nesting without end, halves of
@@ -6,6 +6,7 @@ surrogate pairs.
 """
 
 import json
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any, NoReturn
 
@@ -13,6 +14,8 @@ DEEPEST = 32
 """Maximum nesting of objects and arrays; the deepest of the program's own is a log's header, with 10."""
 LEAST, MOST = -(1 << 63), (1 << 64) - 1
 """Range of integers. Seeds have all 64 bits."""
+ITEMS = 8
+"""Items of a list in a piece: rows of devices take some 20 us each."""
 _LONGEST_INTEGER = len(str(LEAST))
 _LONG_NUMBERS = (b"0" * 19, b"e000", b"E000", b"e+000", b"E+000")
 """Patterns of numbers that need a closer look, with all digits made 0."""
@@ -83,3 +86,40 @@ def _finite(digits: str) -> float:
     if not isfinite(number):
         raise JsonError(f"{digits[:24]} is more than a float holds")
     return number
+
+
+def json_pieces(content: Any) -> Iterator[bytes]:
+    """Encode an object of which some members may be long lists."""
+    if not isinstance(content, Mapping):
+        yield json_text(content).encode()
+        return
+    opening = "{"
+    for name, value in content.items():
+        yield f"{opening}{json.dumps(str(name))}:".encode()
+        opening = ","
+        if isinstance(value, list | tuple) and len(value) > ITEMS:
+            for at in range(0, len(value), ITEMS):
+                some = json_text(value[at : at + ITEMS])[1:-1]
+                yield f"{',' if at else '['}{some}".encode()
+            yield b"]"
+        else:
+            yield json_text(value).encode()
+    yield b"}" if content else b"{}"
+
+
+def json_text(content: Any) -> str:
+    """Encode as JSON. What is no number there, as NaN, is null."""
+    try:
+        return json.dumps(content, allow_nan=False, separators=(",", ":"))
+    except ValueError:
+        return json.dumps(_without_nan(content), allow_nan=False, separators=(",", ":"))
+
+
+def _without_nan(content: Any) -> Any:
+    if isinstance(content, float):
+        return content if isfinite(content) else None
+    if isinstance(content, Mapping):
+        return {name: _without_nan(value) for name, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_without_nan(value) for value in content]
+    return content

@@ -13,10 +13,10 @@ from bridges.modbus.registers.register_unit import VerbStage
 from bridges.modbus.registers.registers_protocol import Registers
 from bridges.modbus.unit_transaction import at_once, unit_transaction
 from hil.core import CoreAxis
-from hil.sim.axis_look import axis_look
 from hil.sim.inputs import Do, Input, Pin, Reset, SetField
 from hil.sim.motion_end import begun_motion
 from hil.sim.twin import Twin
+from hil.sim.twin_info import axis_look
 from hil.sim.verb_calls import Answer
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.time import Clock, SimTimeNs

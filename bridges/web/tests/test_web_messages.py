@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bridges.web.message_rate import MessageRate
+from bridges.web.web_client import MessageRate
 from bridges.web.web_messages import (
     NAME,
     NAMES,
@@ -24,7 +24,7 @@ from bridges.web.web_messages import (
 )
 from hil.vocab.desk_protocol import Done
 from hil.vocab.verbs import VerbRefused
-from hil.wire.json_pieces import json_text
+from hil.wire.json_text import json_text
 
 json_values = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(),

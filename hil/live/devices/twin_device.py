@@ -11,21 +11,19 @@ from hil.core import CoreAxis
 from hil.core.axis_kind import ANGLE
 from hil.core.fields import packed
 from hil.live.devices.port_counters import NO_PORT, port_counters, port_row
-from hil.live.devices.samples import Samples
 from hil.live.memory_commits import Commits
 from hil.live.motion_wait import motion_ended
 from hil.live.places import Places
 from hil.live.port_joint import Joint
 from hil.live.sim_ends import UartEnd
 from hil.runs.twin_axes import TwinAxis
-from hil.sim.axis_look import axis_look
 from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Bytes, Input, Pin, PulseTrain, Reset, SetField
 from hil.sim.load_limit import load_notes
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.sim.settable import setting_problem
 from hil.sim.twin import Twin
-from hil.sim.twin_info import info_of
+from hil.sim.twin_info import axis_look, info_of
 from hil.telemetry import Sampler, check_signals
 from hil.vocab.address import Address, address_of, no_input, no_part
 from hil.vocab.axis import Axis, AxisNow, AxisState
@@ -281,3 +279,26 @@ class TwinDevice:
     async def stop(self) -> None: ...
 
     async def close(self) -> None: ...
+
+
+class Samples:
+    """Watch on samples of an axis, which wait in the core until they are taken."""
+
+    def __init__(
+        self, sampler: Sampler, axis: str, interval_ns: int | Fraction, call: Callable[[bytes], object]
+    ) -> None:
+        self._sampler = sampler
+        self._subscription = sampler.subscribe(axis, (), interval_ns)
+        self._call = call
+
+    @property
+    def lost(self) -> int:
+        return self._subscription.lost
+
+    def flush(self) -> None:
+        self._sampler.poll_axis(self._subscription.axis)
+        for sample in self._subscription.take_packed():
+            self._call(sample)
+
+    def close(self) -> None:
+        self._sampler.unsubscribe(self._subscription)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from hil.operations.shared_report import SharedReport
-from hil.wire.json_pieces import ITEMS, json_pieces
+from hil.wire.json_text import ITEMS, json_pieces
 
 
 def test_pieces_are_the_whole() -> None:
