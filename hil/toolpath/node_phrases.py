@@ -2,7 +2,6 @@
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from hil.gcode.canonical import Place
 from hil.toolpath.line_load import can_be_sent, line_load
@@ -22,31 +21,6 @@ from hil.vocab.path_planning import AxisMotion, PathPlanner
 NO_PULSE, TOO_MANY = "no pulse", "too many commands"
 
 
-class PathPhrase(Protocol):
-    """Commands from a rest to a rest, made as they are taken, in the order in which they are to be sent.
-
-    ``ahead`` is the number of commands of each axis that are to be at the boards before the release. The axes
-    stand at ``begin`` before it and at ``end`` after it.
-    """
-
-    @property
-    def commands(self) -> Iterator[PlacedCommand]: ...
-    @property
-    def ahead(self) -> int: ...
-    @property
-    def duration_s(self) -> float: ...
-    @property
-    def begin(self) -> Pulses: ...
-    @property
-    def end(self) -> Pulses: ...
-    @property
-    def place(self) -> Place: ...
-
-    def brake(self) -> bool:
-        """Come to rest along the path, behind the last command that was taken. False: it cannot, or ends
-        about as soon by itself."""
-
-
 @dataclass(frozen=True)
 class LinePhrase:
     """Straight line with ramps."""
@@ -61,6 +35,15 @@ class LinePhrase:
     def brake(self) -> bool:
         """A ramp that has begun is the board's."""
         return False
+
+
+PathPhrase = LinePhrase | StreamPhrase
+"""Commands from a rest to a rest, made as they are taken, in the order in which they are to be sent.
+
+``ahead`` is the number of commands of each axis that are to be at the boards before the release. The axes
+stand at ``begin`` before it and at ``end`` after it. ``brake`` comes to rest along the path, behind the last
+command that was taken; it answers False where it cannot, or the phrase ends about as soon by itself.
+"""
 
 
 class NodePhrases:

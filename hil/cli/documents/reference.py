@@ -10,7 +10,7 @@ from bridges.modbus.maps.drive_map_text import drive_map_of
 from bridges.modbus.registers.map_rows import formatted, map_rows
 from bridges.modbus.registers.units import unit_of
 from hil.cli.bench.port_views import programs_section
-from hil.cli.decoded_item import KEYS
+from hil.cli.captures.decoded_item import KEYS
 from hil.cli.documents.command_tree import HELP, commands
 from hil.cli.documents.surroundings import ENVIRONMENT, FILES, READY
 from hil.cli.framework.exit_codes import EXIT_CODES

@@ -14,10 +14,10 @@ import typer
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.socketcan import pack_frame
 from bridges.modbus.protocol.frame import encode
-from hil.cli.capture_run import Target, capture_run, described
-from hil.cli.capture_targets import FileTarget, LinesTarget, WiresharkTarget, chosen_dissectors
-from hil.cli.decoding import Decoder, decoded
-from hil.cli.time_order import in_order
+from hil.cli.captures.capture_run import Target, capture_run, described
+from hil.cli.captures.capture_targets import FileTarget, LinesTarget, WiresharkTarget, chosen_dissectors
+from hil.cli.captures.decoding import Decoder, decoded
+from hil.cli.captures.time_order import in_order
 from hil.wire.pcapng import RAW, Interface, RecordKind, can_record, header, read, record
 
 LINES = [

@@ -13,8 +13,8 @@ from hil.cli.framework.command_answers import AsJson, CommandAnswer
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from hil.cli.decoded_item import DecodedItem
-    from hil.cli.decoding import Decoder, LineChoice
+    from hil.cli.captures.decoded_item import DecodedItem
+    from hil.cli.captures.decoding import Decoder, LineChoice
     from hil.wire.pcapng import CaptureBytes
 
 _IDLE_S = 0.2
@@ -62,7 +62,7 @@ def capture(
 
     A file of CAN buses named .log is as candump writes it, .asc and .blf as Vector's tools do.
     """
-    from hil.cli.capture_files import is_log
+    from hil.cli.captures.capture_files import is_log
 
     if sum((write is not None, wireshark, as_json)) > 1:
         raise fail("hil: choose one of --write, --wireshark and --json", 2)
@@ -74,7 +74,7 @@ def capture(
             f" or write it to a program, as in `hil capture {' '.join(sources)} -w - | hil decode -`",
             2,
         )
-    from hil.cli.capture_targets import FileTarget, LinesTarget, WiresharkTarget
+    from hil.cli.captures.capture_targets import FileTarget, LinesTarget, WiresharkTarget
 
     target: FileTarget | LinesTarget | WiresharkTarget
     if wireshark:
@@ -87,9 +87,9 @@ def capture(
 
 
 def _capture(sources: list[str], target: Any, count: int | None, bench: BenchOptions) -> None:
-    from hil.cli.capture_run import capture_run
+    from hil.cli.captures.capture_run import capture_run
+    from hil.cli.captures.time_order import WINDOW_NS
     from hil.cli.framework.exit_codes import exit_of
-    from hil.cli.time_order import WINDOW_NS
     from hil.net.control_client import ControlError, ask, begin
     from hil.wire.pcapng import CaptureError
 
@@ -151,8 +151,8 @@ def decode(
 
     Example: hil decode bus0.pcapng
     """
-    from hil.cli.capture_targets import LinesTarget
-    from hil.cli.decoding import Decoder
+    from hil.cli.captures.capture_targets import LinesTarget
+    from hil.cli.captures.decoding import Decoder
     from hil.cli.framework.interrupts import ended_by
     from hil.host.journal import say
     from hil.wire.pcapng import CaptureError
@@ -189,9 +189,9 @@ def decode(
 def _items(file: Path, new: "Callable[[], Decoder]") -> "Iterator[DecodedItem]":
     """Items of a file in the order of their times, or of the standard input as they come. ``new``: makes a
     decoder."""
-    from hil.cli.capture_input import any_form, of_file
-    from hil.cli.capture_run import LiveInput
-    from hil.cli.time_order import in_order
+    from hil.cli.captures.capture_input import any_form, of_file
+    from hil.cli.captures.capture_run import LiveInput
+    from hil.cli.captures.time_order import in_order
 
     if file == Path("-"):
         return any_form(LiveInput(sys.stdin.fileno(), _IDLE_S, sys.stdout.fileno()), new())
@@ -200,7 +200,7 @@ def _items(file: Path, new: "Callable[[], Decoder]") -> "Iterator[DecodedItem]":
 
 
 def _line_choice(framing: str | None, baud: int | None) -> "LineChoice":
-    from hil.cli.decoding import LINE_BAUD, LineChoice
+    from hil.cli.captures.decoding import LINE_BAUD, LineChoice
     from hil.compose.find import find_catalogue
     from hil.vocab.line_format import EIGHT_N_1, FORMATS
     from hil.vocab.near_words import meant
@@ -266,7 +266,7 @@ def play(
 
     Example: hil play bus0.pcapng bus0.master
     """
-    from hil.cli.capture_input import records_of_file
+    from hil.cli.captures.capture_input import records_of_file
     from hil.host.journal import say
     from hil.wire.left_out import LeftOut
     from hil.wire.pcapng import CaptureError, bursts

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from bridges.can.frames.asc_log import is_asc_header, read_asc
 from bridges.can.frames.candump_log import LoggedFrame, is_candump_line, read_candump, read_candump_lines
-from hil.cli.capture_files import Receive, records_of
-from hil.cli.decoded_item import DecodedItem
-from hil.cli.decoding import Decoder, decoded, decoded_live, decoded_log
-from hil.cli.time_order import in_window
+from hil.cli.captures.capture_files import Receive, records_of
+from hil.cli.captures.decoded_item import DecodedItem
+from hil.cli.captures.decoding import Decoder, decoded, decoded_live, decoded_log
+from hil.cli.captures.time_order import in_window
 from hil.wire.left_out import LeftOut
 from hil.wire.outside_text import lines_of, text_of
 from hil.wire.pcap import PCAP_MARKS, read_pcap
@@ -90,7 +90,7 @@ def _looks(lines: Iterable[str]) -> str:
 def _log(ending: str, content: bytes, left_out: LeftOut) -> Iterator[LoggedFrame]:
     """Read a log of CAN. Raises CaptureError: after all that can be read, or it is none."""
     if ending == ".blf":
-        from hil.cli.blf_log import read_blf
+        from hil.cli.captures.blf_log import read_blf
 
         return read_blf(content, left_out)
     if ending == ".log":

@@ -15,8 +15,8 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
-from hil.cli.capture_files import CaptureFile, Stream, capture_file, is_log
-from hil.cli.decoded_item import DecodedItem
+from hil.cli.captures.capture_files import CaptureFile, Stream, capture_file, is_log
+from hil.cli.captures.decoded_item import DecodedItem
 from hil.cli.framework.ask import fail
 from hil.cli.framework.installed_files import installed
 from hil.cli.framework.problem_lines import has_colours

@@ -10,7 +10,7 @@ from bridges.can.canopen.words.eds_names import EdsObjects
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.candump_log import LoggedFrame
 from bridges.can.frames.socketcan import SocketCanError, unpack
-from hil.cli.decoded_item import DecodedItem, DecodedKind
+from hil.cli.captures.decoded_item import DecodedItem, DecodedKind
 from hil.compose.find import find_catalogue
 from hil.compose.framings import in_format
 from hil.vocab.framing import Framing, Item, Party, Splitter
