@@ -28,7 +28,6 @@ TWICE = {
     "Segment": "the contract, and what carries it out",
     "RunAxis": "an axis of a run, and what a real board is to one",
     "Command": "a row in the table of a board's commands, a request in a bridge: none is seen outside",
-    "End": "of a program, and where a port's bytes go",
     "Entry": "a run in its queue, a line in a board's menu: none is seen outside",
     "Fault": "a fault, and the numbers under which C knows what an axis can be told",
     "Memory": "a device's, and how one board's firmware sees it",

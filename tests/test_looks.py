@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from device_profiles.sac.packet import encode
 from hil.compose.buses import find_wire_infos
 from hil.live.places import Places
-from hil.live.port_joint import Joint
-from hil.live.sim_ends import TapEnd
+from hil.live.port_link import PortLink
+from hil.live.sim_backends import TapBackend
 from hil.operations.metrics import metric_rows
 from hil.operations.wire_reports import listed_wires
 from hil.testing import Bench
@@ -98,7 +98,7 @@ def test_a_taps_client_gets_nothing_that_can_still_be_taken_back() -> None:
         got = bytearray()
         port: Any = SimpleNamespace(write=got.extend, client_baud=lambda: None)
         lines: Any = SimpleNamespace(has_sent=lambda line: None)
-        session = TapEnd(bench._runtime, lines, Joint("bus0.n", port), bench._runtime.taps["bus0.n"])
+        session = TapBackend(bench._runtime, lines, PortLink("bus0.n", port), bench._runtime.taps["bus0.n"])
         bench.run(1100)
         packet = encode(99, 1, b"y")
         bench.tap("bus0.m").write(packet)

@@ -1,7 +1,7 @@
 """A bench in real time: ports joined to devices, taps and real boards.
 
 Belongs here: how the bench becomes what the configuration says, at the start and at a reload (``apply``),
-where bytes enter and leave (``places.py``, ``port_joint.py``), and what needs the wall's time or the
+where bytes enter and leave (``places.py``, ``port_link.py``), and what needs the wall's time or the
 operating system while the boards run: memories (``store.py``), captures, ``runs``, real ``drives``, the guard
 over firmware, the core's thread. ``live_bench.py`` composes it.
 

@@ -3,33 +3,33 @@
 import logging
 from typing import Any
 
-from hil.live.port_joint import Joint
+from hil.live.port_link import PortLink
 from hil.sim.twin import Twin
 from hil.vocab.address import owner_of
 
 log = logging.getLogger("hil")
 
 
-class Places(dict[str, Joint[Any]]):
+class Places(dict[str, PortLink[Any]]):
     """Joints by address: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
     board). In order as they came: of a start UARTs, taps, real boards. Only ``hil.live.apply`` changes
     them."""
 
-    def of(self, owner: str) -> list[Joint[Any]]:
+    def of(self, owner: str) -> list[PortLink[Any]]:
         """Joints of a device or a wire: of UARTs, or taps, that have a port."""
-        return [joint for label, joint in self.items() if owner_of(label) == owner]
+        return [link for label, link in self.items() if owner_of(label) == owner]
 
     def addresses(self) -> list[tuple[str, str]]:
-        """Labels of all joints, each with the address at which clients reach it."""
-        return [(label, joint.port.address) for label, joint in self.items()]
+        """Labels of all links, each with the address at which clients reach it."""
+        return [(label, link.port.address) for label, link in self.items()]
 
     def tell_stopped(self, device: Twin) -> None:
         """Say in the log, and at its port, that a device has stopped."""
         again = f"the other devices go on; `hil reset {device.name}` restarts it"
         log.error("%s stopped: %s; %s", device.name, device.failed, again)
-        if joint := self.get(device.name):
-            joint.port.write(f"\r\n[hil: {device.name} stopped: {device.failed}]\r\n".encode())
+        if link := self.get(device.name):
+            link.port.write(f"\r\n[hil: {device.name} stopped: {device.failed}]\r\n".encode())
 
     async def close(self) -> None:
-        for joint in self.values():
-            await joint.port.close()
+        for link in self.values():
+            await link.port.close()

@@ -16,7 +16,7 @@ def echoes(
     devices: Mapping[str, Device], sim: BenchRuntime, places: Places, bridges: Mapping[str, Bridge]
 ) -> Iterator[tuple[str, Echo]]:
     """Adapters, by the name of their place, or the address of a bridge's line."""
-    told = [(joint.label, joint.port.stats().echo) for wire in sim.wires for joint in places.of(wire)]
+    told = [(link.label, link.port.stats().echo) for wire in sim.wires for link in places.of(wire)]
     told += [each for device in devices.values() for each in device.echoes()]
     for name, echo in told:
         if echo and echo.state is not EchoState.UNSOUGHT:

@@ -63,7 +63,7 @@ class Scrape(NamedTuple):
 
     def ports(self) -> dict[str, Port]:
         """Ports by name; a real board's is the one that programs use."""
-        return {label: joint.port for label, joint in self.of.places.items()}
+        return {label: link.port for label, link in self.of.places.items()}
 
 
 class MetricRow(NamedTuple):
@@ -219,7 +219,7 @@ _BEFORE_WIRES = (
     _metric("hil_port_backlog_bytes", "gauge", "bytes that wait for a client to read",
             lambda s: (((name,), port.backlog()) for name, port in s.ports().items()), PORT),
     _metric("hil_port_failed", "gauge", "1 if the port cannot go on",
-            lambda s: (((joint.label,), int(joint.failure is not None)) for joint in s.of.places.values()),
+            lambda s: (((link.label,), int(link.failure is not None)) for link in s.of.places.values()),
             PORT),
     _metric("hil_real_board_present", "gauge", "1 if the real board's port is open, or the drive answers",
             _boards, ("device",)),

@@ -142,8 +142,8 @@ class Reports:
 def status_line(sim: BenchRuntime, configured: Configured, places: Places, grant: Grant) -> str:
     """Format the bench in a line for systemd: devices, failures, clients, real time, missed ticks."""
     failed = [name for name, device in sim.devices.items() if device.failed]
-    failed += [label for label, joint in places.items() if owner_of(label) in sim.devices and joint.failure]
-    clients = sum(joint.port.stats().clients for joint in places.values())
+    failed += [label for label, link in places.items() if owner_of(label) in sim.devices and link.failure]
+    clients = sum(link.port.stats().clients for link in places.values())
     missing = f" (no {' and no '.join(grant.missing)})" if grant.missing else ""
     return "; ".join(
         [

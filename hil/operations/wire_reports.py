@@ -26,7 +26,7 @@ def wire_problems(sim: BenchRuntime, places: Places) -> Iterator[HealthProblem]:
 
 def _taps(places: Places, wire: Wire) -> list[WireTap]:
     return [
-        WireTap(each.label, each.port.address, each.port.stats().clients, each.failure, each.end.tap)
+        WireTap(each.label, each.port.address, each.port.stats().clients, each.failure, each.backend.tap)
         for each in places.of(wire.name)
     ]
 

@@ -70,7 +70,7 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
         if owner_of(name) not in serving.live.sim.wires:
             continue
         place = f"the other end of {tap.port.address}" if is_held(kinds[name]) else tap.port.address
-        lines.append(f"\n{name}: tap at {place}, {tap.end.tap.speed}")
+        lines.append(f"\n{name}: tap at {place}, {tap.backend.tap.speed}")
     for name, wire in serving.live.sim.wires.items():
         if about := wire.about(serving.live.sim.cards_on(wire)):
             lines.append(f"\n{name}: {about}")

@@ -17,7 +17,7 @@ from hil.live.devices.board_device import BoardDevice
 from hil.live.devices.drive_device import DriveDevice
 from hil.live.devices.twin_device import TwinDevice, TwinHome
 from hil.live.places import Places
-from hil.live.port_joint import Joint
+from hil.live.port_link import PortLink
 from hil.live.refusals import Refused
 from hil.sim.bench import BenchRuntime
 from hil.sim.group import Group
@@ -29,12 +29,12 @@ from hil.vocab.ports import Port, PortContext, PortError
 
 @dataclass
 class Staged:
-    """Parts for a plan, made beside the bench. ``joints``: those of ports that are new and open already,
+    """Parts for a plan, made beside the bench. ``links``: those of ports that are new and open already,
     vacant, by label; ``lines``: those of real boards, still closed; ``makers``: make the device of each name,
-    once its joints are occupied; ``seeds``: index of each twin's axis among the bench's seeds."""
+    once its links are occupied; ``seeds``: index of each twin's axis among the bench's seeds."""
 
     twins: dict[str, tuple[Group, Twin]] = field(default_factory=dict)
-    joints: dict[str, Joint[Any]] = field(default_factory=dict)
+    links: dict[str, PortLink[Any]] = field(default_factory=dict)
     lines: dict[str, Port] = field(default_factory=dict)
     makers: dict[str, Callable[[], Device]] = field(default_factory=dict)
     seeds: dict[str, int] = field(default_factory=dict)
@@ -88,8 +88,8 @@ class Stage:
 
     async def put_away(self, staged: Staged) -> None:
         """Put everything away: nothing comes of it."""
-        for joint in staged.joints.values():
-            await joint.port.close()
+        for link in staged.links.values():
+            await link.port.close()
         for group in {group.id: group for group, _ in staged.twins.values()}.values():
             self.bench.discard(group)
 
@@ -144,10 +144,10 @@ class Stage:
     ) -> None:
         """Open a port beside those that run, and if one of them is in its way, say so."""
         label = context.device
-        joint = Joint[Any](label, make_port(config, context))
+        link = PortLink[Any](label, make_port(config, context))
         try:
-            await joint.port.open(joint)
-            staged.joints[label] = joint
+            await link.port.open(link)
+            staged.links[label] = link
         except PortError as error:
             problems.append(f"{error}{self._in_the_way(label, config, error)}")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from hil.compose.build import join_devices
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
-from hil.live.board_end import BoardEnd
+from hil.live.board_backend import BoardBackend
 from hil.live.configured import Configured
 from hil.live.devices.bench_devices import Devices
 from hil.live.fault_registry import FaultRegistry
@@ -15,7 +15,7 @@ from hil.live.lines import Lines
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.refusals import Refused
-from hil.live.sim_ends import TapEnd, UartEnd
+from hil.live.sim_backends import TapBackend, UartBackend
 from hil.live.watches import Watches
 from hil.sim.bench import BenchRuntime
 from hil.vocab.address import address_of, owner_of
@@ -84,14 +84,14 @@ class Swap:
         self.notes.pop(name, None)  # of the start that ends here
         if not plan.has_twin(name):
             self.commits.failures.pop(name, None)
-        for joint in self.places.of(name):
-            joint.vacate()
-            if self.stage.keeps_port(plan, name, address_of(joint.label).part):
+        for link in self.places.of(name):
+            link.vacate()
+            if self.stage.keeps_port(plan, name, address_of(link.label).part):
                 continue
-            gone.append(joint.port)
-            del self.places[joint.label]
-            if joint.label in staged.joints:
-                staged.joints[joint.label].listeners = joint.listeners
+            gone.append(link.port)
+            del self.places[link.label]
+            if link.label in staged.links:
+                staged.links[link.label].listeners = link.listeners
         return gone
 
     def _occupy(self, plan: BenchPlan, staged: Staged) -> None:
@@ -101,23 +101,23 @@ class Swap:
             native_usb = profiles[device.profile].usb == "native"
             for uart in device.uarts:
                 label = device.uarts.label(name, uart)
-                if joint := staged.joints.get(label) or places.get(label):
-                    end = UartEnd(
+                if link := staged.links.get(label) or places.get(label):
+                    end = UartBackend(
                         self.bench,
                         self.lines,
-                        joint,
+                        link,
                         device,
                         device.uarts.short(uart),
                         native_usb=native_usb,
                     )
-                    places[label] = joint
-                    joint.occupy(end)
+                    places[label] = link
+                    link.occupy(end)
         for label in self.bench.taps if plan.is_start else ():
-            places[label] = joint = staged.joints[label]
-            joint.occupy(TapEnd(self.bench, self.lines, joint, self.bench.taps[label]))
+            places[label] = link = staged.links[label]
+            link.occupy(TapBackend(self.bench, self.lines, link, self.bench.taps[label]))
         for name, line in staged.lines.items():
-            places[name] = joint = staged.joints.get(name) or places[name]
-            joint.occupy(BoardEnd(joint, line))
+            places[name] = link = staged.links.get(name) or places[name]
+            link.occupy(BoardBackend(link, line))
 
     def _add(self, plan: BenchPlan, staged: Staged) -> None:
         """Add what begins to the bench's devices, each with all that its profile says."""

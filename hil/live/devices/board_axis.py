@@ -11,7 +11,7 @@ import logging
 from collections.abc import Sequence
 from typing import cast
 
-from hil.live.board_end import BoardEnd
+from hil.live.board_backend import BoardBackend
 from hil.sim.bench import BenchRuntime
 from hil.vocab.axis import NOT_JOINED, AxisNow, AxisState, How, Sample
 from hil.vocab.dialogue import Dialogue, DialogueError
@@ -35,7 +35,7 @@ class BoardAxis:
     refusal: str | None = None
 
     def __init__(
-        self, bench: BenchRuntime, through: BoardEnd, terminal: TerminalAxis, period_ns: int, lead_ns: int
+        self, bench: BenchRuntime, through: BoardBackend, terminal: TerminalAxis, period_ns: int, lead_ns: int
     ) -> None:
         self._bench = bench
         self.through = through

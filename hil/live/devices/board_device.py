@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from hil.live.board_end import BoardEnd
+from hil.live.board_backend import BoardBackend
 from hil.live.devices.board_axis import BoardAxis
 from hil.live.devices.port_counters import port_counters, port_row
 from hil.live.devices.real_device import RealDevice
-from hil.live.port_joint import Joint
+from hil.live.port_link import PortLink
 from hil.runs import bounds_of
 from hil.sim.bench import BenchRuntime
 from hil.vocab.address import no_part
@@ -48,7 +48,7 @@ class BoardDevice(RealDevice):
     def __init__(
         self,
         bench: BenchRuntime,
-        joint: Joint[BoardEnd],
+        link: PortLink[BoardBackend],
         profile: tuple[str, Profile],
         at: str | None,
         speed: float,
@@ -56,16 +56,16 @@ class BoardDevice(RealDevice):
         period_ns: int,
         delay_ns: int,
     ) -> None:
-        super().__init__(joint.label, at, speed)
-        self._bench, self._joint, self._end = bench, joint, joint.end
-        self.faults = joint.end
+        super().__init__(link.label, at, speed)
+        self._bench, self._link, self._backend = bench, link, link.backend
+        self.faults = link.backend
         self._kind, self._says = profile
         table = self._says.table
         verbs = {verb: each for verb, each in table.items() if verb == "type" or verb in self._says.dialogues}
         self._info = DeviceInfo(self.name, self._kind, True, verbs, {}, readers=self._says.readers)
         self._axis: BoardAxis | None = None
         if make := self._says.terminal_axis:
-            self._axis = BoardAxis(bench, self._end, make(delay_ns), period_ns, LEAD_NS + delay_ns)
+            self._axis = BoardAxis(bench, self._backend, make(delay_ns), period_ns, LEAD_NS + delay_ns)
 
     def info(self, part: str) -> DeviceInfo:
         if part:
@@ -87,7 +87,7 @@ class BoardDevice(RealDevice):
                 "cannot",
                 f"{self.name} is a real {self._kind}: its terminal has no {verb}; do it at the board",
             )
-        if self._end.is_held:
+        if self._backend.is_held:
             raise VerbRefused("not_now", f"{self.name}: a run has this board; cancel it, or wait for its end")
         try:
             if self._axis and verb == self._axis.taken_by:
@@ -95,7 +95,7 @@ class BoardDevice(RealDevice):
             else:
                 if self._axis:
                     self._axis.forget()
-                await self._end.talk(dialogue())
+                await self._backend.talk(dialogue())
         except DialogueError as error:
             raise VerbRefused("not_now", str(error)) from None
         return Done(self._bench.now_ns, {})
@@ -107,7 +107,7 @@ class BoardDevice(RealDevice):
         if part not in ("", MAIN):
             raise VerbRefused("no_device", no_part(self.name, "serial interface", part, {MAIN: None}))
         try:
-            self._end.send(data)
+            self._backend.send(data)
         except DialogueError as error:
             raise VerbRefused("not_now", str(error)) from None
         return Done(self._bench.now_ns, {})
@@ -131,25 +131,25 @@ class BoardDevice(RealDevice):
 
     @property
     def is_there(self) -> bool:
-        return self._end.line.stats().clients > 0
+        return self._backend.line.stats().clients > 0
 
     @property
     def is_talking(self) -> bool:
-        return self._end.is_busy
+        return self._backend.is_busy
 
     @property
     def where(self) -> str:
         away = "" if self.is_there else " (away, tried again each second)"
-        return f"the board at {self._end.line.address}{away}, through {self._joint.port.address}"
+        return f"the board at {self._backend.line.address}{away}, through {self._link.port.address}"
 
     def echoes(self) -> Iterator[tuple[str, EchoStats | None]]:
-        yield self.name, self._end.line.stats().echo
+        yield self.name, self._backend.line.stats().echo
 
     def listed(self, kinds: Mapping[str, str]) -> dict[str, Any]:
-        return super().listed(kinds) | port_row(self._joint.port)
+        return super().listed(kinds) | port_row(self._link.port)
 
     def status(self) -> dict[str, Any]:
-        port, at = self._joint.port, self._end.line
+        port, at = self._link.port, self._backend.line
         client, line = port.stats(), at.stats()
         notes = [] if line.clients else [f"{at.address} is away, tried again each second"]
         if lost := line.unheard_bytes + line.dropped_bytes:
@@ -162,26 +162,26 @@ class BoardDevice(RealDevice):
             "overrun_bytes": 0,
             "note": "; ".join(notes) or None,
             "flash": "ok",
-            "port_failure": self._joint.failure,
+            "port_failure": self._link.failure,
             "snapshot": None,
             "snapshots": {},
             "board": {"connects": line.connects, "rx_bytes": line.rx_bytes, "tx_bytes": line.tx_bytes},
         }
 
     def problems(self, is_service: bool) -> Iterator[HealthProblem]:
-        line = self._end.line
+        line = self._backend.line
         if away := line.stats().away:
-            what = f"{line.address}: {self._end.failure or away}"
+            what = f"{line.address}: {self._backend.failure or away}"
             yield HealthProblem(
                 "port", self.name, what, f"{_back(away, is_service)}; it is tried again each second"
             )
-        if failure := self._joint.failure:
+        if failure := self._link.failure:
             yield HealthProblem("port", self.name, failure, "restart the bench")
 
     # ---- its life ----
 
     async def begin(self) -> None:
-        await self._end.line.open(self._end.from_board)
+        await self._backend.line.open(self._backend.from_board)
 
     def leave(self) -> None:
         """Leave nothing behind: it has no place in simulated time."""
@@ -191,7 +191,7 @@ class BoardDevice(RealDevice):
             await self._axis.end()
 
     async def close(self) -> None:
-        await self._end.line.close()
+        await self._backend.line.close()
 
 
 def _back(why: str, is_service: bool) -> str:

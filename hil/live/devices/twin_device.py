@@ -14,8 +14,8 @@ from hil.live.devices.port_counters import NO_PORT, port_counters, port_row
 from hil.live.memory_commits import Commits
 from hil.live.motion_wait import motion_ended
 from hil.live.places import Places
-from hil.live.port_joint import Joint
-from hil.live.sim_ends import UartEnd
+from hil.live.port_link import PortLink
+from hil.live.sim_backends import UartBackend
 from hil.runs.twin_axes import TwinAxis
 from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Bytes, Input, Pin, PulseTrain, Reset, SetField
@@ -139,7 +139,7 @@ class TwinDevice:
             remedy = "reset it" if device.power.is_there else "end it"
             raise VerbRefused("failed", f"{device.failed}; {remedy}")
         if place := self._home.places.get(uarts.label(self.name, part)):
-            return Done(place.end.type(data), {})
+            return Done(place.backend.type(data), {})
         return Done(self._sim.apply_to(device, Bytes(data, port=uarts.short(part))), {})
 
     # ---- what it tells ----
@@ -205,25 +205,25 @@ class TwinDevice:
 
     # ---- how it does ----
 
-    def _joints(self) -> Iterator[Joint[UartEnd]]:
-        uarts, joints = self._device.uarts, self._home.places
-        return (joints[label] for uart in uarts if (label := uarts.label(self.name, uart)) in joints)
+    def _links(self) -> Iterator[PortLink[UartBackend]]:
+        uarts, links = self._device.uarts, self._home.places
+        return (links[label] for uart in uarts if (label := uarts.label(self.name, uart)) in links)
 
     def counters(self) -> Mapping[str, int]:
         return {}
 
     def echoes(self) -> Iterator[tuple[str, EchoStats | None]]:
-        for joint in self._joints():
-            yield joint.label, joint.port.stats().echo
+        for link in self._links():
+            yield link.label, link.port.stats().echo
 
     def listed(self, kinds: Mapping[str, str]) -> dict[str, Any]:
-        device, joints = self._device, list(self._joints())
+        device, links = self._device, list(self._links())
         ports = {
-            joint.label: {"kind": kinds[joint.label], **port_row(joint.port)}
-            for joint in joints
-            if address_of(joint.label).part
+            link.label: {"kind": kinds[link.label], **port_row(link.port)}
+            for link in links
+            if address_of(link.label).part
         }
-        own = next((port_row(joint.port) for joint in joints if joint.label == self.name), {})
+        own = next((port_row(link.port) for link in links if link.label == self.name), {})
         network = ports.get(str(Address(self.name, NETWORK)), {"address": None, "clients": 0})
         return own | {
             "network": network["address"],
@@ -264,9 +264,9 @@ class TwinDevice:
             again = f"`hil reset {self.name}` restarts it"
             remedy = again if device.power.is_there else "`hil fault clear` ends the fault"
             yield HealthProblem("device", self.name, f"stopped: {device.failed}", remedy)
-        for joint in self._joints():
-            if joint.failure:
-                yield HealthProblem("port", joint.label, joint.failure, "restart the bench")
+        for link in self._links():
+            if link.failure:
+                yield HealthProblem("port", link.label, link.failure, "restart the bench")
 
     # ---- its life ----
 

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from hil.compose import find_catalogue
-from hil.live.board_end import BoardEnd
+from hil.live.board_backend import BoardBackend
 from hil.live.devices.bench_devices import DeviceAxes, Devices
 from hil.live.devices.board_device import BoardDevice
 from hil.live.devices.twin_device import TwinDevice, TwinHome
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
-from hil.live.port_joint import Joint
+from hil.live.port_link import PortLink
 from hil.testing import Bench
 from hil.vocab.desk_protocol import Done
 from hil.vocab.ports import Port
@@ -70,9 +70,9 @@ class World(asyncio.SelectorEventLoop):
         self.lines = {name: Line(self, name) for name in BOARDS}
         self.places = Places()
         for name, line in self.lines.items():
-            joint = Joint[BoardEnd](name, cast(Port, Programs()))
-            joint.occupy(BoardEnd(joint, cast(Port, line)))
-            self.places[name] = joint
+            link = PortLink[BoardBackend](name, cast(Port, Programs()))
+            link.occupy(BoardBackend(link, cast(Port, line)))
+            self.places[name] = link
         known, near, delay_ns = find_catalogue().boards, self.near._runtime, round(line_delay_ms * 1e6)
         home = TwinHome(near, Places(), cast(Commits, None), self.near._sampler, {}, 1)
         self.devices = Devices({"m1": TwinDevice(home, near.devices["m1"], known["mechaduino"])})
@@ -93,8 +93,8 @@ class World(asyncio.SelectorEventLoop):
     def time(self) -> float:
         return self._now_s
 
-    def end(self, name: str) -> BoardEnd:
-        return cast(BoardEnd, self.places[name].end)
+    def end(self, name: str) -> BoardBackend:
+        return cast(BoardBackend, self.places[name].backend)
 
     def pass_time(self, most_s: float) -> None:
         """Let time pass, until a board says something."""

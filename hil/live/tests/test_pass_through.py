@@ -6,8 +6,8 @@ from typing import Any, cast
 
 import pytest
 
-from hil.live.board_end import BoardEnd
-from hil.live.port_joint import Joint
+from hil.live.board_backend import BoardBackend
+from hil.live.port_link import PortLink
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Send
 from hil.vocab.ports import Port
 from hil.vocab.time import NS_PER_MS
@@ -34,10 +34,10 @@ class BoardPort:
         """Ignored: nothing was held."""
 
 
-def at_board(board: BoardPort) -> BoardEnd:
-    joint = Joint[BoardEnd]("m1", cast(Port, BoardPort()))
-    joint.occupy(BoardEnd(joint, cast(Port, board)))
-    return joint.end
+def at_board(board: BoardPort) -> BoardBackend:
+    link = PortLink[BoardBackend]("m1", cast(Port, BoardPort()))
+    link.occupy(BoardBackend(link, cast(Port, board)))
+    return link.backend
 
 
 def chatter() -> Dialogue[None]:

@@ -8,8 +8,8 @@ import pytest
 from session_bench import Bench, Echo, MemoryPort
 
 from hil.live.lines import Lines
-from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
-from hil.live.sim_ends import UartEnd
+from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
+from hil.live.sim_backends import UartBackend
 from hil.sim.bench import BenchHooks
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.twin import Twin
@@ -34,14 +34,16 @@ def lines_of(bench: Bench) -> Lines:
     return Lines(asyncio.get_event_loop(), lambda: bench.runtime.now_ns)
 
 
-def joined(bench: Bench, device: Twin, port: MemoryPort, *, native_usb: bool = False) -> Joint[UartEnd]:
-    joint = Joint[UartEnd](device.name, port)
-    joint.occupy(UartEnd(bench.runtime, lines_of(bench), joint, device, native_usb=native_usb))
+def joined(
+    bench: Bench, device: Twin, port: MemoryPort, *, native_usb: bool = False
+) -> PortLink[UartBackend]:
+    link = PortLink[UartBackend](device.name, port)
+    link.occupy(UartBackend(bench.runtime, lines_of(bench), link, device, native_usb=native_usb))
     port.resumed = 0
-    return joint
+    return link
 
 
-def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Joint[UartEnd], MemoryPort]:
+def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, PortLink[UartBackend], MemoryPort]:
     bench = Bench()
     device = bench.add("m1", Echo, device_baud)
     port = MemoryPort(client_baud)
@@ -50,19 +52,19 @@ def paced(device_baud: int, client_baud: int | None) -> tuple[Bench, Joint[UartE
 
 def test_a_character_takes_its_time_each_way() -> None:
     # "abc" at 9600 baud: character n is complete at n * 10 / 9600 s; each is sent back from there.
-    bench, joint, port = paced(9600, 9600)
-    joint.received(b"abc")
+    bench, link, port = paced(9600, 9600)
+    link.received(b"abc")
     end = [n * 10 * 10**9 // 9600 for n in range(5)]
     bench.until(end[3] - 1)
     assert [(at_ns, data) for _, at_ns, data in bench.heard] == [(end[1], b"a"), (end[2], b"b")]
     bench.until(end[3])
-    joint.end.flush()
+    link.backend.flush()
     heard_ns = [at_ns + end[1] for at_ns in end[1:4]]
-    assert joint.end.release(SimTimeNs(heard_ns[0] - 1)) == heard_ns[0]
+    assert link.backend.release(SimTimeNs(heard_ns[0] - 1)) == heard_ns[0]
     assert port.got == b""
-    assert joint.end.release(SimTimeNs(heard_ns[0])) == heard_ns[1]
+    assert link.backend.release(SimTimeNs(heard_ns[0])) == heard_ns[1]
     assert port.got == b"a"
-    assert joint.end.release(SimTimeNs(heard_ns[2])) == FOREVER
+    assert link.backend.release(SimTimeNs(heard_ns[2])) == FOREVER
     assert port.got == b"abc"
 
 
@@ -70,13 +72,13 @@ def test_a_character_takes_its_time_each_way() -> None:
 def test_a_mismatch_garbles_both_ways(device_baud: int, client_baud: int) -> None:
     # What the device reads is what its line model makes of the client's signal; its answer to each byte
     # is a signal of its own as soon as it is complete, joined to the one before if there is no gap.
-    bench, joint, port = paced(device_baud, client_baud)
-    joint.received(b"m\r")
+    bench, link, port = paced(device_baud, client_baud)
+    link.received(b"m\r")
     bench.until(10**9)
     read = [sampled.byte for sampled in resample(b"m\r", client_baud, device_baud)]
     assert b"".join(data for _, _, data in bench.heard) == bytes(read)
-    joint.end.flush()
-    joint.end.release(FOREVER)
+    link.backend.flush()
+    link.backend.release(FOREVER)
     pieces: list[bytes] = []
     ends: list[int] = []
     for _, at_ns, data in bench.heard:
@@ -90,18 +92,18 @@ def test_a_mismatch_garbles_both_ways(device_baud: int, client_baud: int) -> Non
 
 
 def test_m_and_cr_at_half_the_rate_are_the_known_bytes() -> None:
-    bench, joint, _ = paced(38400, 19200)
-    joint.received(b"m\r")
+    bench, link, _ = paced(38400, 19200)
+    link.received(b"m\r")
     bench.until(10**9)
     assert b"".join(data for _, _, data in bench.heard).hex(" ") == "e6 9e e6 80"
 
 
 def test_a_client_without_a_baud_has_the_devices() -> None:
-    bench, joint, port = paced(9600, None)
-    joint.received(b"x")
+    bench, link, port = paced(9600, None)
+    link.received(b"x")
     bench.until(10**9)
-    joint.end.flush()
-    joint.end.release(FOREVER)
+    link.backend.flush()
+    link.backend.release(FOREVER)
     assert port.got == b"x"
 
 
@@ -109,34 +111,34 @@ def test_a_client_that_does_not_read_holds_the_device_up() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = MemoryPort()
-    joint = joined(bench, device, port)
-    assert joint.room() > 0
+    link = joined(bench, device, port)
+    assert link.room() > 0
     port.unread = BACKLOG_HOLD_BYTES + 1
-    assert joint.room() == 0
-    joint.refresh()
+    assert link.room() == 0
+    link.refresh()
     assert port.resumed == 0
     port.unread = 0
-    joint.drained()
+    link.drained()
     assert port.resumed == 1
-    joint.drained()
+    link.drained()
     assert port.resumed == 1
 
 
 def test_a_held_port_reads_on_before_the_line_is_empty() -> None:
     # A client's line has no gap then: half of what the port took is still to be sent when it reads on.
-    bench, joint, port = paced(9600, 9600)
-    joint.received(bytes(USB_HELD_BYTES))
-    assert joint.room() == 0
+    bench, link, port = paced(9600, 9600)
+    link.received(bytes(USB_HELD_BYTES))
+    assert link.room() == 0
     half = USB_HELD_BYTES // 2
-    assert joint.end.release(bench.runtime.now_ns) == character_ns(half + 1, 9600)
+    assert link.backend.release(bench.runtime.now_ns) == character_ns(half + 1, 9600)
     assert port.resumed == 0
     bench.until(character_ns(half + 1, 9600))
-    joint.end.release(bench.runtime.now_ns)
-    assert (port.resumed, joint.room()) == (1, half + 1)
+    link.backend.release(bench.runtime.now_ns)
+    assert (port.resumed, link.room()) == (1, half + 1)
 
 
-class Counted(UartEnd):
-    """End that counts how often it is looked at."""
+class Counted(UartBackend):
+    """Backend that counts how often it is looked at."""
 
     released = 0
     refreshed = 0
@@ -153,26 +155,26 @@ class Counted(UartEnd):
 def test_only_lines_that_hold_something_are_looked_at() -> None:
     bench = Bench()
     lines = lines_of(bench)
-    joints = [Joint[Counted](f"m{i}", MemoryPort(9600)) for i in range(3)]
-    for joint in joints:
-        joint.occupy(Counted(bench.runtime, lines, joint, bench.add(joint.label, Echo, 9600)))
+    links = [PortLink[Counted](f"m{i}", MemoryPort(9600)) for i in range(3)]
+    for link in links:
+        link.occupy(Counted(bench.runtime, lines, link, bench.add(link.label, Echo, 9600)))
     assert lines.release(SimTimeNs(0)) == FOREVER
-    joints[1].end.send(SimTimeNs(0), b"ab")
+    links[1].backend.send(SimTimeNs(0), b"ab")
     lines.flush()
     first_ns = character_ns(1, 9600)
     assert lines.release(SimTimeNs(first_ns)) == character_ns(2, 9600)
     assert lines.release(SimTimeNs(2 * first_ns + 1)) == FOREVER
     assert lines.release(FOREVER) == FOREVER
-    assert [each.end.released for each in joints] == [0, 3, 0]  # once when it was put on its line
-    port = joints[2].port
+    assert [each.backend.released for each in links] == [0, 3, 0]  # once when it was put on its line
+    port = links[2].port
     assert isinstance(port, MemoryPort)
     port.unread, port.resumed = BACKLOG_HOLD_BYTES + 1, 0
-    assert joints[2].room() == 0
+    assert links[2].room() == 0
     lines.refresh()
     port.unread = 0
     lines.refresh()
     lines.refresh()
-    assert [each.end.refreshed for each in joints] == [0, 0, 2]
+    assert [each.backend.refreshed for each in links] == [0, 0, 2]
     assert port.resumed == 1
 
 
@@ -180,8 +182,8 @@ def test_without_a_baud_bytes_reach_the_port_at_once() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = MemoryPort(9600)  # a USB client's baud means nothing
-    joint = joined(bench, device, port)
-    joint.received(b"hello")
+    link = joined(bench, device, port)
+    link.received(b"hello")
     assert port.got == b"hello"
 
 
@@ -208,9 +210,9 @@ def test_the_touch_resets_a_board_with_native_usb(
 ) -> None:
     bench = Bench()
     device = bench.add("m1", Greeter, device_baud)
-    joint = joined(bench, device, MemoryPort(), native_usb=native_usb)
+    link = joined(bench, device, MemoryPort(), native_usb=native_usb)
     bench.until(1_000_000)
-    joint.client_left(client_baud)
+    link.client_left(client_baud)
     bench.until(2_000_000)
     assert [data for _, _, data in bench.heard] == [b"up"] * starts
 
@@ -240,13 +242,13 @@ def test_a_port_that_is_a_part_of_the_board_is_told_of_its_power() -> None:
     bench = Bench()
     device = bench.add("m1", Echo)
     port = UsbPort()
-    joint = joined(bench, device, port, native_usb=True)
+    link = joined(bench, device, port, native_usb=True)
     assert port.powers == [True]
     bench.runtime.apply_to(device, Reset())
     assert port.powers == [True, False, True]
     device.power.switch("no power", bench.runtime.now_ns)
     assert port.powers[3:] == [False, False]
-    joint.vacate()
+    link.vacate()
     device.power.switch(None, bench.runtime.now_ns)
     assert len(port.powers) == 5
 
@@ -273,22 +275,22 @@ def test_a_client_has_a_format_of_its_own(
 ) -> None:
     bench = Bench()
     device, port = bench.add("m1", Echo, 9600), UsbPort(9600, name)
-    joint = joined(bench, device, port)
-    joint.received(b"mr")
+    link = joined(bench, device, port)
+    link.received(b"mr")
     bench.until(10**9)
     assert b"".join(data for _, _, data in bench.heard) == heard
-    joint.end.flush()
-    joint.end.release(FOREVER)
+    link.backend.flush()
+    link.backend.release(FOREVER)
     assert (bytes(port.got), port.errors) == (got, errors)
 
 
 def test_a_client_is_told_of_errors_in_what_it_reads() -> None:
     bench = Bench()
     device, port = bench.add("m1", Greeter, 9600), UsbPort(9600, "7E1")
-    joint = joined(bench, device, port)
+    link = joined(bench, device, port)
     bench.until(10**9)
-    joint.end.flush()
-    joint.end.release(FOREVER)
+    link.backend.flush()
+    link.backend.release(FOREVER)
     assert bytes(port.got) == b"up"
     assert port.errors == [(False, True)]  # u and p have five and three ones
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 MODULES = sorted(Path(__file__).parents[1].glob("*.py"))
-KINDS = {"TwinDevice", "BoardDevice", "DriveDevice", "RealDevice", "BoardEnd", "BoardAxis", "TwinAxis"}
-KINDS |= {"RealDrive", "DriveControl", "DriveAxis", "UartEnd"}
+KINDS = {"TwinDevice", "BoardDevice", "DriveDevice", "RealDevice", "BoardBackend", "BoardAxis", "TwinAxis"}
+KINDS |= {"RealDrive", "DriveControl", "DriveAxis", "UartBackend"}
 ASKED = {"boards", "drives", "is_real"}
 """Attributes by which kinds were told apart."""
-ROOMS = ("hil.drives", "hil.live.drives", "hil.live.board_end", "hil.live.sim_ends", "hil.sim.twin")
+ROOMS = ("hil.drives", "hil.live.drives", "hil.live.board_backend", "hil.live.sim_backends", "hil.sim.twin")
 HERE = "hil.live.devices"
 ALL = f"{HERE}.bench_devices"
 

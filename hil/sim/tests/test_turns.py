@@ -9,8 +9,8 @@ import pytest
 from session_bench import Bench, MemoryPort
 
 from hil.live.lines import Lines
-from hil.live.port_joint import Joint
-from hil.live.sim_ends import UartEnd
+from hil.live.port_link import PortLink
+from hil.live.sim_backends import UartBackend
 from hil.sim.bench import BenchHooks
 from hil.sim.given_fault import fault_refusal
 from hil.sim.inputs import Bytes, CommitDone, Do, Pin, Reset, SetField
@@ -49,8 +49,8 @@ class RealTime:
         self.runtime = bench.runtime
         self.device = bench.add("m1", firmware, BAUD)
         self.port = MemoryPort(BAUD)
-        self.joint = Joint[UartEnd]("m1", self.port)
-        self.joint.occupy(UartEnd(self.runtime, self.lines, self.joint, self.device))
+        self.link = PortLink[UartBackend]("m1", self.port)
+        self.link.occupy(UartBackend(self.runtime, self.lines, self.link, self.device))
         self.port.resumed = 0
         self.device.verbs = {"beep": Verb("beep", "", run=lambda firmware: None)}
         load = fault_refusal("shaft_load", "m1", {"torque_Nm": 0.01})
@@ -73,7 +73,7 @@ class RealTime:
 
 WAYS: dict[str, Callable[[RealTime], object]] = {
     "bytes": lambda real: real.runtime.apply_to(real.device, Bytes(b"x")),
-    "a client's bytes": lambda real: real.joint.received(b"x"),
+    "a client's bytes": lambda real: real.link.received(b"x"),
     "a pin": lambda real: real.runtime.apply_to(real.device, Pin("D3", 1)),
     "a field": lambda real: real.runtime.apply_to(real.device, SetField("load_torque_Nm", 0.0)),
     "a reset": lambda real: real.runtime.apply_to(real.device, Reset()),
@@ -107,8 +107,8 @@ def test_what_is_sent_at_the_very_start_goes_on() -> None:
 
 def test_a_port_that_was_held_up_reads_on_when_a_fault_ends() -> None:
     with RealTime(hangs=True) as real:
-        while real.joint.room():
-            real.joint.received(bytes(real.joint.room()))
+        while real.link.room():
+            real.link.received(bytes(real.link.room()))
         real.heard()
         assert real.port.resumed == 0
         end_ns = real.runtime.now_ns + 10_000_000  # by then all of it has arrived

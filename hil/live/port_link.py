@@ -1,7 +1,7 @@
 """Joins a port to what is behind it: here a byte changes hands. ``docs/follow-a-byte.md`` walks this file.
 
-In:  port -> ``Joint.received`` -> the end: a twin's UART, a tap of a segment, a real board's line.
-Out: the end -> ``Joint.send`` -> port.
+In:  port -> ``PortLink.received`` -> the backend: a twin's UART, a tap of a segment, a real board's line.
+Out: the backend -> ``PortLink.send`` -> port.
 """
 
 from typing import Generic, Protocol, TypeVar
@@ -14,14 +14,14 @@ BACKLOG_HOLD_BYTES = 64 * 1024
 by a host that does not read."""
 
 
-class End(Protocol):
-    """End that a port is joined to."""
+class Backend(Protocol):
+    """Backend of a port: what takes its clients' bytes, and sends them answers."""
 
     def room(self) -> int:
         """Number of bytes of clients that can be taken now."""
 
     def hold(self, is_held: bool) -> None:
-        """Hold clients' bytes from now on, or no more; the end calls ``Joint.refresh`` when there is room."""
+        """Hold clients' bytes from now on, or no more; the backend calls ``refresh`` when there is room."""
 
     def feed(self, data: bytes) -> None:
         """Take bytes of clients, never more than ``room()``."""
@@ -33,14 +33,14 @@ class End(Protocol):
         """Note that the last client has closed the port, at this baud."""
 
     def leave(self) -> None:
-        """Let go of the joint, which is another's now: what has not reached the port is lost."""
+        """Let go of the link, which is another's now: what has not reached the port is lost."""
 
 
-EndKind = TypeVar("EndKind", bound=End)
+BackendKind = TypeVar("BackendKind", bound=Backend)
 
 
-class Joint(Generic[EndKind]):
-    """Joint of a port and what is behind it: the port's host (``hil.vocab.ports.PortHost``). ``label``: the
+class PortLink(Generic[BackendKind]):
+    """Link of a port and what is behind it: the port's host (``hil.vocab.ports.PortHost``). ``label``: the
     place's name, as ``s1.network``. Vacant until ``occupy``: clients can connect, and what they send waits.
     """
 
@@ -54,58 +54,58 @@ class Joint(Generic[EndKind]):
         self._formatted = port if isinstance(port, FormatPort) else None
         self.is_held = False
         """True while the port is kept from reading because the end has no room."""
-        self._end: EndKind | None = None
+        self._backend: BackendKind | None = None
 
     @property
-    def end(self) -> EndKind:
-        """End behind the port. Not for a vacant joint."""
-        assert self._end is not None, f"{self.label} is vacant"
-        return self._end
+    def backend(self) -> BackendKind:
+        """Backend of the port. Not for a vacant link."""
+        assert self._backend is not None, f"{self.label} is vacant"
+        return self._backend
 
-    def occupy(self, end: EndKind) -> None:
+    def occupy(self, backend: BackendKind) -> None:
         """Put this behind the port from now on."""
-        self._end = end
+        self._backend = backend
         self.is_held = False
         self.port.resume_reading()
 
     def vacate(self) -> None:
         """Leave nothing behind the port: clients are held up."""
-        if self._end:
-            self._end.leave()
-            self._end = None
+        if self._backend:
+            self._backend.leave()
+            self._backend = None
 
     # ---- PortHost ----
 
     def room(self) -> int:
-        if self._end is None:
+        if self._backend is None:
             return 0
-        room = self._end.room()
+        room = self._backend.room()
         if self.is_held and room:
             self.is_held = False
-            self._end.hold(False)
+            self._backend.hold(False)
             self.port.resume_reading()
         elif not self.is_held and not room:
             self.is_held = True
-            self._end.hold(True)
-            room = self._end.room()  # room may have come meanwhile, of which the port was told
+            self._backend.hold(True)
+            room = self._backend.room()  # room may have come meanwhile, of which the port was told
         return room
 
     def received(self, data: bytes) -> None:
         """Take bytes from a client: they take effect now."""
-        self.end.feed(data)
+        self.backend.feed(data)
 
     def drained(self) -> None:
-        if self._end:
-            self._end.refresh()
+        if self._backend:
+            self._backend.refresh()
 
     def client_left(self, baud: int | None) -> None:
-        if self._end:
-            self._end.client_left(baud)
+        if self._backend:
+            self._backend.client_left(baud)
 
     def port_failed(self, reason: str) -> None:
         self.failure = reason
 
-    # ---- for the end ----
+    # ---- for the backend ----
 
     def client_format(self) -> LineFormat:
         """Format in which clients send and read characters."""

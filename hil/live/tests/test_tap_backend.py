@@ -7,8 +7,8 @@ import pytest
 from session_bench import MemoryPort
 
 from hil.live.lines import Lines
-from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
-from hil.live.sim_ends import TapEnd
+from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
+from hil.live.sim_backends import TapBackend
 from hil.testing import Bench
 from hil.vocab.time import FOREVER
 
@@ -20,31 +20,31 @@ CONFIG = {
 
 
 @pytest.fixture
-def joint() -> Iterator[Joint[TapEnd]]:
+def link() -> Iterator[PortLink[TapBackend]]:
     loop = asyncio.new_event_loop()
     with Bench(CONFIG) as bench:
         bench.run(1100)
-        joint = Joint[TapEnd]("bus0.m", MemoryPort())
+        link = PortLink[TapBackend]("bus0.m", MemoryPort())
         lines = Lines(loop, lambda: bench._runtime.now_ns)
-        joint.occupy(TapEnd(bench._runtime, lines, joint, bench._runtime.taps["bus0.m"]))
-        yield joint
+        link.occupy(TapBackend(bench._runtime, lines, link, bench._runtime.taps["bus0.m"]))
+        yield link
         lines.close()
     loop.close()
 
 
-def test_a_client_that_does_not_read_costs_no_timers(joint: Joint[TapEnd]) -> None:
-    port = joint.port
+def test_a_client_that_does_not_read_costs_no_timers(link: PortLink[TapBackend]) -> None:
+    port = link.port
     assert isinstance(port, MemoryPort)
     port.unread = BACKLOG_HOLD_BYTES + 1
-    assert joint.room() == 0
-    assert joint.end.release(joint.end._bench.now_ns) == FOREVER
+    assert link.room() == 0
+    assert link.backend.release(link.backend._bench.now_ns) == FOREVER
     port.unread, port.resumed = 0, 0
-    joint.drained()
+    link.drained()
     assert port.resumed == 1
 
 
-def test_a_full_line_has_room_when_half_of_it_has_gone(joint: Joint[TapEnd]) -> None:
-    while room := joint.room():
-        joint.received(bytes(room))
-    now_ns = joint.end._bench.now_ns
-    assert now_ns < joint.end.release(now_ns) < FOREVER
+def test_a_full_line_has_room_when_half_of_it_has_gone(link: PortLink[TapBackend]) -> None:
+    while room := link.room():
+        link.received(bytes(room))
+    now_ns = link.backend._bench.now_ns
+    assert now_ns < link.backend.release(now_ns) < FOREVER

@@ -1,11 +1,11 @@
-"""Simulated ends behind ports: a twin's UART, or a tap of a segment or a CAN bus."""
+"""Simulated backends of ports: a twin's UART, or a tap of a segment or a CAN bus."""
 
 import asyncio
 from collections import deque
 from dataclasses import dataclass, field
 
 from hil.live.lines import Lines
-from hil.live.port_joint import BACKLOG_HOLD_BYTES, Joint
+from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.inputs import Bytes, Reset
@@ -23,14 +23,14 @@ TYPED_BYTES = 4096
 
 
 @dataclass(eq=False)
-class UartEnd:
-    """End at one of a twin's UARTs (``name``; empty: the first), and the line between it and the port.
+class UartBackend:
+    """Backend at one of a twin's UARTs (``name``; empty: the first), and the line between it and the port.
     ``native_usb``: the board's own
     processor is on the USB, and resets at ``TOUCH_BAUD``."""
 
     bench: BenchRuntime
     lines: Lines
-    joint: "Joint[UartEnd]"
+    link: "PortLink[UartBackend]"
     device: Twin
     name: str = ""
     native_usb: bool = field(default=False, kw_only=True)
@@ -46,15 +46,15 @@ class UartEnd:
     def __post_init__(self) -> None:
         self._uart = self.device.uarts[self.name]
         self._uart.listeners.append(self.send)
-        if self.native_usb and self._uart.baud is None and isinstance(self.joint.port, PowerPort):
-            self._powered = self.joint.port
+        if self.native_usb and self._uart.baud is None and isinstance(self.link.port, PowerPort):
+            self._powered = self.link.port
             self._powered.power(self.device.power.is_there)
             self.device.power.listeners.append(self._tell_power)
 
-    # ---- End ----
+    # ---- Backend ----
 
     def room(self) -> int:
-        return 0 if self.joint.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room(self.bench.now_ns)
+        return 0 if self.link.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room(self.bench.now_ns)
 
     def hold(self, is_held: bool) -> None:
         """Hold the port up. On a line room comes with time, and no firmware has to run for it."""
@@ -63,16 +63,16 @@ class UartEnd:
             self.lines.schedule(self)
 
     def feed(self, data: bytes) -> None:
-        self.joint.tell("board", data)
+        self.link.tell("board", data)
         if self._uart.baud:
-            client_format = self.joint.client_format()
+            client_format = self.link.client_format()
             name = "" if client_format is EIGHT_N_1 else client_format.name
-            self.bench.apply_to(self.device, Bytes(data, self.joint.port.client_baud(), self.name, name))
+            self.bench.apply_to(self.device, Bytes(data, self.link.port.client_baud(), self.name, name))
         else:
             self.bench.apply_to(self.device, Bytes(data, None, self.name))
 
     def refresh(self) -> None:
-        self.joint.refresh()
+        self.link.refresh()
         self._go_on_typing()
 
     def client_left(self, baud: int | None) -> None:
@@ -110,7 +110,7 @@ class UartEnd:
 
     def _type_on(self) -> SimTimeNs:
         self._is_typing = False
-        if not self._typed or not self.bench.real_time.is_on or not (room := self.joint.room()):
+        if not self._typed or not self.bench.real_time.is_on or not (room := self.link.room()):
             return self.bench.now_ns
         piece = bytes(self._typed[:room])
         del self._typed[:room]
@@ -120,7 +120,7 @@ class UartEnd:
 
     def _go_on_typing(self) -> None:
         """Type on in the next turn of the event loop, so that others have theirs between."""
-        if self._typed and not self._is_typing and self.joint.room():
+        if self._typed and not self._is_typing and self.link.room():
             self._is_typing = True
             asyncio.get_running_loop().call_soon(self._type_on)
 
@@ -129,7 +129,7 @@ class UartEnd:
     def send(self, at_ns: SimTimeNs, data: bytes) -> None:
         """Send for the device; on a paced line ``flush`` comes when its group's turn is over."""
         if self._uart.baud is None:
-            self.joint.send(data)
+            self.link.send(data)
             return
         if not self._fresh:
             self.lines.has_sent(self)
@@ -141,8 +141,8 @@ class UartEnd:
         if not self._fresh or baud is None:
             return
         for start_ns, data in _joined(self._fresh, baud):
-            client_baud = self.joint.port.client_baud() or baud
-            client_format = self.joint.client_format()
+            client_baud = self.link.port.client_baud() or baud
+            client_format = self.link.client_format()
             if client_baud == baud and client_format is EIGHT_N_1:
                 due = (
                     (start_ns + character_ns(i + 1, baud), data[i : i + 1], None) for i in range(len(data))
@@ -164,13 +164,13 @@ class UartEnd:
             if sampled:
                 framing, parity = framing or sampled.framing_error, parity or sampled.parity_error
         if out:
-            self.joint.send(bytes(out))
+            self.link.send(bytes(out))
         if framing or parity:
-            self.joint.tell_errors(framing=framing, parity=parity)
+            self.link.tell_errors(framing=framing, parity=parity)
         due_ns = SimTimeNs(self._line[0][0]) if self._line else FOREVER
-        if self.joint.is_held and self._uart.room(now_ns) > USB_HELD_BYTES // 2:
+        if self.link.is_held and self._uart.room(now_ns) > USB_HELD_BYTES // 2:
             self.refresh()
-        return min(due_ns, self._uart.room_ns(now_ns)) if self.joint.is_held else due_ns
+        return min(due_ns, self._uart.room_ns(now_ns)) if self.link.is_held else due_ns
 
 
 def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:
@@ -186,25 +186,27 @@ def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes
     return joined
 
 
-class TapEnd:
-    """End at a tap, which stays on its segment while clients of the port come and go."""
+class TapBackend:
+    """Backend at a tap, which stays on its segment while clients of the port come and go."""
 
-    def __init__(self, bench: BenchRuntime, lines: Lines, joint: "Joint[TapEnd]", tap: ClientTap) -> None:
+    def __init__(
+        self, bench: BenchRuntime, lines: Lines, link: "PortLink[TapBackend]", tap: ClientTap
+    ) -> None:
         self.tap = tap
         self._bench = bench
         self._lines = lines
-        self._joint = joint
+        self._link = link
         self._is_fresh = False
         tap.listeners.append(self._has_heard)
         if isinstance(tap, Tap):
-            tap.client_baud = joint.port.client_baud
-        if isinstance(joint.port, EchoPort) and isinstance(tap, Tap):
-            joint.port.tell_sole(tap.sole, in_pieces=True)
+            tap.client_baud = link.port.client_baud
+        if isinstance(link.port, EchoPort) and isinstance(tap, Tap):
+            link.port.tell_sole(tap.sole, in_pieces=True)
 
-    # ---- End ----
+    # ---- Backend ----
 
     def room(self) -> int:
-        is_full = self._joint.port.backlog() > BACKLOG_HOLD_BYTES
+        is_full = self._link.port.backlog() > BACKLOG_HOLD_BYTES
         return 0 if is_full else self.tap.room(self._bench.now_ns)
 
     def hold(self, is_held: bool) -> None:
@@ -213,11 +215,11 @@ class TapEnd:
             self._lines.schedule(self)
 
     def feed(self, data: bytes) -> None:
-        self._joint.tell("board", data)
-        self._bench.apply_to(self.tap, Bytes(data, self._joint.port.client_baud()))
+        self._link.tell("board", data)
+        self._bench.apply_to(self.tap, Bytes(data, self._link.port.client_baud()))
 
     def refresh(self) -> None:
-        self._joint.refresh()
+        self._link.refresh()
 
     def client_left(self, baud: int | None) -> None:
         """Ignored: the tap has no power that could go."""
@@ -240,10 +242,10 @@ class TapEnd:
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
         due_ns = self.tap.next_ns
         if due_ns <= now_ns and (data := self.tap.drain(min(now_ns, self._bench.known_ns(self.tap.name)))):
-            self._joint.send(data)
+            self._link.send(data)
         room_ns = self.tap.room_ns
-        if self._joint.is_held and room_ns > now_ns:
+        if self._link.is_held and room_ns > now_ns:
             return min(self.tap.next_ns, room_ns)
-        if self._joint.is_held:  # if it is a client that does not read, the port says when that has changed
+        if self._link.is_held:  # if it is a client that does not read, the port says when that has changed
             self.refresh()
         return self.tap.next_ns

@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import Callable
 from contextlib import suppress
 
-from hil.live.port_joint import Joint
+from hil.live.port_link import PortLink
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Result, Send
 from hil.vocab.faults import Fault
 from hil.vocab.ports import Port
@@ -50,17 +50,17 @@ class _Way:
         self._moved()
 
 
-class BoardEnd:
-    """End at a real board. ``line`` is the board's own port, opened with ``from_board`` as its host."""
+class BoardBackend:
+    """Backend at a real board. ``line`` is the board's own port, opened with ``from_board`` as its host."""
 
-    def __init__(self, joint: "Joint[BoardEnd]", line: Port) -> None:
-        self._joint = joint
-        self.name = joint.label
+    def __init__(self, link: "PortLink[BoardBackend]", line: Port) -> None:
+        self._link = link
+        self.name = link.label
         self.line = line
         self.failure: str | None = None
         """Reason why the board's line cannot go on."""
         self.from_board = _FromBoard(self)
-        self._to_board = _Way(self._pass_to_board, joint.refresh)
+        self._to_board = _Way(self._pass_to_board, link.refresh)
         self.to_client = _Way(self._pass_to_client, self.from_board.resume)
         self.typed_bytes = 0
         """Number of bytes from programs to the board: after them the daemon does not know what it does."""
@@ -75,7 +75,7 @@ class BoardEnd:
         """True while a dialogue or a run has the board: clients' bytes wait."""
         return self._heard is not None or self.is_held
 
-    # ---- End ----
+    # ---- Backend ----
 
     def room(self) -> int:
         if self.is_busy:
@@ -90,7 +90,7 @@ class BoardEnd:
         self._to_board.carry(data)
 
     def refresh(self) -> None:
-        self._joint.refresh()
+        self._link.refresh()
         self.from_board.resume()
 
     def client_left(self, baud: int | None) -> None:
@@ -101,21 +101,21 @@ class BoardEnd:
 
     def _pass_to_board(self, data: bytes) -> None:
         if not self._is_gone:
-            self._joint.tell("board", data)
+            self._link.tell("board", data)
             self.line.write(data)
 
     # ---- from the board ----
 
     def room_for_board(self) -> int:
         """Number of the board's bytes that can be taken now."""
-        return max(HOLD_BYTES - self._joint.port.backlog() - self.to_client.waiting_bytes, 0)
+        return max(HOLD_BYTES - self._link.port.backlog() - self.to_client.waiting_bytes, 0)
 
     def _pass_to_client(self, data: bytes) -> None:
         if self._is_gone:
             return
         if self._heard is not None:
             self._heard.put_nowait((asyncio.get_running_loop().time(), data))
-        self._joint.send(data)
+        self._link.send(data)
 
     # ---- faults ----
 
@@ -188,28 +188,28 @@ class BoardEnd:
 class _FromBoard:
     """Host of a board's line."""
 
-    def __init__(self, end: BoardEnd) -> None:
-        self._end = end
+    def __init__(self, backend: BoardBackend) -> None:
+        self._backend = backend
         self._is_held = False
 
     def room(self) -> int:
-        room = self._end.room_for_board()
+        room = self._backend.room_for_board()
         self._is_held = room == 0
         return room
 
     def received(self, data: bytes) -> None:
-        self._end.to_client.carry(data)
+        self._backend.to_client.carry(data)
 
     def drained(self) -> None:
-        self._end.refresh()
+        self._backend.refresh()
 
     def client_left(self, baud: int | None) -> None:
         """Note that the board is away; its line tries again."""
 
     def port_failed(self, reason: str) -> None:
-        self._end.failure = reason
+        self._backend.failure = reason
 
     def resume(self) -> None:
         """Read on if the line was held up and there is room again."""
         if self._is_held and self.room():
-            self._end.line.resume_reading()
+            self._backend.line.resume_reading()

@@ -2,7 +2,7 @@
 
 from typing import cast
 
-from hil.live.port_joint import Joint
+from hil.live.port_link import PortLink
 from hil.vocab.ports import Port
 
 
@@ -15,16 +15,16 @@ class OnePort:
     def resume_reading(self) -> None:
         self.is_reading = True
 
-    def looks(self, joint: "Joint[OneEnd]") -> None:
-        if joint.room() == 0:
+    def looks(self, link: "PortLink[OneEnd]") -> None:
+        if link.room() == 0:
             self.is_reading = False
 
 
 class OneEnd:
-    """End that can take ``room_bytes`` now; ``comes`` is the room that comes just as the port is held up."""
+    """Backend that can take ``room_bytes`` now; ``comes`` comes just as the port is held up."""
 
-    def __init__(self, joint: "Joint[OneEnd]") -> None:
-        self.joint = joint
+    def __init__(self, link: "PortLink[OneEnd]") -> None:
+        self.link = link
         self.room_bytes = 0
         self.comes = 0
 
@@ -34,7 +34,7 @@ class OneEnd:
     def hold(self, is_held: bool) -> None:
         if is_held and self.comes:
             self.room_bytes = self.comes
-            self.joint.refresh()
+            self.link.refresh()
 
     def feed(self, data: bytes) -> None: ...
     def refresh(self) -> None: ...
@@ -42,25 +42,25 @@ class OneEnd:
     def leave(self) -> None: ...
 
 
-def held_up() -> tuple[OnePort, "Joint[OneEnd]", OneEnd]:
+def held_up() -> tuple[OnePort, "PortLink[OneEnd]", OneEnd]:
     port = OnePort()
-    joint: Joint[OneEnd] = Joint("m1", cast(Port, port))
-    end = OneEnd(joint)
-    joint.occupy(end)
-    return port, joint, end
+    link: PortLink[OneEnd] = PortLink("m1", cast(Port, port))
+    end = OneEnd(link)
+    link.occupy(end)
+    return port, link, end
 
 
 def test_room_that_comes_as_the_port_is_held_up_is_not_lost() -> None:
-    port, joint, end = held_up()
+    port, link, end = held_up()
     end.comes = 256
-    port.looks(joint)
+    port.looks(link)
     assert port.is_reading
 
 
 def test_room_that_somebody_else_sees_first_is_the_ports_too() -> None:
-    port, joint, end = held_up()
-    port.looks(joint)
+    port, link, end = held_up()
+    port.looks(link)
     assert not port.is_reading
     end.room_bytes = 16
-    assert joint.room() == 16  # as typing beside the port does
+    assert link.room() == 16  # as typing beside the port does
     assert port.is_reading
