@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from hil.compose.buses import find_buses, find_wire_infos
 from hil.compose.framings import Framings
 from hil.compose.kinds_of_doors import Kinds
-from hil.compose.profile_infos import NamedParts, ProfileInfos
+from hil.compose.profile_infos import ProfileInfos
 from hil.config import Catalogue, DeviceConfig, PortConfig
 from hil.config.port_model import SERIAL
 from hil.core import Core
@@ -49,7 +49,7 @@ def find_catalogue(
     found = find_places(path)
     buses, problems = find_buses()
     infos = ProfileInfos(found, next((bus.maps for bus in buses if bus.maps), None))
-    boards = Boards(found.places, NamedParts(infos))
+    boards = Boards(found.places, infos, infos.parts)
     return Catalogue(
         infos,
         _ports(extra_ports),

@@ -33,6 +33,11 @@ class ProfileInfos(Mapping[str, ProfileInfo]):
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
+    def parts(self, name: str) -> Named:
+        """Names of a board's UARTs and axes. Raises KeyError as for the board."""
+        info = self[name]
+        return tuple(info.uarts), tuple(info.named_axes)
+
     def _info(self, place: BoardPlace) -> ProfileInfo | None:
         try:
             text = (place.folder / YAML).read_text()
@@ -46,20 +51,3 @@ class ProfileInfos(Mapping[str, ProfileInfo]):
             problems = [place.problem(YAML, error.strerror or "it cannot be read", remedy)]
         self._found.refused[place.name] = problems
         return None
-
-
-class NamedParts(Mapping[str, Named | None]):
-    """Names of boards' UARTs and axes, by the board's."""
-
-    def __init__(self, infos: ProfileInfos) -> None:
-        self._infos = infos
-
-    def __getitem__(self, name: str) -> Named:
-        info = self._infos[name]
-        return tuple(info.uarts), tuple(info.named_axes)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._infos)
-
-    def __len__(self) -> int:
-        return len(self._infos)

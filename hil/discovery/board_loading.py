@@ -1,7 +1,7 @@
 """Import of a board's ``PROFILE``, with the place of whatever is wrong with it."""
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
 from importlib import import_module, invalidate_caches
 from importlib.machinery import ModuleSpec
@@ -20,28 +20,33 @@ SAY_IT = "write PROFILE = Profile(firmware=...), of hil.vocab.profile"
 
 
 class Boards(Mapping[str, Profile]):
-    """Profiles of boards, from their ``board.py``, imported when one is asked for. ``named``: names of the
-    UARTs and axes of each by its ``profile.yaml``.
+    """Profiles of boards, from their ``board.py``, imported when one is asked for. ``parts``: answers the
+    names of a board's UARTs and axes by its ``profile.yaml``.
 
     Raises:
         KeyError: there is no such board.
         ConfigError: it cannot be used, with its problems.
     """
 
-    def __init__(self, places: Mapping[str, BoardPlace], named: Mapping[str, Named | None]) -> None:
-        self._places, self._named = places, named
+    def __init__(
+        self,
+        places: Mapping[str, BoardPlace],
+        names: Collection[str],
+        parts: Callable[[str], Named | None] = lambda name: None,
+    ) -> None:
+        self._places, self._names, self._parts = places, names, parts
 
     def __getitem__(self, name: str) -> Profile:
-        return _load(self._places[name], self._named[name])
+        return _load(self._places[name], self._parts(name))
 
     def __contains__(self, name: object) -> bool:
-        return name in self._named
+        return name in self._names
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._named)
+        return iter(self._names)
 
     def __len__(self) -> int:
-        return len(self._named)
+        return len(self._names)
 
 
 @cache

@@ -197,7 +197,7 @@ def nodes_of(profile: str | None, framing: str | None = None, likely: list[str] 
         framing = None
     places = find_places()
     usable = [name for name in sorted(places.places) if name not in places.refused]
-    boards = Boards(places.places, dict.fromkeys(usable))
+    boards = Boards(places.places, usable)
     if profile is not None:
         if profile not in boards:
             raise LineUnreachable(f"there is no profile {profile!r}; {meant(profile, usable)}")

@@ -68,7 +68,7 @@ def others() -> Mapping[str, Any]:
     from hil.discovery.board_places import find_places
 
     app, found = typer.Typer(rich_markup_mode=None), find_places()
-    boards = Boards(found.places, dict.fromkeys(sorted(found.places)))
+    boards = Boards(found.places, sorted(found.places))
     for name in boards:
         if name not in found.refused:
             _mount_profile(app, name, boards)
