@@ -181,7 +181,7 @@ def doctor(
 
 def reload(
     bench: BenchOptions = ANY_BENCH,
-    as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Apply the changed configuration to a running bench.
 

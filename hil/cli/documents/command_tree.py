@@ -7,7 +7,7 @@ from typing import Any
 
 import typer
 
-from hil.cli.framework.command_classes import placeholder
+from hil.cli.framework.command_classes import placeholder, summary, usage_word
 from hil.cli.framework.command_table import VALUES, ValueRow
 
 
@@ -27,12 +27,8 @@ class CliParameter:
     """Kind of value, one of ``ValueRow.takes``."""
     placeholder: str = ""
     """Name of the value in help texts."""
-
-    @property
-    def usage(self) -> str:
-        """Argument as in a usage line."""
-        word = self.placeholder + "..." * self.is_repeated
-        return word if self.is_required else f"[{word}]"
+    usage: str = ""
+    """Argument as in a usage line."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +47,7 @@ class CliCommand:
 
     @property
     def summary(self) -> str:
-        return " ".join(self.about.partition("\n\n")[0].split())
+        return summary(self.about)
 
     def all(self) -> Iterator["CliCommand"]:
         """Iterate over this command and all below it."""
@@ -96,4 +92,5 @@ def _parameter(given: Any, path: tuple[str, ...]) -> CliParameter:
         str(given.default) if shown else "",
         row.takes if takes_value else "",
         (given.metavar or placeholder(given.name)).removesuffix("..."),
+        "" if is_option else usage_word(given),
     )

@@ -120,7 +120,7 @@ class Below(Quick, TyperGroup):
         """Write the commands with their whole summaries."""
         with formatter.section("Commands"):
             formatter.write_dl(
-                [(name, summary(each)) for name, each in self.commands.items() if not each.hidden]
+                [(name, summary(each.help)) for name, each in self.commands.items() if not each.hidden]
             )
 
 
@@ -144,9 +144,9 @@ def _has(command: Any, flag: str) -> bool:
     return any(flag in each.opts for each in command.params)
 
 
-def summary(command: Any) -> str:
-    """First paragraph of a command's help."""
-    return " ".join((command.help or "").partition("\n\n")[0].split())
+def summary(about: str | None) -> str:
+    """First paragraph of a command's help, in a line."""
+    return " ".join((about or "").partition("\n\n")[0].split())
 
 
 def placeholder(name: str) -> str:

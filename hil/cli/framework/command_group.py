@@ -39,7 +39,7 @@ class AllCommands(Quick, TyperGroup):
         for panel in PANELS:
             names = [name for name, of in commands.items() if not of.hidden and panel_of(name) == panel]
             with formatter.section(panel):
-                formatter.write_dl([(name.ljust(width), summary(commands[name])) for name in names])
+                formatter.write_dl([(name.ljust(width), summary(commands[name].help)) for name in names])
 
 
 def panel_of(name: str) -> str:

@@ -8,11 +8,14 @@ from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.lines.mother_lines import (
     ANY_LINE,
+    TO_ALL,
+    Asked,
     LineOptions,
     Lines,
     NodeNames,
     OneLine,
     addresses,
+    asked_of,
     exit_of_rows,
     line_of,
     on_lines,
@@ -146,7 +149,7 @@ def stop(
 
 def scan(
     lines: Lines,
-    asked: Annotated[str, typer.Option("--addresses", metavar="NODE", help="Which, as in 4-35.")] = "all",
+    asked: Asked = TO_ALL,
     tries: Annotated[
         int, typer.Option("--tries", help="How often a silent address is asked.", min=1, max=9)
     ] = 1,
@@ -160,7 +163,7 @@ def scan(
     Example: hil mother scan bus0.master --addresses 80-90
     """
     places = [place_of(line, options) for line in lines]
-    wanted = [None if asked == "all" else addresses(asked, place.nodes) for place in places]
+    wanted = asked_of(places, asked)
 
     async def one(live: "LiveMaster", of: list[int] | None) -> dict[str, Any]:
         began_ns = live.now_ns()

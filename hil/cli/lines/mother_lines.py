@@ -33,6 +33,7 @@ Lines = Annotated[
 NodeNames = Annotated[
     str, typer.Argument(help="Addresses, as 4, 4,7-9 or all.", metavar="NODE", show_default=False)
 ]
+Asked = Annotated[str, typer.Option("--addresses", metavar="NODE", help="Which, as in 4-35.")]
 Baud = Annotated[
     int | None, typer.Option("--baud", help="Baud of the line. [default: that of the tap, or 38400]", min=1)
 ]
@@ -134,6 +135,11 @@ def addresses(text: str, nodes: "LineNodes") -> list[int]:
             raise fail(f"hil: {why}", Exit.MISTAKE)
         found += [each for each in span if each not in found]
     return found
+
+
+def asked_of(places: Iterable["LinePlace"], text: str) -> list[list[int] | None]:
+    """Read the addresses that are asked on each line; None: all."""
+    return [None if text == TO_ALL else addresses(text, place.nodes) for place in places]
 
 
 def row_of(line: str, sent: "Transaction") -> dict[str, Any]:

@@ -13,9 +13,11 @@ from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.shown_words import echo_words
 from hil.cli.lines.mother_lines import (
     ANY_LINE,
+    TO_ALL,
+    Asked,
     LineOptions,
     Lines,
-    addresses,
+    asked_of,
     on_lines,
     place_of,
 )
@@ -36,7 +38,7 @@ _HEADS = ("line", "node", "seen", "round trip", "sent", "lost", "NAK", "state", 
 
 def nodes(
     lines: Lines,
-    asked: Annotated[str, typer.Option("--addresses", metavar="NODE", help="Which, as in 4-35.")] = "all",
+    asked: Asked = TO_ALL,
     live: Annotated[bool, typer.Option("--live", help="Ask them again each second, until Ctrl-C.")] = False,
     options: LineOptions = ANY_LINE,
 ) -> CommandAnswer:
@@ -47,7 +49,7 @@ def nodes(
     Example: hil mother nodes bus0.master --addresses 80-90
     """
     places = [place_of(line, options) for line in lines]
-    wanted = [None if asked == "all" else addresses(asked, place.nodes) for place in places]
+    wanted = asked_of(places, asked)
 
     import asyncio
 

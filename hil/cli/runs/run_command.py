@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
+from hil.cli.framework.command_answers import AsJson, CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.interrupts import noted
 from hil.cli.framework.shown_words import counted
@@ -32,7 +33,7 @@ def run(
         ),
     ] = "",
     detach: Annotated[bool, typer.Option("--detach", help="Do not wait for its end.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
+    as_json: AsJson = False,
     bench: BenchOptions = ANY_BENCH,
 ) -> None:
     """Carry out a multi-axis run.
@@ -99,19 +100,15 @@ def run_named(bench: BenchOptions, name: str) -> dict[str, Any]:
     return rows[0]
 
 
-def benches(
-    as_json: Annotated[bool, typer.Option("--json", help="JSON for programs.")] = False,
-    bench: BenchOptions = ANY_BENCH,
-) -> None:
+def benches(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """List the benches that are joined to this one, and the offsets of their clocks.
 
     Example: hil benches
     """
     rows = bench.ask("benches")
-    if as_json:
-        typer.echo(json.dumps(rows))
-        return
-    for row in rows:
-        typer.echo(f"{row['bench']}: {row['why'] or 'hil ' + row['version'] + ', ' + clock_words(row)}")
-    if not rows:
+    if not rows and not wants_json():
         typer.echo("no other bench is joined to this one", err=True)
+    said = [
+        f"{row['bench']}: {row['why'] or 'hil ' + row['version'] + ', ' + clock_words(row)}" for row in rows
+    ]
+    return CommandAnswer(rows, "\n".join(said))
