@@ -14,7 +14,7 @@ ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "glossary.md"
 ROOTS = sorted(init.parent.name for init in ROOT.glob("*/__init__.py"))
 ENDINGS, VERBS, PLAIN = "Endings of class names", "Verbs", "Plain words"
-NOUNS_MOST, VERBS_MOST = 120, 25
+NOUNS_MOST, VERBS_MOST, TAKES_MOST = 120, 25, 6
 SINGULAR = {"axes": "axis"}
 LONGEST = 160
 """Characters of a definition."""
@@ -152,6 +152,15 @@ def test_the_page_is_short() -> None:
 def test_a_verb_is_what_its_place_in_the_code_does(row: Row) -> None:
     (verb,) = row.words
     assert re.search(rf"\b{verb.replace(' ', '_')}\w*`$", row.where)
+
+
+def test_to_take_is_rare() -> None:
+    """``take`` once was anything: to feed, to drain, to apply, to reserve. It is to remove the next, or all
+    of one: ``BitWire`` takes a controller over from another wire."""
+    listed = [path for root in ROOTS for path in (ROOT / root).rglob("*.py*") if "tests" not in path.parts]
+    texts = {path.name: path.read_text() for path in listed if path.suffix in (".py", ".pyi")}
+    named = [name for name, text in texts.items() if "def take(" in text]
+    assert len(named) <= TAKES_MOST, named
 
 
 def test_rooms_are_named_by_words_or_in_the_layout() -> None:

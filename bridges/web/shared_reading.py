@@ -5,7 +5,7 @@ import logging
 from collections.abc import Sequence
 from inspect import isawaitable
 
-from hil.net.turns import SHARE
+from hil.net.fair_share import SHARE
 from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.wire.json_text import json_text
 

@@ -26,7 +26,7 @@ from bridges.web.web_users import UsersError, read_users
 from hil.net.acceptor import abort
 from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
 from hil.net.endpoint import is_loopback
-from hil.net.turns import Turns
+from hil.net.fair_share import FairShare
 from hil.net.visitors import NO_ROOM, Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, Source
@@ -93,7 +93,7 @@ class WebBridge:
             shared,
             {},
             SharedPorts(),
-            Turns(),
+            FairShare(),
             Exports(),
             options.messages_per_s,
             options.samples_per_s,

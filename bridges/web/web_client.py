@@ -33,7 +33,7 @@ from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
 from bridges.web.wire_streams import Records
 from hil.net.acceptor import abort
-from hil.net.turns import Turns
+from hil.net.fair_share import FairShare
 from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.vocab.operation import Urgency, moved_by, urgency_of
 from hil.vocab.verbs import VerbRefused
@@ -58,7 +58,7 @@ class Surroundings:
     shared: Mapping[str, SharedReading]
     records: Records
     ports: SharedPorts
-    turns: Turns
+    turns: FairShare
     exports: Exports
     messages_per_s: float
     samples_per_s: float

@@ -20,7 +20,7 @@ from pydantic_core import CoreSchema, ErrorDetails
 from pydantic_core.core_schema import ErrorType
 
 from hil.config.document import Document, Finding, KeyPath
-from hil.config.later import Later
+from hil.config.lazy_models import LazyModel
 from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.near_words import did_you_mean, meant, nearest
@@ -236,7 +236,7 @@ def _needed(annotation: Any) -> Any:
     """Type beside ``None`` in an annotation, where that is one thing."""
     if get_origin(annotation) is Annotated:
         annotation, *metadata = get_args(annotation)
-        if later := next((each for each in metadata if isinstance(each, Later)), None):
+        if later := next((each for each in metadata if isinstance(each, LazyModel)), None):
             return later.load()
     others = [each for each in get_args(annotation) if each is not NoneType]
     return _needed(others[0]) if len(others) == 1 and NoneType in get_args(annotation) else annotation

@@ -18,7 +18,7 @@ from pydantic import (
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
 from hil.config.flash_model import FlashConfig
-from hil.config.later import Later
+from hil.config.lazy_models import LazyModel
 from hil.config.path_values import usable_path
 from hil.config.port_model import Name, PortConfig
 from hil.config.shaft_load import LoadConfig
@@ -42,7 +42,7 @@ else:
 
         return WireConfig
 
-    SegmentConfig, WireConfig = (Annotated[Any, Later(load)] for load in (_segment, _wire))
+    SegmentConfig, WireConfig = (Annotated[Any, LazyModel(load)] for load in (_segment, _wire))
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
@@ -365,10 +365,13 @@ def device_model(buses: tuple[BusKind, ...]) -> type[DeviceConfig]:
     """Make the model with the keys that these kinds of buses have for a device."""
     keys: dict[str, Any] = {}
     for maps in (bus.maps for bus in buses if bus.maps):
-        keys["map"] = Annotated[Any, Later(maps.model)] | None, Field(default=None, description=maps.about)
+        keys["map"] = (
+            Annotated[Any, LazyModel(maps.model)] | None,
+            Field(default=None, description=maps.about),
+        )
     drives = [bus.drives for bus in buses if bus.drives]
     for name, key in (pair for kind in drives for pair in kind.keys.items()):
-        keys[name] = Annotated[Any, Later(key.model)] | None, Field(default=None, description=key.about)
+        keys[name] = Annotated[Any, LazyModel(key.model)] | None, Field(default=None, description=key.about)
     at = copy(DeviceConfig.model_fields["at"])
     at.description = "".join((str(at.description), *(kind.about for kind in drives)))
     return create_model(
@@ -388,13 +391,13 @@ def bench_model(buses: tuple[BusKind, ...]) -> type[BenchConfig]:
     own, kinds = BenchConfig.model_fields, [bus.wires for bus in buses if bus.wires]
     keys: dict[str, Any] = {
         kind.key: (
-            Mapping[Name, Annotated[Any, Later(kind.model)]],
+            Mapping[Name, Annotated[Any, LazyModel(kind.model)]],
             Field(default={}, description=kind.about),
         )
         for kind in kinds
     }
     keys["devices"] = Mapping[Name, device_model(buses)], copy(own["devices"])  # type: ignore[misc]
-    keys["segments"] = Mapping[Name, Annotated[Any, Later(segment)]], copy(own["segments"])
+    keys["segments"] = Mapping[Name, Annotated[Any, LazyModel(segment)]], copy(own["segments"])
     made = create_model("BenchConfig", __base__=BenchConfig, __module__=__name__, **keys)
     made.bus_keys = (*BenchConfig.bus_keys, *(kind.key for kind in kinds))
     return made

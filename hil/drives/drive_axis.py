@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from hil.drives.arrival import ARRIVED_DEG
-from hil.drives.asking import ASKING
+from hil.drives.drive_errors import ASKING
 from hil.drives.drive_motion import DriveMotion
 from hil.drives.reading import Reading
 from hil.drives.real_drive import OLD_NS, RealDrive

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from hil.drives.asking import ASKING
 from hil.drives.drive_axis import DriveAxis
+from hil.drives.drive_errors import ASKING
 from hil.drives.drive_link import LOST_AFTER
 from hil.drives.drive_verbs import FOLLOW_RPM, FOLLOW_RPM_PER_S
 from hil.drives.shared_lines import SharedLines

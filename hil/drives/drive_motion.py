@@ -10,7 +10,7 @@ from collections.abc import Coroutine
 from typing import Any
 
 from hil.drives.arrival import ARRIVED_DEG, Arrival
-from hil.drives.asking import ASKING, PlaceLost, Stale
+from hil.drives.drive_errors import ASKING, PlaceLost, Stale
 from hil.drives.reading import Reading
 from hil.drives.real_drive import RealDrive
 from hil.firmware.set_point_paths import length_ns

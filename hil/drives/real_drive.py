@@ -89,8 +89,8 @@ class RealDrive(ABC):
         """True if this session goes on."""
         return self.link.is_there and self.link.session == session
 
-    def take(self, reading: Reading) -> None:
-        """Take a reading over."""
+    def note_reading(self, reading: Reading) -> None:
+        """Note a reading, and tell those who listen."""
         self.reading = reading
         self.link.counters.polls += 1
         for listener in list(self.listeners):

@@ -1,6 +1,6 @@
 """Listening for clients, and asking as one.
 
-``acceptor.py`` and ``visitors.py`` let clients in, and only so many; ``turns.py`` gives them
+``acceptor.py`` and ``visitors.py`` let clients in, and only so many; ``fair_share.py`` gives them
 their shares of the loop; ``tcp_port.py`` is a port's listener, ``bridge_listeners.py`` those of a bridge, at
 an address that ``endpoint.py`` reads.
 ``control_client.py`` and ``port_client.py`` ask, ``benches_here.py`` finds whom: these import little, so that

@@ -22,7 +22,7 @@ from hil.host.paths import STARTING
 from hil.live.captures import Capture
 from hil.live.off_loop import off_loop
 from hil.net.control_client import already_running, listener
-from hil.net.turns import Turns
+from hil.net.fair_share import FairShare
 from hil.net.visitors import Visit, Visitors
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
@@ -138,7 +138,7 @@ class ControlServer:
         self._desk = desk
         self._operations = desk.describe().operations
         self._is_closed = False
-        self._turns = Turns()
+        self._turns = FairShare()
         self._visitors = let_in(claimed.listening, self._client, _LINE_LIMIT)
         claimed.serve()
 

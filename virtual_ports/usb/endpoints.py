@@ -124,9 +124,9 @@ class OutEndpoint(Endpoint):
 
     def go_on(self) -> None:
         """Answer transfers of no bytes that are the next."""
-        self.take(0)
+        self.drain(0)
 
-    def take(self, most_bytes: int) -> bytes:
+    def drain(self, most_bytes: int) -> bytes:
         """Take bytes of the host, in their order."""
         taken = b""
         while self.pending:

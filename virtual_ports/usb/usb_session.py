@@ -123,7 +123,7 @@ class UsbSession(asyncio.Protocol):
             if not from_host.is_waiting or (room := self._host.room()) <= 0:
                 self._is_moving = False
                 return
-            if data := from_host.take(room):
+            if data := from_host.drain(room):
                 self._traffic.rx_bytes += len(data)
                 self._host.received(data)
         self._loop.call_soon(self._move_on)

@@ -19,7 +19,7 @@ from bridges.can.drives.can_line import CanLine
 from bridges.can.drives.can_verbs import can_verbs
 from bridges.can.drives.sdo_dialogue import SdoDialogue
 from bridges.can.frames.can_frame import CanFrame
-from hil.drives.asking import ASKING, PlaceLost
+from hil.drives.drive_errors import ASKING, PlaceLost
 from hil.drives.drive_fields import drive_fields
 from hil.drives.real_drive import DrivePace, RealDrive, SentSetPoint
 
@@ -197,7 +197,7 @@ class CanDrive(RealDrive):
     def take_raw(self, raw: Mapping[str, int], at_ns: int) -> None:
         """Take over the values of its objects, by their names, as they were at a time."""
         assert self.known is not None, "a drive that was not greeted tells nothing"
-        self.take(reading_of(raw, self.known.units, at_ns))
+        self.note_reading(reading_of(raw, self.known.units, at_ns))
 
     def hear_error_control(self, data: bytes) -> None:
         if self.watch.hear(data, self.now_ns()):

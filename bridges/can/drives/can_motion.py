@@ -22,7 +22,7 @@ from bridges.can.canopen.cia402_words import (
 from bridges.can.drives.can_drive import CanDrive
 from bridges.can.drives.can_steps import POLL_S, CanSteps
 from bridges.can.drives.sdo_dialogue import Aborted
-from hil.drives.asking import ASKING, Denied, Stale
+from hil.drives.drive_errors import ASKING, Denied, Stale
 from hil.drives.drive_motion import DriveMotion
 from hil.drives.real_drive import SentSetPoint
 from hil.firmware.set_point_paths import at, length_ns, to_rest

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.master.sdo_transfer import SdoTransfer, TransferAborted, TransferGarbled
-from hil.drives.asking import Denied, Garbled, NoAnswer, PlaceLost, Stale
+from hil.drives.drive_errors import Denied, Garbled, NoAnswer, PlaceLost, Stale
 from hil.drives.drive_link import DriveLink
 
 TRIES = 2

@@ -84,11 +84,11 @@ class ModbusNode:
     ) -> None:
         line_format = self.wire.line_format
         if flight := heard(start_ns, data, baud, self._baud, line_format=line_format):
-            self._receiver.take(flight)
+            self._receiver.feed(flight)
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
         if characters:
-            self._receiver.take(flight_of(tuple(characters)))
+            self._receiver.feed(flight_of(tuple(characters)))
 
     def retract(self, after_ns: SimTimeNs) -> None:
         self._receiver.retract(after_ns)

@@ -41,7 +41,7 @@ class RtuReceiver:
         self._is_long = False
         """True if characters of the frame that ends next were dropped, because it has too many."""
 
-    def take(self, flight: Flight) -> None:
+    def feed(self, flight: Flight) -> None:
         """Take characters that are complete from now on."""
         self._times_ns += flight.times_ns
         self._data += flight.data

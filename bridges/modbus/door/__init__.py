@@ -2,7 +2,7 @@
 
 ``modbus_bridge.py`` opens the door, ``door_options.py`` says how; ``door_units.py`` knows which unit is which
 axis, ``request_handler.py`` carries requests out at the desk, ``motion_ends.py`` awaits the ends of motions,
-``tcp_connections.py`` lets clients in, ``tcp_client.py`` answers one when ``hil.net.turns`` says so,
+``tcp_connections.py`` lets clients in, ``tcp_client.py`` answers one when ``hil.net.fair_share`` says so,
 ``client_role.py`` reads certificates, ``certificate_files.py`` the door's own; ``rtu_server.py`` has a serial
 line. ``cycle_command.py`` says how long a master's cycle takes.
 

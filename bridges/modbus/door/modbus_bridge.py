@@ -15,7 +15,7 @@ from bridges.modbus.registers import layout
 from bridges.modbus.registers.device_identity import device_identity
 from bridges.modbus.registers.exception_codes import EXCEPTIONS
 from hil.net.bridge_listeners import address_shown, open_listeners
-from hil.net.turns import SHARE
+from hil.net.fair_share import SHARE
 from hil.vocab.bridge_protocol import BridgeError, DoorPort
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.ports import Port, PortError

@@ -11,7 +11,7 @@ from bridges.modbus.door.request_handler import Asker, RequestHandler
 from bridges.modbus.protocol.mbap import MbapPacket, MbapSplitter, encode
 from bridges.modbus.protocol.pdu import is_write
 from hil.net.acceptor import abort
-from hil.net.turns import Turns
+from hil.net.fair_share import FairShare
 from hil.net.visitors import Visit
 from hil.vocab.operation import Urgency
 
@@ -25,7 +25,7 @@ class TcpClient(asyncio.Protocol):
     def __init__(
         self,
         handler: RequestHandler,
-        turns: Turns,
+        turns: FairShare,
         visit: Visit,
         known: Callable[[asyncio.Transport], Asker | None],
     ) -> None:

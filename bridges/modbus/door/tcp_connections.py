@@ -12,7 +12,7 @@ from bridges.modbus.door.client_role import NoRole, role_of
 from bridges.modbus.door.door_options import Certificates
 from bridges.modbus.door.request_handler import Asker, RequestHandler
 from bridges.modbus.door.tcp_client import TcpClient
-from hil.net.turns import Turns
+from hil.net.fair_share import FairShare
 from hil.net.visitors import Limit, Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Source
@@ -39,7 +39,7 @@ class TcpConnections:
     def listen(self, listeners: list[socket.socket]) -> None:
         loop = asyncio.get_running_loop()
         self._said = Limit(log.info, loop)
-        self._turns = Turns()
+        self._turns = FairShare()
         self._visitors = Visitors("modbus", CONNECTIONS, loop, self._stay, log.warning)
         for listener in listeners:
             self._visitors.listen(listener)

@@ -10,7 +10,7 @@ from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
 from bridges.modbus.drives.poll_plan import GAP_REGISTERS, Words
 from bridges.modbus.drives.register_drive import RegisterDrive
 from bridges.modbus.protocol.pdu import Span, Table
-from hil.drives.asking import ASKING, IN_TURN, Garbled
+from hil.drives.drive_errors import ASKING, IN_TURN, Garbled
 from hil.drives.drive_link import LOST_AFTER
 from hil.drives.reading import Reading
 from hil.drives.real_drive import FOUND_S
@@ -79,7 +79,7 @@ class DrivePolls:
         if asyncio.get_running_loop().time() >= self._settings_due_s:
             await self._read_settings(session)
         if self._drive.is_in(session):
-            self._drive.take(reading)
+            self._drive.note_reading(reading)
 
     async def _greet(self) -> None:
         """Find the way to read it, and read it."""
@@ -94,7 +94,7 @@ class DrivePolls:
                 continue
             await self._read_settings(None)
             self._drive.begin_session()
-            self._drive.take(reading)
+            self._drive.note_reading(reading)
             return
 
     async def _read(self, session: int | None) -> Reading:

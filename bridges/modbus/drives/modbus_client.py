@@ -15,7 +15,7 @@ from bridges.modbus.drives.control_bits import RegisterWrite
 from bridges.modbus.drives.modbus_drive_address import RtuPlace, TcpPlace
 from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.pdu import Span, Table, exception_words
-from hil.drives.asking import Denied, Garbled, NoAnswer, PlaceLost
+from hil.drives.drive_errors import Denied, Garbled, NoAnswer, PlaceLost
 from hil.net.acceptor import abort
 from hil.net.echo_guard import EchoGuard
 from hil.vocab.ports import EchoStats, Sole

@@ -4,9 +4,9 @@ from bridges.modbus.drives.drive_lines import DriveLines
 from bridges.modbus.drives.drive_polls import DrivePolls
 from bridges.modbus.drives.register_drive import RegisterDrive
 from bridges.modbus.drives.register_motion import RegisterMotion
-from hil.drives.asking import URGENT
 from hil.drives.drive_axis import DriveAxis
 from hil.drives.drive_control import DriveControl
+from hil.drives.drive_errors import URGENT
 from hil.drives.shared_lines import SharedLines
 
 

@@ -14,7 +14,7 @@ from bridges.modbus.drives.modbus_drive_address import ModbusDriveAddress
 from bridges.modbus.drives.poll_plan import PollPlan
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.drive_map import DriveMap
-from hil.drives.asking import IN_TURN, Garbled, NoAnswer, PlaceLost
+from hil.drives.drive_errors import IN_TURN, Garbled, NoAnswer, PlaceLost
 from hil.drives.drive_fields import drive_fields
 from hil.drives.real_drive import DrivePace, RealDrive, SentSetPoint
 from hil.vocab.ports import EchoStats

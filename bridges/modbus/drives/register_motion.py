@@ -5,7 +5,7 @@ from contextlib import suppress
 
 from bridges.modbus.drives.control_bits import value_write
 from bridges.modbus.drives.register_drive import RegisterDrive
-from hil.drives.asking import ASKING, URGENT, NoAnswer
+from hil.drives.drive_errors import ASKING, URGENT, NoAnswer
 from hil.drives.drive_motion import DriveMotion
 from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.vocab.axis import How

@@ -2,7 +2,7 @@
 
 import asyncio
 
-from hil.net.turns import IN_A_PASS, Turns
+from hil.net.fair_share import IN_A_PASS, FairShare
 from hil.vocab.operation import STOP_VERB, Operation, Target, Urgency, urgency_of
 from hil.vocab.verbs import Role, VerbRefused
 
@@ -22,13 +22,13 @@ def test_classes_of_operations() -> None:
 def test_a_stop_waits_for_nobody_and_a_command_for_no_reading() -> None:
     order: list[str] = []
 
-    async def asks(turns: Turns, name: str, urgency: Urgency) -> None:
+    async def asks(turns: FairShare, name: str, urgency: Urgency) -> None:
         await turns.wait(urgency)
         turns.note(None, 0.002)  # more than the burst: all others wait
         order.append(name)
 
     async def main() -> None:
-        turns = Turns()
+        turns = FairShare()
         readings = [asks(turns, f"reading{n}", Urgency.READING) for n in range(3 * IN_A_PASS)]
         tasks = [asyncio.create_task(each) for each in readings]
         await asyncio.sleep(0)
@@ -48,7 +48,7 @@ def test_a_stop_waits_for_nobody_and_a_command_for_no_reading() -> None:
 def test_a_verb_that_a_stop_has_overtaken_is_refused_and_no_other() -> None:
     told: dict[str, str] = {}
 
-    async def moves(turns: Turns, name: str) -> None:
+    async def moves(turns: FairShare, name: str) -> None:
         try:
             await turns.wait(Urgency.COMMAND, name)
             told[name] = "carried out"
@@ -56,7 +56,7 @@ def test_a_verb_that_a_stop_has_overtaken_is_refused_and_no_other() -> None:
             told[name] = f"{refusal.code}: {refusal}"
 
     async def main() -> None:
-        turns = Turns()
+        turns = FairShare()
         while turns.spend():
             pass
         turns.note(None, 0.002)  # more than the burst: whoever comes now waits

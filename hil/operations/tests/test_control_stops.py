@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from hil.net.turns import IN_A_PASS
+from hil.net.fair_share import IN_A_PASS
 from hil.operations.control_socket import ClaimedSocket, ControlServer
 from hil.operations.table import OPERATIONS
 from hil.testing.checks.recording_desk import RecordingDesk

@@ -203,11 +203,11 @@ def test_out_transfers_are_answered_when_their_last_byte_is_taken(wire: Wire) ->
         wire.submit(BULK_OUT, b"de"),
     )
     assert (first, empty, second) == ([], [], [])
-    assert [wire.device.from_host.take(2), first] == [b"ab", []]
-    assert wire.device.from_host.take(1) == b"c"
+    assert [wire.device.from_host.drain(2), first] == [b"ab", []]
+    assert wire.device.from_host.drain(1) == b"c"
     wire.pass_on()
     assert (first, empty, second) == ([(0, bytes(3))], [(0, b"")], [])
-    assert wire.device.from_host.take(100) == b"de"
+    assert wire.device.from_host.drain(100) == b"de"
     wire.pass_on()
     assert second == [(0, bytes(2))]
     assert wire.submit(BULK_OUT, b"") == [(0, b"")]
@@ -245,10 +245,10 @@ def test_an_unlinked_transfer_that_was_half_taken_does_not_spoil_the_next(wire: 
     first = host.submit(BULK_OUT, False, b"abcdef", done)
     host.submit(BULK_OUT, False, b"XYZ", done)
     wire.pass_on()
-    assert wire.device.from_host.take(2) == b"ab"
+    assert wire.device.from_host.drain(2) == b"ab"
     host.unlink(first)
     wire.pass_on()
-    assert wire.device.from_host.take(100) == b"XYZ"
+    assert wire.device.from_host.drain(100) == b"XYZ"
 
 
 def test_who_opens_the_tty_is_seen_and_who_closes_it(wire: Wire) -> None:
@@ -310,7 +310,7 @@ def test_a_break_is_a_0_behind_what_was_sent_before_it_at_an_adapter() -> None:
         wire.pass_on()
         wire.host.write(b"c")
         wire.pass_on()
-        assert wire.device.from_host.take(100) == heard
+        assert wire.device.from_host.drain(100) == heard
         wire.pass_on()
         assert not wire.host.unwritten
 

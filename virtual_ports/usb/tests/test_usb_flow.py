@@ -49,7 +49,7 @@ class Flow(RuleBasedStateMachine):
 
     @rule(size=SIZES)
     def board_takes(self, size: int) -> None:
-        self.taken += self.device.from_host.take(size)
+        self.taken += self.device.from_host.drain(size)
 
     @rule(size=SIZES)
     def program_writes(self, size: int) -> None:
@@ -117,7 +117,7 @@ class Flow(RuleBasedStateMachine):
         self.host.unthrottle()
         for _ in range(3):
             self.settle()
-            self.taken += self.device.from_host.take(1 << 30)
+            self.taken += self.device.from_host.drain(1 << 30)
         self.settle()
         assert self.host.received == self.sent
         assert all(len(statuses) == 1 for _, statuses in self.writes)
@@ -146,6 +146,6 @@ def test_what_is_left_of_an_unlinked_transfer_is_lost() -> None:
     endpoint = device.from_host
     for seqnum, data in ((1, b"aaaa"), (2, b"bb")):
         endpoint.submit(Submit(seqnum, 2, False, 0, len(data), b"", data))
-    assert endpoint.take(3) == b"aaa"
+    assert endpoint.drain(3) == b"aaa"
     assert endpoint.unlink(1)
-    assert endpoint.take(3) == b"bb"
+    assert endpoint.drain(3) == b"bb"

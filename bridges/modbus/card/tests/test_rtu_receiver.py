@@ -48,7 +48,7 @@ class Ear:
         self.clock.run(start_ns)
         flight = heard(start_ns, data, BAUD, BAUD, line_format=FORM)  # type: ignore[arg-type]
         assert flight
-        self.receiver.take(flight)
+        self.receiver.feed(flight)
 
 
 PIECES = st.sampled_from(
@@ -103,7 +103,7 @@ def test_a_whole_frame_with_something_behind_it_that_was_taken_back() -> None:
     ear.burst(end_ns + GAP_NS, b"\1\2")
     ear.clock.run(end_ns + GAP_NS + 10)
     ear.receiver.retract(ear.clock.now_ns)
-    ear.receiver.take(Flight((end_ns + GAP_NS + ONE_NS,), b"\x55"))
+    ear.receiver.feed(Flight((end_ns + GAP_NS + ONE_NS,), b"\x55"))
     ear.clock.run(10**9)
     assert ear.got == []
 
@@ -111,7 +111,7 @@ def test_a_whole_frame_with_something_behind_it_that_was_taken_back() -> None:
 def test_a_character_with_an_error_spoils_its_frame_alone() -> None:
     ear, raw = Ear(), encode(1, 17)
     times_ns = tuple((at + 1) * ONE_NS for at in range(len(raw)))
-    ear.receiver.take(Flight(times_ns, raw, spoiled=frozenset({times_ns[1]})))
+    ear.receiver.feed(Flight(times_ns, raw, spoiled=frozenset({times_ns[1]})))
     ear.burst(10**9, raw)
     ear.clock.run(2 * 10**9)
     assert [each[1] for each in ear.got] == [10**9]
@@ -122,6 +122,6 @@ def test_frames_announced_together_end_one_after_the_other() -> None:
     later_ns = len(raw) * ONE_NS + SILENCE_NS
     times_ns = [(at + 1) * ONE_NS for at in range(len(raw))]
     times_ns += [later_ns + at_ns for at_ns in times_ns]
-    ear.receiver.take(Flight(tuple(times_ns), raw * 2))
+    ear.receiver.feed(Flight(tuple(times_ns), raw * 2))
     ear.clock.run(10**9)
     assert [each[:2] for each in ear.got] == [(later_ns, 0), (2 * later_ns, later_ns)]

@@ -7,13 +7,13 @@ import pytest
 from served_door import READ, Door, packet, with_door
 from simulated_loop import Simulated
 
-from hil.net.turns import BURST_S, IN_A_PASS, SHARE, Turns
+from hil.net.fair_share import BURST_S, IN_A_PASS, SHARE, FairShare
 
 
 class Asking:
     """Client that has so many requests. ``log``: who was answered, in turn; a point for each pass."""
 
-    def __init__(self, turns: Turns, name: str, requests: int, log: list[str], took_s: float = 0) -> None:
+    def __init__(self, turns: FairShare, name: str, requests: int, log: list[str], took_s: float = 0) -> None:
         self._turns, self._name, self._requests, self._log = turns, name, requests, log
         self._took_s = took_s
 
@@ -28,22 +28,22 @@ class Asking:
             self._turns.queue(self)
 
 
-def in_simulated_time(use: Callable[[Turns, list[str]], Awaitable[None]]) -> str:
+def in_simulated_time(use: Callable[[FairShare, list[str]], Awaitable[None]]) -> str:
     log: list[str] = []
 
     async def main() -> None:
-        await use(Turns(), log)
+        await use(FairShare(), log)
 
     with asyncio.Runner(loop_factory=Simulated) as runner:
         runner.run(main())
     return "".join(log)
 
 
-def on_loop(use: Callable[[Turns, list[str]], Awaitable[None]]) -> str:
+def on_loop(use: Callable[[FairShare, list[str]], Awaitable[None]]) -> str:
     log: list[str] = []
 
     async def main() -> None:
-        await use(Turns(), log)
+        await use(FairShare(), log)
 
     asyncio.run(main())
     return "".join(log)
@@ -56,7 +56,7 @@ async def passes(count: int, log: list[str]) -> None:
 
 
 def test_a_pass_has_so_many_turns() -> None:
-    async def use(turns: Turns, log: list[str]) -> None:
+    async def use(turns: FairShare, log: list[str]) -> None:
         for _ in range(3):
             log += ["x" for _ in range(IN_A_PASS + 3) if turns.spend()]
             await passes(2, log)
@@ -65,7 +65,7 @@ def test_a_pass_has_so_many_turns() -> None:
 
 
 def test_who_has_many_requests_has_the_turns_of_one() -> None:
-    async def use(turns: Turns, log: list[str]) -> None:
+    async def use(turns: FairShare, log: list[str]) -> None:
         for name, requests in (("a", 100), ("b", 3), ("c", 3), ("d", 3), ("e", 3)):
             Asking(turns, name, requests, log).has_turn(IN_A_PASS)
         await passes(40, log)
@@ -76,7 +76,7 @@ def test_who_has_many_requests_has_the_turns_of_one() -> None:
 
 
 def test_with_nobody_waiting_nothing_is_due() -> None:
-    async def use(turns: Turns, log: list[str]) -> None:
+    async def use(turns: FairShare, log: list[str]) -> None:
         assert turns.spend()
         await passes(3, log)
         assert not asyncio.get_running_loop()._ready  # type: ignore[attr-defined]
@@ -99,7 +99,7 @@ def test_others_on_the_loop_go_on_while_a_client_asks_for_much() -> None:
 
 
 def test_several_clients_have_their_share_of_the_time_and_no_more() -> None:
-    async def use(turns: Turns, log: list[str]) -> None:
+    async def use(turns: FairShare, log: list[str]) -> None:
         for name in "abcd":
             Asking(turns, name, 10_000, log, took_s=50e-6).has_turn(1)
         await asyncio.sleep(1)
@@ -109,7 +109,7 @@ def test_several_clients_have_their_share_of_the_time_and_no_more() -> None:
 
 
 def test_one_client_alone_has_all_that_it_asks_for() -> None:
-    async def use(turns: Turns, log: list[str]) -> None:
+    async def use(turns: FairShare, log: list[str]) -> None:
         Asking(turns, "a", 10_000, log, took_s=50e-6).has_turn(1)
         await passes(10_000 // IN_A_PASS + 10, log)
 

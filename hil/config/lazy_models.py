@@ -8,7 +8,7 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_plain_validator_function
 
 
-class Later:
+class LazyModel:
     """Metadata of an annotation whose model ``load`` imports: errors, their places and what the JSON Schema
     takes are as if the model stood there."""
 

@@ -24,7 +24,7 @@ class Waiting(Protocol):
         """Answer some requests, and queue again if more of them wait."""
 
 
-class Turns:
+class FairShare:
     """Turns on the running loop: so many in each pass, then those who wait, one after the other."""
 
     def __init__(self) -> None:
@@ -120,7 +120,7 @@ class Turns:
 class _Sleeper:
     """Client that waits for a turn. ``waiting``: done when it has one."""
 
-    def __init__(self, turns: Turns, waiting: "asyncio.Future[None]", moves: str) -> None:
+    def __init__(self, turns: FairShare, waiting: "asyncio.Future[None]", moves: str) -> None:
         self._turns, self.waiting, self.moves = turns, waiting, moves
         self.is_overtaken = False
 
