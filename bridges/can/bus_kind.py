@@ -95,7 +95,14 @@ def _tap_face(runtime: "BenchRuntime", tap: "ClientTap") -> "TapFace":
     return CanTapFace(runtime, tap)
 
 
+def _reference() -> str:
+    from bridges.can.canopen.cia402.object_rows import reference
+
+    return reference()
+
+
 BUS = BusKind(
+    reference=_reference,
     wires=WireKind(
         key="can",
         about="CAN buses, each under a name of its own. Devices on one bus share one simulated time.",

@@ -9,5 +9,5 @@ the pages, ``web_client.py`` is one page's WebSocket: ``web_messages.py`` reads 
 ``streams.py`` and its neighbours what it watches, ``exports.py`` captures that go out, ``web_terminals.py``
 its terminals.
 
-May import: bridges.can, hil.net, hil.vocab, hil.wire, the standard library, any package.
+May import: hil.net, hil.vocab, hil.wire, the standard library, any package.
 """

@@ -3,8 +3,9 @@
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bridges.web.streams import PassingItems
 from hil.vocab.desk_protocol import Desk, Source, Watched
@@ -13,9 +14,6 @@ from hil.vocab.segment import SegmentEvent, SegmentView
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
-
-if TYPE_CHECKING:
-    from bridges.can.bus.bus_events import BusEvent
 
 KEPT_EVENTS, KEPT_BYTES = 10_000, 2 << 20
 """Maximum of what is kept of a segment for captures: so many events, and bytes of them."""
@@ -176,16 +174,15 @@ class RecordedItems(PassingItems, ABC):
     def capture(self, program: str) -> "Captured":
         """Items of the wire that have passed, for a capture."""
         head = header(program, [self._interface()])
-        return Captured(head, self._recorded, self._record.since(self._since), self._clock.wall_ns(0))
+        return Captured(head, self._recorder(), self._record.since(self._since), self._clock.wall_ns(0))
 
     @abstractmethod
     def _interface(self) -> Interface:
         """Name the wire for a capture."""
 
-    @staticmethod
     @abstractmethod
-    def _recorded(event: Any, epoch_ns: int) -> bytes:
-        """Encode an event for a capture. ``epoch_ns``: when simulated time began."""
+    def _recorder(self) -> Callable[[Any, int], bytes]:
+        """Encoder of an event for a capture; it is told when simulated time began."""
 
 
 class Captured:
@@ -234,48 +231,39 @@ class LinePackets(RecordedItems):
     def _interface(self) -> Interface:
         return Interface(self._name, self._line.framing.name, self._line.baud, self._line.line_format)
 
-    @staticmethod
-    def _recorded(event: SegmentEvent, epoch_ns: int) -> bytes:
-        kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
-        return record(0, epoch_ns + event.at_ns, kind, event.data, event.about)
+    def _recorder(self) -> Callable[[SegmentEvent, int], bytes]:
+        return _packet_record
+
+
+def _packet_record(event: SegmentEvent, epoch_ns: int) -> bytes:
+    kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
+    return record(0, epoch_ns + event.at_ns, kind, event.data, event.about)
 
 
 class BusFrames(RecordedItems):
     """Frames, errors and nodes' states on a CAN bus."""
 
     def __init__(self, desk: Desk, source: Source, number: int, bus: str, records: Records) -> None:
-        from bridges.can.canopen.words.canopen_words import CanOpenWords  # few benches have a bus
-
-        self._words, self._name = CanOpenWords({}, {}), bus
+        here = desk.describe()
+        if bus in here.segments:
+            raise VerbRefused("no_place", f"{bus} is a segment, and no CAN bus")
+        self._frames, self._name = here.buses.get(bus), bus
+        words = self._frames.words() if self._frames else dict  # the desk refuses a bus that is not there
         place = Watched.FRAMES, bus
-        super().__init__(desk, source, number, place, self._said, lambda event: _EVENT_BYTES, records)
-
-    def _said(self, event: "BusEvent") -> Sequence[dict[str, Any]]:
-        frame = event.frame
-        meaning = self._words.say(frame) if frame else ""
-        return [
-            {
-                "at_s": event.start_ns / 1e9,
-                "from": event.node,
-                "frame": str(frame) if frame else None,
-                "id": frame.id if frame else None,
-                "hex": frame.data.hex() if frame else "",
-                "text": meaning or event.error or event.state,
-                "error": event.error or None,
-                "state": event.state or None,
-                "duration_s": (event.at_ns - event.start_ns) / 1e9,
-            }
-        ]
+        super().__init__(
+            desk, source, number, place, lambda event: (words(event),), lambda event: _EVENT_BYTES, records
+        )
 
     def _interface(self) -> Interface:
         return Interface(self._name, is_can=True)
 
-    @staticmethod
-    def _recorded(event: "BusEvent", epoch_ns: int) -> bytes:
-        from bridges.can.frames.socketcan import pack_error, pack_frame
+    def _recorder(self) -> Callable[[Any, int], bytes]:
+        assert self._frames
+        return partial(_frame_record, self._frames.packed)
 
-        packed = pack_frame(event.frame) if event.frame else pack_error(event.error or event.state)
-        return can_record(0, epoch_ns + event.at_ns, packed, event.node)
+
+def _frame_record(pack: Callable[[Any], bytes], event: Any, epoch_ns: int) -> bytes:
+    return can_record(0, epoch_ns + event.at_ns, pack(event), event.node)
 
 
 class PortBytes(PassingItems):

@@ -5,9 +5,9 @@ where bytes enter and leave (``places.py``, ``port_link.py``), and what needs th
 operating system while the boards run: memories (``store.py``), captures, ``runs``, real ``drives``, the guard
 over firmware, the core's thread. ``live_bench.py`` composes it.
 
-May import: bridges.can, hil.compose, hil.config,
+May import: hil.compose, hil.config,
 hil.core, hil.drives, hil.firmware, hil.host, hil.net, hil.runs, hil.sim, hil.telemetry, hil.vocab, hil.wire,
 the standard library, can, pymodbus.
 
-Tests may import too: hil.daemon, hil.testing.
+Tests may import too: bridges.can.frames, hil.daemon, hil.testing.
 """

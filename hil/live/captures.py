@@ -2,17 +2,14 @@
 
 import asyncio
 import time
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from hil import __version__
 from hil.live.clock import WallClock
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
-from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
-
-if TYPE_CHECKING:
-    from bridges.can.bus.bus_events import BusEvent
+from hil.wire.pcapng import CAN_LOST, Interface, RecordKind, can_record, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""
@@ -56,14 +53,12 @@ class Capture:
         kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
         self.put(source, kind, event.data, event.about, event.at_ns)
 
-    def carried(self, source: int, event: "BusEvent") -> None:
-        """Record what a CAN bus has carried: a frame, an error, or a node's new state; by whom."""
-        from bridges.can.frames.socketcan import pack_error, pack_frame  # most benches have no bus
-
+    def carried(self, source: int, pack: Callable[[Any], bytes], event: Any) -> None:
+        """Record what a bus has carried: a frame, an error, or a node's new state; by whom. ``pack``: as a
+        ``FrameKind`` has it."""
         time_ns = self._epoch_ns + event.at_ns
         if writer := self._writer_now(source, time_ns):
-            packed = pack_frame(event.frame) if event.frame else pack_error(event.error or event.state)
-            writer.write(can_record(source, time_ns, packed, event.node))
+            writer.write(can_record(source, time_ns, pack(event), event.node))
 
     def _writer_now(self, source: int, time_ns: int) -> asyncio.StreamWriter | None:
         """Writer that has room, told what it has lost; None if what happens now is not for it."""
@@ -82,7 +77,5 @@ class Capture:
         """Record of what was lost: of all sources, at the first that has something again."""
         why = f"the reader was too slow: {self._lost} lost"
         if self.sources[source].is_can:
-            from bridges.can.frames.socketcan import pack_error
-
-            return can_record(source, time_ns, pack_error("frames lost"), why, self._lost)
+            return can_record(source, time_ns, CAN_LOST, why, self._lost)
         return record(source, time_ns, RecordKind.LOST, comment=why, lost=self._lost)

@@ -88,7 +88,7 @@ def make_desk(
         "reload": bench.reload,
         "stop": bench.stop,
     }
-    buses = [name for name, wire in sim.wires.items() if wire.interface(name).is_can]
+    buses = {name: wire.frames for name, wire in sim.wires.items() if wire.frames}
     bench_name, infos = configured.config.bench, DeviceInfos(known)
     description = Description(bench_name, clock, infos, sim.segments, places, OPERATIONS, buses)
     return Desk(description, known, looks, answerers)

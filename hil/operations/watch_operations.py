@@ -126,8 +126,9 @@ class WatchOperations:
     def _captured(self, capture: Capture, index: int, name: str) -> Callable[[], None]:
         """Let a capture record what passes at a place; answers a function that ends it."""
         if wire := self._sim.wires.get(name):
-            call = capture.carried if capture.sources[index].is_can else capture.heard
-            return _listening(wire.watchers, partial(call, index))
+            if wire.frames:
+                return _listening(wire.watchers, partial(capture.carried, index, wire.frames.packed))
+            return _listening(wire.watchers, partial(capture.heard, index))
         if card := self._cards().get(name):
             return _listening(card.watchers, partial(capture.passed_at, index))
         return _listening(self._places[name].listeners, partial(capture.passed, index))

@@ -185,3 +185,5 @@ class BusKind:
     maps: MapKind | None = None
     sections: tuple[tuple[str, str], ...] = ()
     """Sections of the reference: a heading or a sentence, and the model whose keys follow."""
+    reference: Callable[[], str] | None = None
+    """Writes more of the reference, which stands at its end, Markdown."""

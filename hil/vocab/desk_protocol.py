@@ -12,6 +12,7 @@ from hil.vocab.dialogue import TextReader
 from hil.vocab.operation import Operation
 from hil.vocab.segment import SegmentView
 from hil.vocab.verbs import Role, Verb
+from hil.vocab.wire import FrameKind
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class Watched(Enum):
     SAMPLES = "an axis at exact multiples of an interval: its fields in the binary layout, ``bytes``"
     PACKETS = "what was on a segment: a ``SegmentEvent``"
     BYTES = 'what passes at a port: whom it is for, "board" or "client", and the bytes'
-    FRAMES = "what was on a CAN bus: a ``BusEvent`` of ``bridges.can.bus.bus_events``"
+    FRAMES = "what was on a CAN bus: an event of its ``FrameKind``"
     RUNS = "runs whose progress changes: the progress, a mapping"
 
 
@@ -134,7 +135,7 @@ class BenchClock(Protocol):
 @dataclass(frozen=True)
 class Description:
     """Description of a bench. ``devices``: by address, each device and each further axis of one;
-    ``segments``: by name, to be looked at alone. ``buses``: names of the CAN buses;
+    ``segments``: by name, to be looked at alone. ``buses``: frames of the CAN buses by name;
     ``ports``: addresses at which bytes pass. Devices and ports are current whenever they are looked at."""
 
     bench: str
@@ -143,7 +144,7 @@ class Description:
     segments: Mapping[str, SegmentView]
     ports: Collection[str]
     operations: Mapping[str, Operation]
-    buses: Collection[str] = ()
+    buses: Mapping[str, FrameKind] = field(default_factory=dict)
 
 
 class Desk(Protocol):

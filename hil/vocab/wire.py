@@ -27,6 +27,17 @@ class WireTap(NamedTuple):
         return {"tap": self.label, "address": self.address, "clients": self.clients}
 
 
+@dataclass(frozen=True)
+class FrameKind:
+    """Frames of a bus. An event, which its watchers hear, has ``at_ns``, and ``node``, by whom it is. Both
+    functions import what they need when they are called: few benches have a bus."""
+
+    packed: Callable[[Any], bytes]
+    """Packs an event for a capture, as Linux has frames of CAN on a socket."""
+    words: Callable[[], Callable[[Any], Mapping[str, Any]]]
+    """Makes what describes events for the page, in their order."""
+
+
 class Wire(Protocol):
     """Wire with stations, each under its name. Its bus says how a station joins it, and how it sends.
 
@@ -38,6 +49,10 @@ class Wire(Protocol):
     name: str
     watchers: list[Callable[[Any], None]]
     """Called with what has been on the wire to its end, in order, at that time of the wire's group."""
+
+    @property
+    def frames(self) -> FrameKind | None:
+        """Frames on it; None: bytes, and watchers hear each ``SegmentEvent``."""
 
     # ---- what it tells ----
 

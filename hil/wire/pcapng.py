@@ -41,6 +41,10 @@ class RecordKind(IntEnum):
     OVERFLOW = 10
 
 
+CAN_LOST = bytes.fromhex("20000004 08000000 00010000 00000000")
+"""Frame of a CAN bus that says that frames were lost: a controller's problem, its receive buffer is full.
+
+Source: linux/can/error.h, CAN_ERR_CRTL and CAN_ERR_CRTL_RX_OVERFLOW."""
 EVENT_NAMES = {event.value: event.name.lower().replace("_", " ") for event in RecordKind}
 
 
@@ -92,7 +96,7 @@ def record(
 
 
 def can_record(interface: int, at_ns: int, packed: bytes, comment: str = "", lost: int = 0) -> bytes:
-    """Encode a frame of a CAN bus, packed by ``bridges.can.frames.socketcan``, or nothing, with a comment.
+    """Encode a frame of a CAN bus, packed as Linux has it on a socket, or nothing, with a comment.
     ``at_ns``: nanoseconds since 1970. ``lost``: number of records that were lost before it."""
     return _packet(interface, at_ns, packed, comment, lost)
 
@@ -111,7 +115,7 @@ def _packet(
 @dataclass(frozen=True)
 class Record:
     """One event as read back; ``offset`` is where its block begins in the file. Of a CAN bus ``event`` is 0
-    and ``data`` a frame as ``bridges.can.frames.socketcan`` packs it."""
+    and ``data`` a frame as Linux has it on a socket."""
 
     line: Interface
     at_ns: int

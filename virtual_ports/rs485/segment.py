@@ -50,6 +50,7 @@ class Segment:
     """
 
     kind = "segments"
+    frames = None
 
     def __init__(
         self, clock: Clock, framing: Framing, line_format: LineFormat = EIGHT_N_1, name: str = ""

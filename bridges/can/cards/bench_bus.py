@@ -6,6 +6,7 @@ from typing import Any
 from bridges.can.bus.bus_events import BusEvent
 from bridges.can.bus.can_bus import CanBus
 from bridges.can.bus.can_faults import CanFaults
+from bridges.can.cards.bus_frames import FRAMES
 from bridges.can.cards.channel_node import MOST_NODES, ChannelNode
 from hil.sim.client_tap import ClientTap
 from hil.vocab.address import owner_of
@@ -23,7 +24,7 @@ class BenchBus:
     """Bus under its name, and what can go wrong on it; without nodes at first. ``clock`` is the time in which
     things happen on it."""
 
-    kind = "can"
+    kind, frames = "can", FRAMES
 
     def __init__(self, name: str, clock: Clock, bit_rate: int) -> None:
         self.name = name

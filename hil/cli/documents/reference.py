@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import typer
 
-from bridges.can.canopen.cia402.object_rows import error_rows, homing_rows, mode_rows, object_rows
 from bridges.modbus.maps.drive_map_text import drive_map_of
 from bridges.modbus.registers.map_rows import formatted, map_rows
 from bridges.modbus.registers.units import unit_of
@@ -50,7 +49,7 @@ def reference(app: typer.Typer) -> str:
         _faults(),
         _fields(),
         _register_maps(),
-        _drive_objects(),
+        *(bus.reference() for bus in find_catalogue().buses if bus.reference),
     ]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
@@ -213,22 +212,4 @@ def _register_maps() -> str:
             own_map = drive_map_of(profile.map) if profile.map else None
             rows = formatted(map_rows(unit_of(replace(info, own_map=own_map)).map), "markdown")
             parts.append("\n".join([f"### Registers of `{name}`\n", *rows, ""]))
-    return "\n".join(parts)
-
-
-def _drive_objects() -> str:
-    parts = [
-        "## Objects of CANopen drives\n",
-        "Of CiA 402, from the table that the data sheets are made of; objects below 2000h are those of"
-        " CiA 301. What the units are and what the standard leaves open is in"
-        " [decision 0029](decisions/0029-drives-of-cia-402.md).\n",
-        *object_rows(),
-        "\n### Modes of operation\n",
-        *mode_rows(),
-        "\n### Homing methods\n",
-        *homing_rows(),
-        "\n### Error codes of drives\n",
-        "In 603Fh and in EMCY; a board's own faults have codes of CiA 402.\n",
-        *error_rows(),
-    ]
     return "\n".join(parts)

@@ -72,3 +72,22 @@ def _limits(entry: Entry) -> str:
         return ""
     low = "" if entry.low is None else str(entry.low)
     return f"{low} to {entry.high}" if entry.high is not None else f"from {low}"
+
+
+def reference() -> str:
+    """Section of the reference on objects of drives, Markdown."""
+    parts = [
+        "## Objects of CANopen drives\n",
+        "Of CiA 402, from the table that the data sheets are made of; objects below 2000h are those of"
+        " CiA 301. What the units are and what the standard leaves open is in"
+        " [decision 0029](decisions/0029-drives-of-cia-402.md).\n",
+        *object_rows(),
+        "\n### Modes of operation\n",
+        *mode_rows(),
+        "\n### Homing methods\n",
+        *homing_rows(),
+        "\n### Error codes of drives\n",
+        "In 603Fh and in EMCY; a board's own faults have codes of CiA 402.\n",
+        *error_rows(),
+    ]
+    return "\n".join(parts)
