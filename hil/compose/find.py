@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
-from hil.compose.buses import find_buses, find_wire_infos
 from hil.compose.framings import Framings
-from hil.compose.kinds_of_doors import Kinds
 from hil.compose.profile_infos import ProfileInfos
 from hil.config import Catalogue, DeviceConfig, PortConfig
 from hil.config.port_model import SERIAL
 from hil.core import Core
 from hil.discovery.board_loading import Boards
 from hil.discovery.board_places import find_places
+from hil.discovery.buses import find_buses, find_wire_infos
 from hil.discovery.installed import BRIDGES, PORTS
+from hil.discovery.named_kinds import Kinds
 from hil.host.regular_file import read_text
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.profile import Profile

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from hil.compose.buses import find_buses
 from hil.config import Catalogue, ConfigError
+from hil.discovery.buses import find_buses
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
 from hil.vocab.profile import Profile

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
-from hil.config.catalogue import Catalogue, ProfileInfo, Unusable
+from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_ports import PortsCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, shown, suggestion
 from hil.vocab.address import DeviceParts
+from hil.vocab.problem import Unusable
 
 if TYPE_CHECKING:  # many benches have no bridge: the protocol is imported for one
     from hil.vocab.bridge_protocol import OptionProblem

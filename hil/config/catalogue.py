@@ -20,7 +20,7 @@ from hil.vocab.bus import BusKind, DriveKind, MapKind, NodeKind, WireKind
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
 from hil.vocab.parameters import plain
-from hil.vocab.problem import ConfigError, Problem
+from hil.vocab.problem import ConfigError, Problem, Unusable
 from hil.vocab.profile import Profile
 from hil.vocab.wire import WireInfo
 
@@ -163,14 +163,6 @@ class ProfileInfo(StrictModel):
         time, or there is no such interface."""
         numbers = self.uarts.get(uart or self.first_uart)
         return numbers.baud if numbers else None
-
-
-class Unusable(Exception):
-    """Error of a kind of port or bridge that exists and cannot be used: ``str(error)`` says why."""
-
-    def __init__(self, why: str, remedy: str) -> None:
-        super().__init__(why)
-        self.remedy = remedy
 
 
 def usable(kinds: Mapping[str, type[BaseModel]]) -> dict[str, type[BaseModel]]:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
-from hil.config.catalogue import Unusable
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
 from hil.config.port_model import PortConfig
 from hil.vocab.address import CONTROL_SOCKET
 from hil.vocab.near_words import did_you_mean
+from hil.vocab.problem import Unusable
 
 if TYPE_CHECKING:
     from hil.vocab.bridge_protocol import DoorPort

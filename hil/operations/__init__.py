@@ -15,5 +15,5 @@ hil.live.refusals, hil.live.runs, hil.live.vitals, hil.live.watches, hil.net, hi
 hil.sim.card, hil.sim.channels, hil.sim.input_check, hil.sim.input_reading, hil.sim.inputs,
 hil.sim.segment_tap, hil.toolpath, hil.vocab, hil.wire, the standard library.
 
-Tests may import too: hil.client, hil.compose, hil.daemon, hil.testing.
+Tests may import too: hil.client, hil.compose, hil.daemon, hil.discovery.buses, hil.testing.
 """

@@ -13,11 +13,11 @@ from hil.cli.captures.decoded_item import KEYS
 from hil.cli.documents.command_tree import HELP, commands
 from hil.cli.documents.surroundings import ENVIRONMENT, FILES, READY
 from hil.cli.framework.exit_codes import EXIT_CODES
-from hil.compose.buses import find_wire_infos
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.core import KINDS as KINDS_OF_AXIS
+from hil.discovery.buses import find_wire_infos
 from hil.gcode.gcode_reference import gcode_reference
 from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import problem_kinds

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
-from hil.compose.buses import find_wire_infos
+from hil.discovery.buses import find_wire_infos
 from hil.live.places import Places
 from hil.operations.health import problem_kinds
 from hil.operations.metrics import metric_rows

@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 from functools import cache
 
-from hil.compose.kinds_of_doors import Kinds
-from hil.config.catalogue import Unusable
 from hil.discovery.installed import BUSES, PORTS
+from hil.discovery.named_kinds import Kinds
 from hil.vocab.bus import BusKind
-from hil.vocab.problem import Problem
+from hil.vocab.problem import Problem, Unusable
 from hil.vocab.wire import WireInfo
 
 

@@ -10,13 +10,11 @@ from traceback import extract_tb
 from types import ModuleType
 from typing import Any
 
-from pydantic import BaseModel
-
-from hil.config.catalogue import Unusable
 from hil.discovery.installed import installed, told
+from hil.vocab.problem import Unusable
 
 
-class Kinds(Mapping[str, type[BaseModel]]):
+class Kinds(Mapping[str, type[Any]]):
     """Options models by kind; a kind's module is imported only when it is asked for.
 
     ``package`` has a folder for each kind of hil's own; ``group`` is that of entry points for others; each
@@ -28,7 +26,7 @@ class Kinds(Mapping[str, type[BaseModel]]):
     """
 
     def __init__(
-        self, package: str, group: str, module: str, extra: Mapping[str, type[BaseModel]] | None = None
+        self, package: str, group: str, module: str, extra: Mapping[str, type[Any]] | None = None
     ) -> None:
         self._module, self._extra = module, extra or {}
         self._packages = {
@@ -38,10 +36,10 @@ class Kinds(Mapping[str, type[BaseModel]]):
             self._packages.setdefault(name, []).extend((point.value, told(point)) for point in points)
         self._names = [*self._extra, *(name for name in self._packages if name not in self._extra)]
 
-    def __getitem__(self, kind: str) -> type[BaseModel]:
+    def __getitem__(self, kind: str) -> type[Any]:
         if kind in self._extra:
             return self._extra[kind]
-        options: type[BaseModel] = self.attribute(kind, "Options")
+        options: type[Any] = self.attribute(kind, "Options")
         return options
 
     def __contains__(self, kind: object) -> bool:
