@@ -5,6 +5,6 @@ it goes, ``capture_files.py`` and ``capture_input.py`` write and read files, ``b
 python-can. ``decoding.py`` puts packets and frames into words, ``decoded_item.py`` has one of them and its
 keys, ``time_order.py`` and ``counted_blocks.py`` order and count them.
 
-May import: bridges.can, hil.cli.framework, hil.compose, hil.host, hil.net,
+May import: bridges.can.canopen.words, bridges.can.frames, hil.cli.framework, hil.compose, hil.host, hil.net,
 hil.vocab, hil.wire, the standard library, can, typer.
 """
