@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from bridges.zenoh.keys import VERSION
+from bridges.zenoh.keys import JSON_VERSION
 from hil.vocab.desk_protocol import BenchClock, Source
 from hil.vocab.verbs import Role, VerbRefused
 from hil.wire.json_text import JsonError, read_json
@@ -49,4 +49,4 @@ def read_text(payload: bytes | None) -> str:
 def dumped(content: Mapping[str, Any], clock: BenchClock) -> bytes:
     """Encode what is published or answered, with the times."""
     sim_ns, wall_ns = clock.times_ns()
-    return json.dumps({"v": VERSION, "sim_ns": sim_ns, "wall_ns": wall_ns} | dict(content)).encode()
+    return json.dumps({"v": JSON_VERSION, "sim_ns": sim_ns, "wall_ns": wall_ns} | dict(content)).encode()

@@ -13,7 +13,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 import zenoh
 
-from bridges.zenoh.keys import COMMAND, KEYS, VERSION
+from bridges.zenoh.keys import COMMAND, JSON_VERSION, KEYS
 from bridges.zenoh.publications import encoding
 from bridges.zenoh.sender import Sender
 from hil.vocab.operation import Urgency
@@ -180,7 +180,7 @@ class Inbox:
             self._end(urgency, request.query)
             return
         self.refused += 1
-        content = {"v": VERSION, "key": request.key, "code": "busy"}
+        content = {"v": JSON_VERSION, "key": request.key, "code": "busy"}
         text = json.dumps(content | {"error": "too many requests wait here already; ask again later"})
         sender.reply(request.query, None, text.encode(), _REFUSED)
         sender.end(request.query)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from hil.vocab.verbs import Role
 
-VERSION = 1
+JSON_VERSION = 1
 """Version of all JSON here: it stands in ``v`` and in the encoding's schema."""
 JSON, PACKED, BYTES = "JSON", "binary", "bytes"
 

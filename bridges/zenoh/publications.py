@@ -14,7 +14,7 @@ from typing import Any
 import zenoh
 
 from bridges.zenoh.documents import OURS, dumped
-from bridges.zenoh.keys import BYTES, KEYS, PACKED, SCHEMAS, VERSION, prefix
+from bridges.zenoh.keys import BYTES, JSON_VERSION, KEYS, PACKED, SCHEMAS, prefix
 from bridges.zenoh.options import Options
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import AxisField, Desk, DeviceInfo, Watch, Watched
@@ -23,7 +23,7 @@ from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
 
-LOOK_S = 0.5
+IDLE_LOOK_S = 0.5
 """Interval of looks whether somebody listens."""
 SLOW_S = 1.0
 """Interval of clock, health and stats."""
@@ -77,7 +77,9 @@ class StateText:
         ordered = sorted(fields, key=lambda field: field.offset)
         self._names = [field.name for field in ordered]
         self._unpack = struct_of((field.type, field.offset) for field in ordered).unpack_from
-        self._format = f'{{"v":{VERSION},"wall_ns":%d,' + ",".join(f'"{n}":%r' for n in self._names) + "}"
+        self._format = (
+            f'{{"v":{JSON_VERSION},"wall_ns":%d,' + ",".join(f'"{n}":%r' for n in self._names) + "}"
+        )
 
     def of(self, packed: bytes, wall_ns: int) -> bytes:
         """Encode one sample."""
@@ -86,7 +88,7 @@ class StateText:
         if "nan" in text or "inf" in text:
             named = zip(self._names, values, strict=True)
             finite = {n: v if abs(v) < float("inf") else None for n, v in named}  # a NaN is not less either
-            text = json.dumps({"v": VERSION, "wall_ns": wall_ns} | finite)
+            text = json.dumps({"v": JSON_VERSION, "wall_ns": wall_ns} | finite)
         return text.encode()
 
 
@@ -299,14 +301,14 @@ class Publications:
         while True:
             for each in self._demand:
                 each.look()
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(IDLE_LOOK_S)
 
     async def _pump(self, streams: Mapping[str, _Told], interval_s: float) -> None:
         while True:
             on = [stream for stream in streams.values() if stream.is_on]
             for stream in on:
                 stream.flush()
-            await asyncio.sleep(max(interval_s, SHORTEST_S, len(on) / TAKES_PER_S) if on else LOOK_S)
+            await asyncio.sleep(max(interval_s, SHORTEST_S, len(on) / TAKES_PER_S) if on else IDLE_LOOK_S)
 
     async def _tell_slowly(self) -> None:
         while True:

@@ -18,7 +18,7 @@ from device_profiles.sac.terminal import Steps, Terminal
 from hil.vocab.firmware import MAIN, NETWORK, Board, ByteAvailable, CoreEvent, Delay, Main, Request
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 
-VERSION = "1.0"
+FIRMWARE_VERSION = "1.0"
 COLD_START_NS = 1000 * NS_PER_MS
 """Time from the version to the first prompt; a byte in it restores the factory's settings (manual,
 bail-out)."""
@@ -98,7 +98,7 @@ class Sac:
         """Wait for the cold start's second; answers whether a byte or RST wants the factory's settings. Bytes
         from the network in that second are lost."""
         wants_it = False
-        self._terminal.println([f"SAC {VERSION}"])
+        self._terminal.println([f"SAC {FIRMWARE_VERSION}"])
         end_ns = self._now() + COLD_START_NS
         while (left_ns := end_ns - self._now()) > 0:
             if (yield ByteAvailable(left_ns)):

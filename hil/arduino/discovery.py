@@ -16,7 +16,7 @@ from hil.net.benches_here import find_in
 from hil.net.control_client import ControlError, ask, listener
 from hil.vocab.port_programs import port_use
 
-POLL_S = 1.0
+SYNC_LOOK_S = 1.0
 _ANSWER_S = 1.0
 """Maximum wait for a daemon: a stopped or overloaded one must not hold up the others."""
 
@@ -70,7 +70,7 @@ def discover(
     discovery, commands = Discovery(benches.ports, greets=not for_1_8), InputLines(commands_fd)
     with suppress(BrokenPipeError):  # the client has gone without QUIT
         while not (discovery.dead or commands.ended):
-            readable, _, _ = select.select([commands.fd], [], [], POLL_S if discovery.syncing else None)
+            readable, _, _ = select.select([commands.fd], [], [], SYNC_LOOK_S if discovery.syncing else None)
             if not readable:
                 send(discovery.found(benches.ports()), out)
                 continue

@@ -6,7 +6,7 @@ from typing import Any
 
 from hil.wire.json_text import JsonError, read_json
 
-VERSION = 1
+JSON_VERSION = 1
 _HEAD = ("v", "sim_ns", "wall_ns", "effective_at_ns", "key")
 
 
@@ -60,8 +60,8 @@ def read(text: bytes) -> dict[str, Any]:
         version = message["v"]
     except (JsonError, KeyError, TypeError, IndexError):
         raise ClientError(f"this is no message of a bench: {text[:80]!r}") from None
-    if version != VERSION:
-        raise ClientError(f"the bench speaks version {version}; this client knows {VERSION}")
+    if version != JSON_VERSION:
+        raise ClientError(f"the bench speaks version {version}; this client knows {JSON_VERSION}")
     return dict(message)
 
 

@@ -17,7 +17,7 @@ from hil.vocab.verbs import VerbRefused
 
 TAKES_S = 2.0
 """Time for a drive to do as it is told: to say that its loop is on, or off, or that its fault is gone."""
-_POLL_S = 0.01
+_STATE_LOOK_S = 0.01
 AT_ANY_TIME = ("stop", "disable")
 """Verbs that are carried out also while a run has the drive; the run fails."""
 BEGIN_NS = 50_000_000
@@ -85,13 +85,13 @@ class DriveControl(ABC):
     async def _until(self, is_so: Callable[[], bool], what: str) -> None:
         """Wait until the drive tells that something is so. Raises VerbRefused: it does not."""
         drive, told_ns = self.drive, self.drive.now_ns()
-        for _ in range(round(TAKES_S / _POLL_S) + LOST_AFTER):
+        for _ in range(round(TAKES_S / _STATE_LOOK_S) + LOST_AFTER):
             reading = drive.reading
             if reading and reading.at_ns > told_ns and is_so():
                 return
             if not drive.link.is_there:
                 raise VerbRefused("not_now", f"{drive.name} was lost meanwhile: {drive.link.why}")
-            await asyncio.sleep(_POLL_S)
+            await asyncio.sleep(_STATE_LOOK_S)
         said = f"; {drive.fault}" if drive.fault else ""
         raise VerbRefused(
             "not_now", f"{drive.name} was told so, and after {TAKES_S:g} s it is not {what}{said}"
@@ -124,7 +124,7 @@ class DriveControl(ABC):
         if self.has_own_ramps:
             motion.move(position_deg, velocity_rpm, acceleration_rpm_per_s, now_ns)
             while motion.is_waiting:
-                await asyncio.sleep(_POLL_S / 10)
+                await asyncio.sleep(_STATE_LOOK_S / 10)
             if motion.failure:
                 raise VerbRefused("not_now", motion.failure)
             return {"set_point": position_deg}

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 MAGIC = b"hil-nvm\n"
-VERSION = 2
+FORMAT_VERSION = 2
 
 _HEADER = struct.Struct("<8sHI")
 _SIGNED = struct.Struct("<8sH")
@@ -61,7 +61,7 @@ def encode(content: Content) -> bytes:
             body += _name(name) + _DATA_LENGTH.pack(len(data)) + data
     except struct.error as error:
         raise ValueError(f"memory content cannot be stored: {error}") from error
-    return _HEADER.pack(MAGIC, VERSION, _checksum(VERSION, body)) + body
+    return _HEADER.pack(MAGIC, FORMAT_VERSION, _checksum(FORMAT_VERSION, body)) + body
 
 
 def decode(data: bytes) -> Decoded:
@@ -82,9 +82,9 @@ def decode(data: bytes) -> Decoded:
         raise NvmError("damaged: the checksum is wrong")
     if version == 1:
         return Decoded(Content(profile="", counter=0, sections={"": body}), migrated_from=1)
-    if version != VERSION:
-        unknown = NvmNewer if version > VERSION else NvmError
-        raise unknown(f"format version {version} is unknown: this program reads 1 to {VERSION}")
+    if version != FORMAT_VERSION:
+        unknown = NvmNewer if version > FORMAT_VERSION else NvmError
+        raise unknown(f"format version {version} is unknown: this program reads 1 to {FORMAT_VERSION}")
     return Decoded(_Body(body).content())
 
 

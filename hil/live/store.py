@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 
-from hil.firmware.nvm import VERSION, Content, NvmError, NvmNewer, decode, encode
+from hil.firmware.nvm import FORMAT_VERSION, Content, NvmError, NvmNewer, decode, encode
 from hil.host.regular_file import read_regular
 
 Done = Callable[[bool, str], None]
@@ -107,7 +107,7 @@ class NvmStore:
         except OSError as error:
             raise StoreError(f"{path} cannot be read: {_why(error)}") from error
         if decoded.migrated_from is not None:
-            note = f"{path.name}: format version {decoded.migrated_from} was migrated to {VERSION}"
+            note = f"{path.name}: format version {decoded.migrated_from} was migrated to {FORMAT_VERSION}"
             return Loaded(replace(decoded.content, profile=profile), note)
         if decoded.content.profile != profile:
             return Loaded(empty, None, belongs_to(decoded.content.profile, profile))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hil.sim.bench import BenchRuntime
 from hil.sim.real_time_clock import LAG_BUCKETS
 
-LOOK_S = 0.1
+LOOP_LOOK_S = 0.1
 """Time between two looks at the event loop."""
 WINDOW_LOOKS = 600
 """Looks in a minute: what is over for so long is no trouble any more."""
@@ -58,7 +58,7 @@ class Vitals(logging.Handler):
         self.loop_lag_total_ns += late_ns
         rt = self._bench.core.native.rt_stats()
         self._looks.append(_Look(rt["ticks"], rt["missed"], late_ns))
-        self._due_s = now_s + LOOK_S
+        self._due_s = now_s + LOOP_LOOK_S
         self._timer = self._loop.call_at(self._due_s, self._look)
 
     @property

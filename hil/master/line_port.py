@@ -14,7 +14,7 @@ from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.echo import Echo
 
 _PIECE = 4096
-_LOOK_S = 0.2
+_READER_LOOK_S = 0.2
 """Time after which a thread that reads looks whether it is still wanted."""
 ERRORS = (OSError, ValueError, termios.error)
 """Exceptions of pyserial: its own are OSErrors."""
@@ -126,7 +126,7 @@ def _opened(address: str, baud: int, line_format: LineFormat) -> Any:
         stopbits=line_format.stop_bits,
         do_not_open=True,
     )
-    port.timeout = 0 if not address.startswith("rfc2217://") else _LOOK_S
+    port.timeout = 0 if not address.startswith("rfc2217://") else _READER_LOOK_S
     if address.startswith("/"):
         port.exclusive = True
     port.open()

@@ -40,7 +40,7 @@ _BUSY = b'{"ok": false, "error": "%d clients wait here already; ask again", "cod
 _LINE_LIMIT = 12 * 1024 * 1024  # a pulse train of MAX_ROWS
 ENDS_WITH_CLIENT = ("benches", "drawing", "run", "wait")
 """Operations that end where their client has gone before they have done anything."""
-LOOK_S = 0.25
+CLIENTS_LOOK_S = 0.25
 """Time between two looks whether a client that waits for an answer is still there."""
 SHORT_BYTES = 1024
 """Length of a line that is read before its turn: a stop must not wait for one. It takes some 10 us."""
@@ -235,7 +235,7 @@ async def _unless_gone(answering: Awaitable[Any], client: asyncio.StreamWriter) 
     """Wait for an answer as long as its client is there. Raises ConnectionError: it has gone."""
     task = asyncio.ensure_future(answering)
     try:
-        while not (await asyncio.wait([task], timeout=LOOK_S))[0]:
+        while not (await asyncio.wait([task], timeout=CLIENTS_LOOK_S))[0]:
             if _has_gone(client):
                 raise ConnectionResetError
         return task.result()

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from struct import Struct
 
-_CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
-STRUCTS = {name: Struct(f"<{code}") for name, code in _CODES.items()}
+_STRUCT_CODES = {"f32": "f", "f64": "d", "i32": "i", "i64": "q"}
+STRUCTS = {name: Struct(f"<{code}") for name, code in _STRUCT_CODES.items()}
 """Readers of one value, by the field's type."""
 
 
@@ -19,6 +19,6 @@ def struct_of(places: Iterable[tuple[str, int]], size: int = 0) -> Struct:
     order of the offsets; ``size``: length of all in bytes, if it is more than to the last one's end."""
     layout, end = "<", 0
     for type_, offset in places:
-        layout += f"{offset - end}x{_CODES[type_]}"
+        layout += f"{offset - end}x{_STRUCT_CODES[type_]}"
         end = offset + STRUCTS[type_].size
     return Struct(f"{layout}{max(size - end, 0)}x")

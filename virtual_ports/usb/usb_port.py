@@ -26,7 +26,7 @@ AGAIN_S = 1.0
 TRIES = 5
 TTY_S = 20.0
 """Maximum time for the kernel to make a tty of the device; most often it takes 0.3 s."""
-_LOOK_S = 0.02
+_TTY_LOOK_S = 0.02
 _NO_POWER = "the board has no power"
 
 log = logging.getLogger("hil")
@@ -168,7 +168,7 @@ class UsbPort:
                     f"{self._title}: it is plugged in, but the kernel has made no tty of it; is its module"
                     " cdc-acm there? as root `modprobe cdc-acm`; `hil usb doctor` says more"
                 )
-            await asyncio.sleep(_LOOK_S)
+            await asyncio.sleep(_TTY_LOOK_S)
         raise PortError(f"{self._title}: {self._away or 'closed'}; `hil usb doctor` says more")
 
     def _lost(self, reason: str) -> None:

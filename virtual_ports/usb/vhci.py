@@ -18,7 +18,7 @@ _TRY_NEXT = (EBUSY, EAGAIN)
 """Answers of a hub port that another program has just taken, or whose controller is not ready."""
 _LEAVE_S = 5.0
 """Maximum time for the kernel to note that a device has left; most often it takes 0.1 s."""
-_LOOK_S = 0.05
+_HUB_LOOK_S = 0.05
 _DOCTOR = "`hil usb doctor` says more"
 
 
@@ -89,7 +89,7 @@ def attach(
                         return Attachment(sock, found, port.number, bus_id, sysfs)
                 if time.monotonic() > end_s or not any(port.state == FREE for port in ports):
                     break
-                time.sleep(_LOOK_S)
+                time.sleep(_HUB_LOOK_S)
         finally:
             os.close(file)
     except OSError as error:

@@ -15,7 +15,7 @@ from bridges.can.channels.channel_options import LOAD_CAN, NO_CAN
 from bridges.can.frames.can_frame import CanFrame
 from hil.vocab.bridge_protocol import BridgeError
 
-_LOOK_S = 0.1
+_END_LOOK_S = 0.1
 """Time between two looks of the thread at whether it has to end."""
 _NAP_S = 0.001
 _MOST_HELD = 4096
@@ -138,7 +138,7 @@ class PythonCanMedium:
         while not self._is_closing.is_set():
             self._may_read.wait()
             try:
-                message = self._bus.recv(_LOOK_S)
+                message = self._bus.recv(_END_LOOK_S)
             except Exception as error:  # whatever python-can raises
                 self._loop.call_soon_threadsafe(self._fail, error)
                 return

@@ -16,7 +16,7 @@ from hil.vocab.verbs import VerbRefused
 
 STARTS_S = 10.0
 """Time for a drive to start again, and to be greeted."""
-_POLL_S = 0.02
+_RESTART_LOOK_S = 0.02
 
 
 class CanControl(DriveControl):
@@ -77,8 +77,8 @@ class CanControl(DriveControl):
         drive, session = self._can, self._can.link.session
         self.motion.abandon()
         drive.command(NmtCommand.RESET)
-        for _ in range(round(STARTS_S / _POLL_S)):
-            await asyncio.sleep(_POLL_S)
+        for _ in range(round(STARTS_S / _RESTART_LOOK_S)):
+            await asyncio.sleep(_RESTART_LOOK_S)
             if drive.link.is_there and drive.link.session != session:
                 return {}
         raise VerbRefused(

@@ -20,7 +20,7 @@ from bridges.can.canopen.cia402_words import (
     state_of,
 )
 from bridges.can.drives.can_drive import CanDrive
-from bridges.can.drives.can_steps import POLL_S, CanSteps
+from bridges.can.drives.can_steps import STATE_LOOK_S, CanSteps
 from bridges.can.drives.sdo_dialogue import Aborted
 from hil.drives.drive_errors import ASKING, Denied, Stale
 from hil.drives.drive_motion import DriveMotion
@@ -183,7 +183,7 @@ class CanMotion(DriveMotion):
         while drive.now_ns() <= end_ns + 2 * drive.line.sync_ns:
             if not drive.is_in(session):
                 raise Stale("the drive was lost")
-            await asyncio.sleep(min(max(end_ns - drive.now_ns(), 0) / 1e9 + POLL_S, 0.1))
+            await asyncio.sleep(min(max(end_ns - drive.now_ns(), 0) / 1e9 + STATE_LOOK_S, 0.1))
         self._await_end(path[-1].r)
         self._path = None
 

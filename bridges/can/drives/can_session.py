@@ -14,7 +14,7 @@ from bridges.can.drives.sdo_dialogue import Aborted
 from hil.drives.drive_errors import ASKING, NoAnswer
 from hil.drives.real_drive import FOUND_S, OLD_NS
 
-_LOOK_S = 0.02
+_SESSION_LOOK_S = 0.02
 FIRST_STATE_S = 1.0
 """Time for the first process data to come after the drive was started."""
 
@@ -99,8 +99,8 @@ class CanSession:
     async def _has_told(self, since_ns: int) -> bool:
         """Wait for the first process data; False: they do not come."""
         drive = self._drive
-        for _ in range(round(FIRST_STATE_S / _LOOK_S)):
-            await asyncio.sleep(_LOOK_S)
+        for _ in range(round(FIRST_STATE_S / _SESSION_LOOK_S)):
+            await asyncio.sleep(_SESSION_LOOK_S)
             if drive.reading and drive.reading.at_ns > since_ns:
                 return True
         return False
@@ -119,7 +119,7 @@ class CanSession:
             if drive.known and not drive.known.told and now_ns - polled_ns >= drive.pace.interval_s * 1e9:
                 polled_ns = now_ns
                 await self._poll(session)
-            await asyncio.sleep(min(_LOOK_S, drive.pace.interval_s))
+            await asyncio.sleep(min(_SESSION_LOOK_S, drive.pace.interval_s))
         return self._link.why
 
     def _silence(self, now_ns: int) -> str | None:

@@ -25,7 +25,7 @@ STANDS_S = 20.0
 """Time for a drive to come to a stand."""
 TAKES_S = 1.0
 """Time for a drive to take a mode, a set-point, or a step of its state machine."""
-POLL_S = 0.003
+STATE_LOOK_S = 0.003
 
 
 class CanSteps:
@@ -48,7 +48,7 @@ class CanSteps:
                 raise Denied(f"it stays in the state {state.about}")
             if (step := towards_enabled(state)) is not None:
                 await self.control(step, session)
-            await asyncio.sleep(POLL_S)
+            await asyncio.sleep(STATE_LOOK_S)
         await self.control(DriveCommand.ENABLE, session)  # without a halt from before
 
     async def set_mode(self, mode: int, session: int) -> None:
@@ -59,7 +59,7 @@ class CanSteps:
         while await drive.read(MODE_DISPLAY, session, is_signed=True) != mode:
             if loop.time() > until_s:
                 raise Denied(f"it does not take the mode of operation {mode} (6060h)")
-            await asyncio.sleep(POLL_S)
+            await asyncio.sleep(STATE_LOOK_S)
 
     async def control(self, word: int, session: int) -> None:
         """Write the controlword."""
@@ -72,7 +72,7 @@ class CanSteps:
         while not is_so(await drive.read(STATUSWORD, session)):
             if loop.time() > until_s:
                 raise Denied(f"{else_why} within {TAKES_S:g} s")
-            await asyncio.sleep(POLL_S)
+            await asyncio.sleep(STATE_LOOK_S)
 
     async def statusword(self, session: int) -> int:
         """Read the statusword."""
@@ -82,7 +82,7 @@ class CanSteps:
         """Clear a fault: the edge of its bit counts."""
         for word in (DriveCommand.DISABLE_VOLTAGE, DriveCommand.RESET, DriveCommand.DISABLE_VOLTAGE):
             await self.control(word, session)
-            await asyncio.sleep(POLL_S)
+            await asyncio.sleep(STATE_LOOK_S)
 
     async def halt(self, session: int) -> None:
         """Halt, and take the rest of the motion away: a halt that ends goes on with it."""
@@ -110,5 +110,5 @@ class CanSteps:
                     return
             if not drive.is_in(session):
                 raise Stale("the drive was lost as it stopped")
-            await asyncio.sleep(POLL_S)
+            await asyncio.sleep(STATE_LOOK_S)
         raise Denied(f"it was told to stop, and after {STANDS_S:g} s it still moves")

@@ -140,7 +140,7 @@ def _first_byte_passes(code: bytes, mask: bytes, frame: CanFrame) -> bool:
     return not (frame.data[0] ^ wanted) & ~free
 
 
-VERSION = b"V1013"
+ADAPTER_VERSION = b"V1013"
 """Hardware 1.0 and software 1.3, the adapters that the manual is for."""
 SERIAL_NUMBER = b"NH001"
 
@@ -212,7 +212,7 @@ class SlcanAdapter:
         if letter == "\r":
             return OK
         if letter == "V":
-            return VERSION + OK
+            return ADAPTER_VERSION + OK
         if letter == "N":
             return SERIAL_NUMBER + OK
         if not letter:

@@ -12,7 +12,7 @@ from bridges.modbus.registers.drive_map import CONTROL, STATUS
 from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
 from hil.vocab.drive_words import TAKEN, TOLD
 
-VERSION = 1
+MAP_VERSION = 1
 """Version of the format, ``modbus_map``."""
 TABLES = {
     "input": Table.INPUT_REGISTERS,
@@ -26,8 +26,8 @@ _PARAMETER_NAME = "^[A-Za-z][A-Za-z0-9_]{0,31}$"
 
 
 def _version(value: int) -> int:
-    if value != VERSION:
-        remedy = f"write {VERSION}, the version that is known here"
+    if value != MAP_VERSION:
+        remedy = f"write {MAP_VERSION}, the version that is known here"
         raise PydanticCustomError("version", "there is no such version of the format", {"remedy": remedy})
     return value
 
@@ -119,7 +119,7 @@ class MapText(StrictModel):
     """A whole map."""
 
     modbus_map: Annotated[int, AfterValidator(_version)] = Field(
-        description=f"Version of the format: {VERSION}."
+        description=f"Version of the format: {MAP_VERSION}."
     )
     word_order: Literal["high_first", "low_first"] = Field(
         default="high_first", description="Which word of a value in two registers comes first."

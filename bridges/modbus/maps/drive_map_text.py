@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from bridges.modbus.maps.drive_map_model import TABLES, VERSION, MapText, PlaceText
+from bridges.modbus.maps.drive_map_model import MAP_VERSION, TABLES, MapText, PlaceText
 from bridges.modbus.maps.drive_map_overlaps import overlap_findings
 from bridges.modbus.protocol.pdu import ADDRESSES
 from bridges.modbus.registers.cells import BIT
@@ -48,7 +48,7 @@ def read_map_text(text: str, file: str, parameters: Collection[str] | None = Non
     """
     document = document_from_yaml(text, file)
     if document.value is None and not document.findings:
-        raise document.error([Finding((), "the file is empty", f'begin with "modbus_map: {VERSION}"')])
+        raise document.error([Finding((), "the file is empty", f'begin with "modbus_map: {MAP_VERSION}"')])
     check_kind(document, DRIVE_MAP)
     findings = [*document.findings, *map_findings(document, (), parameters)]
     if findings:

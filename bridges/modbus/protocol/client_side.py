@@ -122,7 +122,7 @@ def parse_answer(request: Request, pdu: bytes) -> Answer:
         AnswerError: it is no answer to this request.
     """
     if len(pdu) == 2 and pdu[0] == request.function | 0x80:
-        if pdu[1] not in _CODES:
+        if pdu[1] not in _EXCEPTION_CODES:
             raise AnswerError(f"exception {pdu[1]}, which is unknown")
         raise Refused(Code(pdu[1]), f"function {request.function}: {exception_words(pdu[1])}")
     if not pdu or pdu[0] != request.function:
@@ -213,7 +213,7 @@ def _encode_identification(request: Request) -> bytes:
     return struct.pack("4B", request.function, DEVICE_IDENTIFICATION, code, first)
 
 
-_CODES = frozenset(Code)
+_EXCEPTION_CODES = frozenset(Code)
 _ENCODERS: dict[int, Callable[[Request], bytes]] = {
     **dict.fromkeys(_READS.values(), _encode_read),
     **dict.fromkeys(_SINGLE_WRITES.values(), _encode_single),

@@ -7,8 +7,17 @@ from struct import Struct
 from bridges.modbus.protocol.pdu import Table
 
 BIT = "bit"
-_CODES = {"u16": "H", "i16": "h", "i32": "i", "u32": "I", "f32": "f", "i64": "q", "u64": "Q", "f64": "d"}
-_VALUES = {name: Struct(f">{code}") for name, code in _CODES.items()}
+_FORMATS = {
+    "u16": "H",
+    "i16": "h",
+    "i32": "i",
+    "u32": "I",
+    "f32": "f",
+    "i64": "q",
+    "u64": "Q",
+    "f64": "d",
+}
+_VALUES = {name: Struct(f">{code}") for name, code in _FORMATS.items()}
 _WORDS = {name: Struct(f">{value.size // 2}H") for name, value in _VALUES.items()}
 I32_MIN, I32_MAX = -(2**31), 2**31 - 1
 NO_I32 = I32_MIN

@@ -13,7 +13,7 @@ from bridges.modbus.registers.register_map import crc_of
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.drive_words import TAKEN, TOLD
 
-VERSION = 1
+MAP_VERSION = 1
 """Version of the format of maps."""
 _ABOUT = {**TOLD, **TAKEN, **STATUS, **CONTROL}
 _UNITS = {"deg": "deg", "rpm": "rpm", "A": "A", "s": "rpm/s"}
@@ -35,7 +35,7 @@ class DriveCells:
     of: DriveMap
     info: DeviceInfo
     notes: Sequence[str] = ()
-    version: int = VERSION
+    version: int = MAP_VERSION
 
     @property
     def identity(self) -> Mapping[str, str]:
@@ -96,7 +96,7 @@ class DriveCells:
     @cached_property
     def crc(self) -> int:
         """CRC-32 of the map, with the order of words."""
-        return crc_of(self.cells, VERSION << 1 | self.of.is_low_first)
+        return crc_of(self.cells, MAP_VERSION << 1 | self.of.is_low_first)
 
 
 def _about(entry: MapEntry) -> str:

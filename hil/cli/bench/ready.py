@@ -24,8 +24,8 @@ log = logging.getLogger("hil")
 
 SETTLE_NS = 50_000_000
 """Simulated time after a board's start in which the last of its boot text leaves."""
-POLL_S = 0.002
-LONGEST_POLL_S = 0.5
+BOOT_LOOK_S = 0.002
+LONGEST_LOOK_S = 0.5
 
 
 class Telling:
@@ -64,7 +64,7 @@ class Telling:
     async def _when_ready(self, live: LiveBench) -> None:
         while (left_ns := _left_ns(live)) > 0:
             left_s = left_ns / 1e9 / live.configured.config.speed
-            await asyncio.sleep(min(max(left_s, POLL_S), LONGEST_POLL_S))
+            await asyncio.sleep(min(max(left_s, BOOT_LOOK_S), LONGEST_LOOK_S))
         text = json.dumps(_ready(live, self._control)) + "\n"
         if self._writer:
             self._writer.write(STDOUT, text)

@@ -22,7 +22,7 @@ from hil.vocab.shown_text import printable, printable_lines
 if TYPE_CHECKING:
     from hil.wire.step_dir import Train
 
-_POLL_S = 0.1
+_ROWS_LOOK_S = 0.1
 _PATIENCE_NS = 3_000_000_000
 """Simulated time in which a board at its main menu has taken a command."""
 _LOOP, _LAG = ("r", "yw", "e"), ("commanded_deg", "position_deg", "lag_steps")
@@ -269,7 +269,7 @@ def _watching(
                 raise fail("hil: the bench answers rows that are no samples of what is watched")
             yield [tuple(row) for row in answer["rows"]]
             if not answer["rows"]:
-                time.sleep(_POLL_S)
+                time.sleep(_ROWS_LOOK_S)
 
     try:
         yield tuple(opened["signals"]), pieces()

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hil.vocab.line_node import LineNodes
     from hil.vocab.path_planning import PathPlanner
 
-POLL_S = 0.05
+KEYS_LOOK_S = 0.05
 """Time between two looks at keys, signals and the progress."""
 FEED_STEP, FEED_LEAST, FEED_MOST = 0.1, 0.1, 2.0
 KEYS = "p pauses and resumes, s stops, S stops at once, + and - change the {}"
@@ -69,7 +69,7 @@ class LineProgram:
                     self._goes_on = False
                     line.resume_run()
                 show(run, line.now_ns(), maker.override)
-                await asyncio.wait([task], timeout=POLL_S)
+                await asyncio.wait([task], timeout=KEYS_LOOK_S)
         return await task
 
     async def _all_answer(self, line: "LiveMaster") -> None:
@@ -255,7 +255,7 @@ def _bar(total_s: float) -> Iterator[list[tuple[str, float, str]]]:
         with Progress(*columns, console=ShownConsole(stderr=True), transient=True, auto_refresh=False) as bar:
             bar.console.print(KEYS.format("feed"), style="dim")
             task = bar.add_task("", total=total_s, feed="")
-            while not is_over.wait(POLL_S):
+            while not is_over.wait(KEYS_LOOK_S):
                 for what, done_s, feed in latest[-1:]:
                     bar.update(task, description=what, completed=done_s, feed=feed, refresh=True)
 

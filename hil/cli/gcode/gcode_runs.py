@@ -16,7 +16,7 @@ from hil.cli.runs.run_reports import EXIT_OF, is_under_way, run_report, shown
 if TYPE_CHECKING:
     from hil.cli.gcode.gcode_files import PlannedFile
 
-POLL_S = 0.1
+PROGRESS_LOOK_S = 0.1
 PLAN_S = 120.0
 """Maximum wait for the bench's plan of a program."""
 PACE_STEP, LEAST_PACE = 0.1, 0.1
@@ -59,7 +59,7 @@ class RunsProgram:
                 self._signals(name, signals)
                 for key in pressed():
                     self._key(name, key)
-                await asyncio.sleep(POLL_S)
+                await asyncio.sleep(PROGRESS_LOOK_S)
                 progress = run_named(self._bench, name)
         return dict(progress)
 
@@ -77,7 +77,7 @@ class RunsProgram:
                 return False
             if "p" in typed or "\n" in typed:
                 return True
-            await asyncio.sleep(POLL_S)
+            await asyncio.sleep(PROGRESS_LOOK_S)
 
     def _signals(self, name: str, signals: list[int]) -> None:
         if signals:

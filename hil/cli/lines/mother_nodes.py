@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 ROUND_S = 1.0
 """Interval at which a live table asks each node again."""
-LOOK_S = 0.1
+PORTS_LOOK_S = 0.1
 """Interval of looks at signals and at ports that may have gone."""
 _WORDS = {"DC1": "begins a command", "DC2": "has ended a command"}
 _HEADS = ("line", "node", "seen", "round trip", "sent", "lost", "NAK", "state", "command", "text")
@@ -187,7 +187,7 @@ async def _until(done: "asyncio.Event", masters: Sequence["LiveMaster"]) -> None
                 if live.gone:
                     raise live.gone
             with suppress(TimeoutError):
-                async with asyncio.timeout(LOOK_S):
+                async with asyncio.timeout(PORTS_LOOK_S):
                     await done.wait()
 
 

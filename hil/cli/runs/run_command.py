@@ -15,7 +15,7 @@ from hil.cli.framework.shown_words import counted
 from hil.cli.runs.run_reports import EXIT_OF, clock_words, is_under_way, run_report, shown
 from hil.vocab.problem import not_text
 
-POLL_S = 0.1
+RUN_LOOK_S = 0.1
 SUBMIT_S = 60.0
 """Maximum wait for a submission: reading a run of a megabyte takes some ten seconds."""
 
@@ -74,7 +74,7 @@ def run(
                     interrupted = True
                     bench.ask("cancel_run", name=name, how="grace")
                 else:
-                    time.sleep(POLL_S)
+                    time.sleep(RUN_LOOK_S)
                 progress = run_named(bench, name)
     typer.echo(json.dumps(progress) if as_json else run_report(progress))
     code = EXIT_OF.get(progress["state"], Exit.DONE)

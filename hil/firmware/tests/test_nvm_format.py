@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.firmware.nvm import MAGIC, VERSION, Content, Decoded, NvmError, decode, encode
+from hil.firmware.nvm import FORMAT_VERSION, MAGIC, Content, Decoded, NvmError, decode, encode
 
 CONTENT = Content("mechaduino", 7, {"lookup": bytes(range(256)), "": b"", "größe": b"\x00"})
 CONTENTS = st.builds(
@@ -64,7 +64,7 @@ def test_a_changed_body_with_a_right_checksum_is_read_or_refused(
 ) -> None:
     body = bytearray(encode(content)[14:])
     body[data.draw(st.integers(0, len(body) - 1))] = data.draw(st.integers(0, 255))
-    reason = refusal(sealed(VERSION, bytes(body)))
+    reason = refusal(sealed(FORMAT_VERSION, bytes(body)))
     assert reason == "" or reason.startswith("damaged: ")
 
 
@@ -90,8 +90,8 @@ def test_every_shortened_or_lengthened_file_is_found(whole: bytes) -> None:
         (b"", "not a memory file"),
         (b"[m1]\nport = pty\n", "not a memory file"),
         (MAGIC, "too short"),
-        (sealed(VERSION, b"")[:-1] + b"\x00", "checksum"),
-        (sealed(VERSION + 1, b"anything"), "format version 3 is unknown: this program reads 1 to 2"),
+        (sealed(FORMAT_VERSION, b"")[:-1] + b"\x00", "checksum"),
+        (sealed(FORMAT_VERSION + 1, b"anything"), "format version 3 is unknown: this program reads 1 to 2"),
         (sealed(0, b""), "format version 0 is unknown"),
         (sealed(2, b"\x01s" + struct.pack("<QH", 0, 2) + 2 * b"\x01t\x00\x00\x00\x00"), "same name"),
         (sealed(2, b"\x01\xff" + struct.pack("<QH", 0, 0)), "UTF-8"),

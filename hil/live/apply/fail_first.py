@@ -23,7 +23,7 @@ log = logging.getLogger("hil")
 
 COMMIT_S = 5.0
 """Maximum time that a reload waits for boards that are writing their memories."""
-_POLL_S = 0.01
+_COMMIT_LOOK_S = 0.01
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Apply:
         while writing := [device.name for device in twins if device.is_committing]:
             if loop.time() > until_s:
                 raise Refused(f"{', '.join(writing)}: the memory is still being written; try again")
-            await asyncio.sleep(_POLL_S)
+            await asyncio.sleep(_COMMIT_LOOK_S)
 
     def _keep_aside(self, plan: BenchPlan) -> dict[str, str]:
         """Put away the files that are other boards'; all of them, or none. Answers notes by device.

@@ -18,7 +18,7 @@ from hil.vocab.health_words import HealthProblem
 from hil.vocab.ports import EchoStats
 from hil.vocab.verbs import VerbRefused
 
-_POLL_S = 0.02
+_END_LOOK_S = 0.02
 AWAY_NS = 500_000_000
 """Interval in which the state of a drive that is not there is told."""
 _BACK = {
@@ -111,7 +111,9 @@ class DriveDevice(RealDevice):
             is_in = drive.is_in(session)
             return None if axis.motion.is_under_way and is_in else axis.failure is not None or not is_in
 
-        return await motion_ended(was_cut_short, drive.now_ns, effective_at_ns, at_most_s, lambda: _POLL_S)
+        return await motion_ended(
+            was_cut_short, drive.now_ns, effective_at_ns, at_most_s, lambda: _END_LOOK_S
+        )
 
     def watch(self, part: str, interval_ns: int | Fraction, call: Callable[[bytes], object]) -> Watch:
         return DriveSamples(self._control, float(interval_ns), call)

@@ -40,7 +40,7 @@ CLOCK_ERROR_NS = 20_000_000
 """Maximum error of a clock with which a run starts: 40 ms there and back."""
 JOIN_S = 5.0
 """Time for another bench to join: it plans a long run meanwhile."""
-POLL_S = 0.01
+MEMBERS_LOOK_S = 0.01
 
 
 class Together:
@@ -148,7 +148,7 @@ class Together:
         """Wait until the others have ended too; then the whole run has."""
         self.each()
         while not all(member.is_over for member in self._members):
-            await asyncio.sleep(POLL_S)
+            await asyncio.sleep(MEMBERS_LOOK_S)
             self.each()
         assert self._execution is not None
         own, whole = self._execution.progress, self._progress
@@ -176,7 +176,7 @@ class Together:
             while execution.reached < phrase or any(
                 m.report.get("reached", -1) < phrase for m in self._members
             ):
-                await asyncio.sleep(POLL_S)
+                await asyncio.sleep(MEMBERS_LOOK_S)
             start_ns = self._wall.times_ns()[1] + LEAD_WALL_NS
             try:
                 await asyncio.gather(*(self._go(member, phrase, start_ns) for member in self._members))
