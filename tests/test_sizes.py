@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("hil", "bridges", "device_profiles", "virtual_ports")
-MOST_LINES = 200
+MOST_LINES, MOST_LINES_OF_MODULE = 200, 400
 P90_OF_FUNCTIONS = 17
 GENERATED = ("hil/core/abi.py",)
 """Tables that a command writes."""
@@ -53,3 +53,8 @@ def test_a_long_class_says_why_it_is_one() -> None:
 def test_most_functions_are_short() -> None:
     lengths = sorted(lines_of(node) for _, node in nodes(ast.FunctionDef, ast.AsyncFunctionDef))
     assert lengths[int(len(lengths) * 0.9)] <= P90_OF_FUNCTIONS
+
+
+def test_no_module_is_long() -> None:
+    lengths = {name: len((ROOT / name).read_text().splitlines()) for name in trees()}
+    assert {name: lines for name, lines in lengths.items() if lines > MOST_LINES_OF_MODULE} == {}
