@@ -17,6 +17,8 @@ HOST = 2
 """Address to which modules reply, as they are delivered."""
 MODULES = range(1, 256)
 """Addresses that a module may have."""
+FULL_STEPS = 200
+"""Full steps in a turn of a motor."""
 _LAYOUT = Struct(">BBBBi")
 
 

@@ -12,10 +12,8 @@ from dataclasses import dataclass, field
 
 from hil.vocab.verbs import VerbRefused
 from tmcl_bus.card.module_axis import ModuleAxis
-from tmcl_bus.frames import Command, Move, Request, Status
+from tmcl_bus.frames import FULL_STEPS, Command, Move, Request, Status
 
-FULL_STEPS = 200
-"""Full steps of a turn."""
 _RESOLUTIONS = range(9)
 _MOST = 2**31 - 1
 _MOTORS = 1
