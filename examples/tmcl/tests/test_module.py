@@ -64,8 +64,8 @@ def master(bench: Callable[..., Bench]) -> Master:
     return Master(bench(BENCH))
 
 
-def test_bytes_and_times_of_the_manuals_example(master: Master) -> None:
-    """GAP 1 of motor 0, as the manual has it; the reply begins 1 ms after the request's last bit."""
+def test_bytes_and_times(master: Master) -> None:
+    """The reply to GAP 1 of motor 0 begins 1 ms after the request's last bit."""
     began_ns = master.bench.now_ns
     master.tap.write(bytes.fromhex("01 06 01 00 00 00 00 00 08"))
     master.bench.run(ms=40)

@@ -3,7 +3,8 @@
 A request: module's address, command, type, motor or bank, value. A reply: host's address, module's address,
 status, command, value. Values have 32 bits, the high byte first, and are signed where that makes sense.
 
-Source: "TMCM-1140 TMCL Firmware Manual", chapter on the binary command format, and its list of commands.
+Sources: "TMCM-6110 TMCL Firmware V1.19 Manual", 5.6.39 (GFV), "TMCM-6212 TMCL Firmware Manual" V1.11 (a
+reply as bytes); numbers of commands and statuses as the maker's pytrinamic 0.2.26 has them.
 """
 
 from dataclasses import dataclass

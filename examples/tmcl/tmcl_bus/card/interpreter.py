@@ -3,8 +3,8 @@
 Units are those of modules with a TMC5xxx: microsteps, microsteps a second (pps) and pps a second. A turn has
 200 full steps, each of 2 to the power of parameter 140 microsteps: 51,200 in a turn as it is delivered.
 
-Sources: "TMCM-1140 TMCL Firmware Manual" and "TMCM-1161 TMCL Firmware Manual", lists of commands and of axis
-parameters.
+Numbers of parameters are those of a TMCM-1140, 127 that of a TMCM-1240, in the maker's pytrinamic 0.2.26.
+What is left open there, as the values after power-up, is chosen.
 """
 
 from collections.abc import Callable
