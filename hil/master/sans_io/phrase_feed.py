@@ -54,6 +54,8 @@ class PhraseFeed:
         self._is_unsure = False
         """True if a node may have a command of the upload, or not."""
         self._in_hand = 0
+        self._awaited: set[str] = set()
+        """Axes whose last command has no answer yet."""
         self._last_us = 0.0
         self._release: Transaction | None = None
         self._late_us: dict[str, float] = {}
@@ -107,7 +109,7 @@ class PhraseFeed:
             return FOREVER
         if self._is_fed:
             return self._at_ns(self._end_us) + END_NS + 1
-        if self._next and self._next.command.axis in self._late_us and self._in_hand < IN_HAND:
+        if self._next and self._next.command.axis in self._late_us and self._has_hand(self._next.command):
             return self._at_ns(self._goes_us(self._next.command)) + 1
         return FOREVER
 
@@ -134,7 +136,7 @@ class PhraseFeed:
         at_us = self.at_us(now_ns)
         if self._is_unsure and not self._in_hand:
             self._drop_all(now_ns)
-        while self._next and self._in_hand < IN_HAND and self._may_go(self._next.command, at_us):
+        while self._next and self._has_hand(self._next.command) and self._may_go(self._next.command, at_us):
             this, self._next = self._next, next(self._source, None)
             self._send(this, now_ns)
             if self._is_ended:
@@ -144,6 +146,11 @@ class PhraseFeed:
             for axis in self._starts_us:
                 if self.moves(axis):
                     self._confirm(axis, now_ns)
+
+    def _has_hand(self, command: NodeCommand) -> bool:
+        """True if a command may be handed to the line: what waits for one node behind a command that is lost
+        would be carried out without it."""
+        return self._in_hand < IN_HAND and command.axis not in self._awaited
 
     def _may_go(self, command: NodeCommand, at_us: float) -> bool:
         if self._is_unsure:
@@ -195,11 +202,13 @@ class PhraseFeed:
         self._lines.append((command.start_us, placed.place.line))
         self._last_us = max(self._last_us, command.end_us)
         self._in_hand += 1
+        self._awaited.add(command.axis)
         if self._release is None:
             self._uploaded.append(placed)
 
         def ended(sent: Transaction) -> None:
             self._in_hand -= 1
+            self._awaited.discard(command.axis)
             self.packets += sent.sent
             if self._is_ended:
                 return

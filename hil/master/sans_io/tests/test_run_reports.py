@@ -69,6 +69,7 @@ def check(bench: Bench, run: LineRun) -> None:
     how=st.sampled_from(["grace", "prejudice"]),
     vanish_s=st.none() | st.none() | st.sampled_from([0.02, 0.7]),
 )
+@example(["line"], "wire_cut", "bus0.master", 0.0, 0.001, 1.0, [], None, "grace", None)
 @example(["line"], "wire_cut", "s5.network", 0.03, 0.3, 1.0, [], None, "grace", None)
 def test_what_a_report_says_is_so(
     kinds: list[str],
