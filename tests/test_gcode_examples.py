@@ -22,7 +22,7 @@ def read(text: str) -> Program:
 
 
 def ends(program: Program) -> list[tuple[float, float, float]]:
-    return [each.backend[:3] for each in program.motions if isinstance(each, Straight | Arc)]
+    return [each.end[:3] for each in program.motions if isinstance(each, Straight | Arc)]
 
 
 def test_each_file_is_made_by_the_program() -> None:

@@ -19,7 +19,7 @@ def benches(heading: str) -> list[str]:
 def test_the_first_bench_can_be() -> None:
     (text,) = benches("Use real CANopen drives as axes")
     config = parse(text, "shop.yaml", find_catalogue())
-    assert (list(config.drives), list(config.twins)) == (["x", "y", "z"], ["w"])
+    assert (list(config.real), list(config.twins)) == (["x", "y", "z"], ["w"])
     (units,) = benches("Units")
     given = parse(f"bench: t\ndevices:\n{units}", "units.yaml", find_catalogue()).devices["x"].units
     assert given is not None

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hil.sim.client_tap import ClientTap
     from hil.testing import Bench
     from hil.testing.faces import TapFace
+    from hil.vocab.desk_protocol import DeviceInfo
 
 
 def _model() -> type[Any]:
@@ -95,7 +96,7 @@ def _tap_face(runtime: "BenchRuntime", tap: "ClientTap") -> "TapFace":
     return CanTapFace(runtime, tap)
 
 
-def _reference() -> str:
+def _reference(twins: "Iterable[DeviceInfo]") -> str:
     from bridges.can.canopen.cia402.object_rows import reference
 
     return reference()

@@ -104,6 +104,12 @@ def _own_map(of: Any) -> object:
     return drive_map_of(of)
 
 
+def _reference(twins: "Iterable[DeviceInfo]") -> str:
+    from bridges.modbus.registers.map_rows import register_maps
+
+    return register_maps({info.profile: _registers(info) for info in twins})
+
+
 BUS = BusKind(
     nodes=NodeKind(
         key="modbus",
@@ -155,4 +161,5 @@ BUS = BusKind(
         ("`control`:", "ControlText"),
         ("Each entry:", "PlaceText"),
     ),
+    reference=_reference,
 )

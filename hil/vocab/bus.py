@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import LineFormat
 from hil.vocab.segment import Segment
@@ -185,5 +186,6 @@ class BusKind:
     maps: MapKind | None = None
     sections: tuple[tuple[str, str], ...] = ()
     """Sections of the reference: a heading or a sentence, and the model whose keys follow."""
-    reference: Callable[[], str] | None = None
-    """Writes more of the reference, which stands at its end, Markdown."""
+    reference: Callable[[Iterable[DeviceInfo]], str] | None = None
+    """Writes more of the reference, which stands at its end, Markdown. Argument: a twin of each kind of board
+    that has one axis."""

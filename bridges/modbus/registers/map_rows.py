@@ -50,6 +50,18 @@ def formatted(answer: Mapping[str, Any], form: str) -> Iterator[str]:
     yield from (f"note: {note}" for note in answer["notes"])
 
 
+def register_maps(answers: Mapping[str, Mapping[str, Any]]) -> str:
+    """Write the part of the reference with the maps of boards. ``answers``: of ``map_rows``, by profile."""
+    parts = [
+        "## Register maps\n",
+        "Of boards with one axis, of a drive the map that is built in; `hil modbus map` prints that of any"
+        " device.\n",
+    ]
+    for profile, answer in answers.items():
+        parts.append("\n".join([f"### Registers of `{profile}`\n", *formatted(answer, "markdown"), ""]))
+    return "\n".join(parts)
+
+
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
     shown = {**row, "access": "rw" if row["is_writable"] else "r"}
     return tuple(" ".join(str(shown[column]).split()) for column in COLUMNS)

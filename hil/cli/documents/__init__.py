@@ -4,7 +4,7 @@
 ``completion_names.py`` the names that they ask for, ``man.py`` the man page, ``reference.py`` the reference,
 with the tables of ``surroundings.py``. ``help_commands.py`` has the commands that print them.
 
-May import: bridges.modbus.maps, bridges.modbus.registers, hil.cli.bench,
-hil.cli.captures, hil.cli.framework, hil.compose, hil.config, hil.core, hil.discovery, hil.gcode,
-hil.net, hil.operations, hil.runs, hil.sim, hil.toolpath, hil.vocab, the standard library, typer.
+May import: hil.cli.bench, hil.cli.captures, hil.cli.framework, hil.compose, hil.config, hil.core,
+hil.discovery, hil.gcode, hil.net, hil.operations, hil.runs, hil.sim, hil.toolpath, hil.vocab,
+the standard library, typer.
 """

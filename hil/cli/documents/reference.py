@@ -5,9 +5,6 @@ from dataclasses import replace
 
 import typer
 
-from bridges.modbus.maps.drive_map_text import drive_map_of
-from bridges.modbus.registers.map_rows import formatted, map_rows
-from bridges.modbus.registers.units import unit_of
 from hil.cli.bench.port_views import programs_section
 from hil.cli.captures.decoded_item import KEYS
 from hil.cli.documents.command_tree import HELP, commands
@@ -26,6 +23,7 @@ from hil.operations.table import OPERATIONS
 from hil.runs.run_document import run_reference
 from hil.sim.twin_info import twin_info
 from hil.toolpath.machine import machine_reference
+from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, STATES
 from hil.vocab.verbs import CODES, COMMON, Verb
@@ -48,8 +46,7 @@ def reference(app: typer.Typer) -> str:
         *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
         _faults(),
         _fields(),
-        _register_maps(),
-        *(bus.reference() for bus in find_catalogue().buses if bus.reference),
+        *(bus.reference(_twins()) for bus in find_catalogue().buses if bus.reference),
     ]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
@@ -199,17 +196,11 @@ def _fields() -> str:
     return "\n".join(rows)
 
 
-def _register_maps() -> str:
-    parts = [
-        "## Register maps\n",
-        "Of boards with one axis, of a drive the map that is built in; `hil modbus map` prints that of any"
-        " device.\n",
-    ]
-    catalogue = find_catalogue()
+def _twins() -> list[DeviceInfo]:
+    """A twin of each kind of board that has one axis."""
+    catalogue, twins = find_catalogue(), list[DeviceInfo]()
     for name, profile in sorted(catalogue.profiles.items()):
         if profile.law is not None:
             info = twin_info(name, name, catalogue.boards[name], KINDS_OF_AXIS[profile.law])
-            own_map = drive_map_of(profile.map) if profile.map else None
-            rows = formatted(map_rows(unit_of(replace(info, own_map=own_map)).map), "markdown")
-            parts.append("\n".join([f"### Registers of `{name}`\n", *rows, ""]))
-    return "\n".join(parts)
+            twins.append(replace(info, own_map=catalogue.own_map(None, profile)))
+    return twins
