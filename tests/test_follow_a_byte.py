@@ -10,8 +10,10 @@ from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from struct import pack, unpack
 from tempfile import TemporaryDirectory
 from types import FrameType
+from typing import Any
 
 import pytest
 from aiohttp import ClientSession
@@ -23,12 +25,15 @@ from hil.daemon import Daemon, Serving
 from hil.testing import Bench
 from hil.vocab.desk_protocol import LOCAL
 from hil.vocab.problem import ConfigError
+from hil.vocab.time import NS_PER_S
 
 ROOT = Path(__file__).parent.parent
 PAGES = (
     "follow-a-byte",
     *sorted(path.stem for path in (ROOT / "docs").glob("follow-a-*.md") if path.stem != "follow-a-byte"),
 )
+UP_NS = 4.5 * NS_PER_S
+"""Time after which a Mechaduino is at its menu."""
 MOST_LINES = 75
 """Maximum length of a sister page: it is one page."""
 
@@ -147,6 +152,10 @@ def in_a_daemon(folder: Path, bench: object, act: Callable[[Serving], Awaitable[
     asyncio.run(main())
 
 
+async def status_of(serving: Serving) -> Any:
+    return json.loads(b"".join((await serving.desk.ask(LOCAL, "status", "", {})).parts))
+
+
 @cache
 def reloaded() -> list[Name]:
     """A reload after which m1 is as it was, m2 begins elsewhere, m3 is new and m4 gone."""
@@ -181,7 +190,7 @@ def watched() -> list[Name]:
     wanted = {"what": "samples", "target": "m1", "fields": ["r", "yw"], "rate_Hz": 60}
 
     async def watch(serving: Serving) -> None:
-        status = json.loads(b"".join((await serving.desk.ask(LOCAL, "status", "", {})).parts))
+        status = await status_of(serving)
         url = status["bridges"]["web"]["root"] + "ws"
         async with ClientSession() as session, session.ws_connect(url, protocols=("hil.v1",)) as page:
             assert "hello" in await page.receive_json()
@@ -193,6 +202,40 @@ def watched() -> list[Name]:
     bench = {"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}, "bridges": {"web": {"port": 0}}}
     with TemporaryDirectory() as name:
         in_a_daemon(Path(name), bench, watch)
+    return calls
+
+
+@cache
+def started_over_modbus() -> list[Name]:
+    """The start bit of ``move_abs`` of a Mechaduino, written at the Modbus door and answered."""
+    calls: list[Name] = []
+    coil = 8
+    registers = 2000 + 32 * coil
+
+    async def write(serving: Serving) -> None:
+        status = await status_of(serving)
+        host, _, port = status["bridges"]["modbus"]["listen"][0].rpartition(":")
+        reader, writer = await asyncio.open_connection(host, int(port))
+
+        async def answered(pdu: bytes) -> bytes:
+            writer.write(pack(">HHHB", 1, 0, len(pdu) + 1, 1) + pdu)
+            length = unpack(">HHHB", await reader.readexactly(7))[2]
+            return await reader.readexactly(length - 1)
+
+        while (await status_of(serving))["sim_ns"] < UP_NS:
+            await asyncio.sleep(0.1)
+        await answered(pack(">BHHBf", 16, registers, 2, 4, 5.0))
+        serving.desk.ask(LOCAL, "do", "m1", {"name": "enable", "parameters": {}})
+        start = pack(">BHH", 5, coil, 0xFF00)
+        with called(calls):
+            assert await answered(start) == start
+            await asyncio.sleep(0)  # the wait for the motion's end begins
+        writer.close()
+
+    servo = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    bench = {"bench": "t", "devices": {"m1": servo}, "bridges": {"modbus": {"listen": "127.0.0.1:0"}}}
+    with TemporaryDirectory() as name:
+        in_a_daemon(Path(name), bench, write)
     return calls
 
 
@@ -269,6 +312,8 @@ TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
     ("follow-a-key", "## The checks"): checked,
     ("follow-a-watch", "## The request"): watched,
     ("follow-a-watch", "## The samples"): watched,
+    ("follow-a-modbus-write", "## The request"): started_over_modbus,
+    ("follow-a-modbus-write", "## The verb"): started_over_modbus,
     ("follow-a-can-frame", "## The bus"): enabled_over_can,
     ("follow-a-can-frame", "## The node"): enabled_over_can,
     ("follow-a-run", "## The plan"): run,
@@ -277,7 +322,7 @@ TOLD: dict[tuple[str, str], Callable[[], list[Name]]] = {
 """Sections whose Python functions are called in the order in which they are named, by what calls them."""
 REAL_TIME = ("hil/live/", "hil/sim/input_log.py", "virtual_ports/pty/")
 """Places of code that the kit does not run."""
-IN_A_DAEMON = (reloaded, watched)
+IN_A_DAEMON = (reloaded, watched, started_over_modbus)
 """Acts in a daemon, which runs the code of ``REAL_TIME`` too."""
 
 
