@@ -9,15 +9,12 @@ import asyncio
 from collections.abc import Callable
 from contextlib import suppress
 
-from hil.live.port_link import PortLink
+from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Result, Send
 from hil.vocab.faults import Fault
 from hil.vocab.ports import Port
 from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, apply_all, byte_faults
-
-HOLD_BYTES = 64 * 1024
-"""Maximum that waits to be taken at one end; beyond it, nothing is read at the other."""
 
 
 class _Way:
@@ -80,7 +77,7 @@ class BoardBackend:
     def room(self) -> int:
         if self.is_busy:
             return 0
-        return max(HOLD_BYTES - self.line.backlog() - self._to_board.waiting_bytes, 0)
+        return max(BACKLOG_HOLD_BYTES - self.line.backlog() - self._to_board.waiting_bytes, 0)
 
     def hold(self, is_held: bool) -> None:
         """Ignored: the board's line says when there is room again."""
@@ -108,7 +105,7 @@ class BoardBackend:
 
     def room_for_board(self) -> int:
         """Number of the board's bytes that can be taken now."""
-        return max(HOLD_BYTES - self._link.port.backlog() - self.to_client.waiting_bytes, 0)
+        return max(BACKLOG_HOLD_BYTES - self._link.port.backlog() - self.to_client.waiting_bytes, 0)
 
     def _pass_to_client(self, data: bytes) -> None:
         if self._is_gone:

@@ -11,7 +11,7 @@ from hil.vocab.ports import FormatPort, Port, Tap
 
 BACKLOG_HOLD_BYTES = 64 * 1024
 """Maximum that waits for a client to read before a twin takes no more commands: a board is held up in print()
-by a host that does not read."""
+by a host that does not read. As much waits on each way to a real board."""
 
 
 class Backend(Protocol):

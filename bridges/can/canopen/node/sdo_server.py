@@ -12,7 +12,12 @@ from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.node.application import Entry, PendingWrite, SdoAbort
 from bridges.can.canopen.node.data_types import check_length, size_of
 from bridges.can.canopen.node.object_dictionary import ObjectDictionary
-from bridges.can.canopen.node.sdo_transfers import BlockDownload, BlockUpload, SegmentDownload, SegmentUpload
+from bridges.can.canopen.node.served_transfers import (
+    BlockDownload,
+    BlockUpload,
+    SegmentDownload,
+    SegmentUpload,
+)
 from bridges.can.canopen.node.timers import Timers
 from bridges.can.canopen.sdo_frames import (
     ABORT_BYTE,

@@ -1,5 +1,6 @@
-"""SDO transfers of more than one frame: by segments of up to seven bytes, each with its answer; by blocks of
-up to 127 segments with one answer, and a CRC behind all of them if the client has said that it can.
+"""SDO transfers of more than one frame, as the server has them: by segments of up to seven bytes, each with
+its answer; by blocks of up to 127 segments with one answer, and a CRC behind all of them if the client has
+said that it can.
 
 Source: CiA 301 version 4.2.0, 7.2.4.3.4 and 7.2.4.3.7 (segments), 7.2.4.3.9 to 7.2.4.3.15 (blocks),
 7.2.4.3.16 (the CRC).
