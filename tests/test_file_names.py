@@ -21,7 +21,7 @@ ALLOWED = {
     "virtual_ports/*/port.py": "hil looks for it: a kind of port",
     "virtual_ports/*/segment.py": "hil looks for it: a kind of wire",
     "bridges/*/bridge.py": "hil looks for it: a kind of bridge",
-    "bridges/*/bus_kind.py": "hil looks for it: a kind of bus",
+    "*/bus_kind.py": "hil looks for it: a kind of bus",
     "bridges/*/testing/fixtures.py": "hil looks for it: the bus's fixtures of pytest",
     "bridges/*/cli.py": "hil looks for it: the bridge's own commands",
     "hil/core/kinds/*/kind.py": "all that hil asks of a kind of axis",

@@ -1,7 +1,6 @@
 """Kinds of boards, ports and bridges that exist, and how each is made."""
 
-from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -122,5 +121,5 @@ def bridge_reference(kind: str) -> str:
 
 def make_segment(name: str, clock: "Clock", framing: "Framing", line_format: "LineFormat") -> "Segment":
     """Make a wire without stations, on which things happen at times of ``clock``."""
-    make: Callable[..., Segment] = import_module("virtual_ports.rs485.segment").Segment
-    return make(clock, framing, line_format, name)
+    kind = next(bus.segments for bus in find_buses()[0] if bus.segments)
+    return kind.make(clock, framing, line_format, name)

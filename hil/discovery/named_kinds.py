@@ -17,8 +17,8 @@ from hil.vocab.problem import Unusable
 class Kinds(Mapping[str, type[Any]]):
     """Options models by kind; a kind's module is imported only when it is asked for.
 
-    ``package`` has a folder for each kind of hil's own; ``group`` is that of entry points for others; each
-    has ``module``. ``extra`` are the caller's own.
+    ``package`` has a folder for each kind of hil's own; ``group`` is that of entry points for others,
+    or None; each has ``module``. ``extra`` are the caller's own.
 
     Raises:
         KeyError: there is no such kind.
@@ -26,13 +26,13 @@ class Kinds(Mapping[str, type[Any]]):
     """
 
     def __init__(
-        self, package: str, group: str, module: str, extra: Mapping[str, type[Any]] | None = None
+        self, package: str, group: str | None, module: str, extra: Mapping[str, type[Any]] | None = None
     ) -> None:
         self._module, self._extra = module, extra or {}
         self._packages = {
             name: [(f"{package}.{name}", "that of hil")] for name in folders(package, f"{module}.py")
         }
-        for name, points in installed(group).items():
+        for name, points in (installed(group) if group else {}).items():
             self._packages.setdefault(name, []).extend((point.value, told(point)) for point in points)
         self._names = [*self._extra, *(name for name in self._packages if name not in self._extra)]
 

@@ -8,6 +8,7 @@ from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import LineFormat
 from hil.vocab.segment import Segment
+from hil.vocab.time import Clock
 from hil.vocab.wire import WireInfo
 
 Raw = Mapping[str, Any]
@@ -49,6 +50,16 @@ class WireKind:
     """Puts the wires, with what is on them, into a bench whose devices are there. Arguments: the
     ``BenchRuntime``, the ``BenchConfig``, the ``Catalogue``."""
     kit: FaceKind | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentKind:
+    """Segments: wires that nodes of several kinds are on. Their keys in a configuration are hil's own."""
+
+    info: WireInfo
+    make: Callable[[Clock, Framing, LineFormat, str], Segment]
+    """Makes a segment without stations, on which things happen at times of the clock. Last argument: its
+    name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,6 +192,7 @@ class BusKind:
 
     wires: WireKind | None = None
     """Its own wires; None: its stations are on wires of another bus."""
+    segments: SegmentKind | None = None
     nodes: NodeKind | None = None
     drives: DriveKind | None = None
     maps: MapKind | None = None

@@ -1,7 +1,7 @@
 """RS485 segments: wires that stations share, in simulated time.
 
-``segment.py`` is the wire, ``stations.py`` its stations, ``disturbance.py`` the reading of bursts that
-overlap.
+``bus_kind.py`` is what hil asks this folder for; ``segment.py`` is the wire, ``stations.py`` its stations,
+``disturbance.py`` the reading of bursts that overlap.
 
 It knows characters, drivers, collisions and times; what a packet is it asks a ``hil.vocab.framing.Framing``.
 

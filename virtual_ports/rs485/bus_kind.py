@@ -1,0 +1,17 @@
+"""RS485 as a kind of bus: all that hil asks of it."""
+
+from hil.vocab.bus import BusKind, SegmentKind
+from hil.vocab.framing import Framing
+from hil.vocab.line_format import LineFormat
+from hil.vocab.segment import Segment
+from hil.vocab.time import Clock
+from virtual_ports.rs485.segment_reports import REPORTS
+
+
+def _make(clock: Clock, framing: Framing, line_format: LineFormat, name: str) -> Segment:
+    from virtual_ports.rs485 import segment  # most benches have none
+
+    return segment.Segment(clock, framing, line_format, name)
+
+
+BUS = BusKind(segments=SegmentKind(REPORTS, _make))
