@@ -21,7 +21,8 @@ LINES = [
     *(f" {place} , {place}00 , 0 , 1 , 69 , 4321 , 0 , .5 , 999 , 3 , 0 , 0 " for place in range(6, 31)),
 ]
 QUEUE = "".join(f"{line}\r\n" for line in LINES).encode()
-SHOTS = b"xm4000v20a999d999\r\n\r\nv159\r\n" + b"\r\n" * 97
+FIRST_SHOT = "xm4000v20a999d999"
+SHOTS = FIRST_SHOT.encode() + b"\r\n\r\nv159\r\n" + b"\r\n" * 97
 
 
 @pytest.fixture
@@ -76,9 +77,15 @@ def load(page: Page) -> None:
     expect(page.get_by_text("as in the board")).to_be_visible()
 
 
+def load_shots(page: Page) -> None:
+    """Load the one-shots. The bench reads the file."""
+    choose(page, "Load one-shots", "oneShot.txt", SHOTS)
+    expect(page.get_by_label("One-shot 1", exact=True)).to_have_value(FIRST_SHOT)
+
+
 def test_files_go_to_the_board_and_come_back_byte_for_byte(page: Page, bench: Bench) -> None:
     load(page)
-    choose(page, "Load one-shots", "oneShot.txt", SHOTS)
+    load_shots(page)
     assert saved(page, "Save queue file") == QUEUE
     assert saved(page, "Save one-shots") == SHOTS
     button(page, "Store")
@@ -189,11 +196,11 @@ def test_stops_and_next(page: Page) -> None:
 
 
 def test_one_shots_and_continuous_motion(page: Page) -> None:
-    choose(page, "Load one-shots", "oneShot.txt", SHOTS)
+    load_shots(page)
     button(page, "Ops off")
     expect(page.get_by_role("button", name="Ops on")).to_be_visible()
     page.get_by_label("Send one-shot 1", exact=True).click()
-    sent(page, "xm4000v20a999d999")
+    sent(page, FIRST_SHOT)
     expect(page.get_by_text("one-shot runs", exact=True)).to_be_visible()
     expect(page.get_by_text("one-shot runs", exact=True)).to_have_count(0)
     button(page, "CW")
@@ -382,14 +389,14 @@ def test_lost_and_back_with_what_was_on_the_screen(chromium: Browser) -> None:
         page.get_by_label("Offline").check()
         page.get_by_label("Row 2 Steps", exact=True).fill("-777")
         page.get_by_label("Row 2 Steps", exact=True).press("Enter")
-        choose(page, "Load one-shots", "oneShot.txt", SHOTS)
+        load_shots(page)
         bench.server.stop()
         expect(page.get_by_role("status", name=re.compile("^Connection: (?!connected)"))).to_be_visible()
         bench.place.serve(text)
         expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
         expect(page.get_by_text("1 not sent")).to_be_visible()
         expect(page.get_by_role("log", name="Incoming")).to_contain_text("vd")
-        assert page.get_by_label("One-shot 1", exact=True).input_value() == "xm4000v20a999d999"
+        assert page.get_by_label("One-shot 1", exact=True).input_value() == FIRST_SHOT
         expect(page.get_by_text("at its prompt")).to_be_visible()
         button(page, "Update queue")
         expect(page.get_by_text("as in the board")).to_be_visible()
