@@ -18,7 +18,7 @@ class FaultRegistry:
     def __init__(self, bench: BenchRuntime, devices: Mapping[str, Device]) -> None:
         self._bench, self._devices = bench, devices
         self._active: dict[int, tuple[Fault, DeviceFaults, SimTimeNs]] = {}
-        """Those of real lines, with the line and the time of the injection."""
+        """Faults of real lines, each with the line and the time of the injection."""
 
     def inject(self, kind: str, target: str, parameters: Mapping[str, object]) -> int:
         """Inject a fault; answers its number.

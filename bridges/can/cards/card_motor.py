@@ -63,9 +63,9 @@ class CardMotor:
         self.verbs: Collection[str] = [name for name in _USED if name in device.verbs]
         self.follows_paths = device.follows_paths
         self._offset_deg = 0.0
-        """Of a servo: what its encoder's angle is above the shaft's, when the loop was on last."""
+        """Angle of a servo's encoder above the shaft's, when the loop was on last."""
         self._commanded_deg, self._direction = 0.0, 1
-        """Of a stepper: its angle at the last look, and the direction in which it went there."""
+        """Angle of a stepper at the last look, and the direction in which it went there."""
         self.encoder_counts = kind.encoder_counts or _STEPS_PER_TOOTH * rating.rotor_teeth
         self.rated_current_A, self.rated_torque_Nm = rating.current_A, rating.torque_Nm
         self.max_velocity_rpm = self._limit("move_abs", "velocity_rpm")

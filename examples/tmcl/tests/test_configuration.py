@@ -1,4 +1,4 @@
-"""What a configuration with modules may say."""
+"""Configurations with modules: those that can be, and the problems of those that cannot."""
 
 import json
 from typing import Any

@@ -37,9 +37,9 @@ class ModuleAxis:
         self._kind = self._axis.kind
         self._commanded_rpm = INDEX.get(self._kind.commanded_rpm)
         self._offset_deg = 0.0
-        """Of a servo: what its encoder's angle is above the shaft's, when the loop was on last."""
+        """Angle of a servo's encoder above the shaft's, when the loop was on last."""
         self._last_deg, self._sign = 0.0, 1
-        """Of a stepper: its angle at the last look, and the direction in which it went there."""
+        """Angle of a stepper at the last look, and the direction in which it went there."""
         self._rotation: tuple[Path, int] | None = None
         """Path of a rotation, and its beginning."""
         self._motion: BegunMotion | None = None
