@@ -31,7 +31,7 @@ from hil.compose.build import bench_runtime
 from hil.compose.find import find_catalogue
 from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
-from hil.operations.channel_operations import ChannelOperations
+from hil.operations.device_operations import ChannelOperations
 from hil.operations.table import Asked
 from hil.testing import Bench
 from hil.vocab.address import Address

@@ -30,7 +30,7 @@ from bridges.can.bus.bus_events import BusEvent
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.frame_length import frame_bits
 from bridges.can.frames.slcan import encode
-from bridges.can.testing.sdo_client import SdoClient
+from bridges.can.testing.can_faces import SdoClient
 from hil.net.control_client import ask
 from hil.sim.inputs import Play
 from hil.testing import Bench

@@ -28,7 +28,7 @@ from bridges.modbus.protocol.client_side import encode as encode_request
 from bridges.modbus.protocol.client_side import read
 from bridges.modbus.protocol.frame import encode
 from bridges.modbus.protocol.pdu import Table
-from hil.wire.line_silences import silence_ns
+from hil.wire.serial_line import silence_ns
 
 RUNS = 5 if is_quick() else 11
 READS = 1_000 if is_quick() else 5_000

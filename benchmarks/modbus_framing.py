@@ -19,8 +19,7 @@ from bridges.modbus.protocol.frame import encode
 from bridges.modbus.protocol.pdu import Table, answer, parse
 from bridges.modbus.protocol.splitter import RtuSplitter
 from hil.vocab.time import SimTimeNs
-from hil.wire.line_silences import silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, silence_ns
 
 BAUD = 115200
 PACKETS = 5_000 if is_quick() else 50_000

@@ -14,7 +14,7 @@ import pytest
 from e2e_support import PATIENCE_S, Client, Place, Server, config, until
 from prometheus_client.parser import text_string_to_metric_families
 
-from hil.discovery.buses import find_wire_infos
+from hil.discovery.named_kinds import find_wire_infos
 from hil.operations.metrics import metric_rows
 
 METRICS_BRIDGE = {"metrics": {"listen": "127.0.0.1:0"}}

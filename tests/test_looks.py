@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from device_profiles.sac.packet import encode
-from hil.discovery.buses import find_wire_infos
+from hil.discovery.named_kinds import find_wire_infos
 from hil.live.places import Places
 from hil.live.port_link import PortLink
 from hil.live.sim_backends import TapBackend

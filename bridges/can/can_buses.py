@@ -10,8 +10,7 @@ from bridges.can.canopen.node.communication_entries import Identity
 from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.cards.can_tap import CanTap
 from bridges.can.cards.canopen_card import CanOpenCard, CardSpec
-from bridges.can.cards.card_motor import CardMotor, Rating
-from bridges.can.cards.drive_switches import Cam, PinSwitch, Switch
+from bridges.can.cards.card_motor import Cam, CardMotor, PinSwitch, Rating, Switch
 from hil.config import BenchConfig, Catalogue
 from hil.config.station_names import CANOPEN, node_name
 from hil.core import AxisKind

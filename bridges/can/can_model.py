@@ -11,6 +11,33 @@ from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
 from hil.config.port_model import Name, PortConfig
 from hil.vocab.address import owner_of
 
+
+class UnitsConfig(StrictModel):
+    """Units of a real CANopen drive; what is left out is as the drive says."""
+
+    position_per_turn: float | None = Field(
+        default=None,
+        gt=0,
+        le=1e12,
+        description="Its units of position (6064h, 607Ah) of a turn of the shaft; null: as its 60A8h, 6092h"
+        " or 608Fh say.",
+    )
+    velocity_per_rpm: float | None = Field(
+        default=None,
+        gt=0,
+        le=1e12,
+        description="Its units of speed (606Ch, 6081h) of one RPM; null: as its 60A9h says, or else units of"
+        " position in a second.",
+    )
+    acceleration_per_rpm_per_s: float | None = Field(
+        default=None,
+        gt=0,
+        le=1e12,
+        description="Its units of acceleration (6083h, 6084h) of one RPM in a second; null: as its 60AAh"
+        " says, or else units of speed in a second.",
+    )
+
+
 LEAST_BIT_RATE, MOST_BIT_RATE = 10_000, 1_000_000
 """Bits per second."""
 _Angle = Annotated[float, Field(ge=-1e9, le=1e9)]

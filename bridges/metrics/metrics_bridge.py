@@ -4,17 +4,62 @@ import asyncio
 import logging
 import re
 import socket
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-from bridges.metrics.exposition import CONTENT_TYPE, lines
 from bridges.metrics.metrics_options import Options
 from hil.net.acceptor import abort
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.net.endpoint import endpoint, is_loopback
 from hil.net.visitors import NO_ROOM, Visit, Visitors
 from hil.vocab.desk_protocol import Desk, Source
+from hil.vocab.monitoring import Histogram, Metric, Reading, Value
 from hil.vocab.verbs import Role, VerbRefused
+
+CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
+
+
+def lines(readings: Iterable[Reading]) -> Iterator[str]:
+    """Format each metric's help and type, then its values, as they are asked for."""
+    for metric, values in readings:
+        yield f"# HELP {metric.name} {_help(metric.about)}\n# TYPE {metric.name} {metric.kind}\n"
+        for labels, value in values:
+            yield _sample(metric, labels, value)
+
+
+def _sample(metric: Metric, labels: tuple[str, ...], value: Value) -> str:
+    named = [f'{name}="{_escaped(label)}"' for name, label in zip(metric.labels, labels, strict=True)]
+    if not isinstance(value, Histogram):
+        return f"{metric.name}{_braces(named)} {_number(value)}\n"
+    text, below = "", 0
+    for bound_s, count in value.buckets:
+        below += count
+        text += f"{metric.name}_bucket{_bucket(named, _number(bound_s))} {below}\n"
+    total = below + value.over
+    text += f"{metric.name}_bucket{_bucket(named, '+Inf')} {total}\n"
+    own = _braces(named)
+    return f"{text}{metric.name}_sum{own} {_number(value.total_s)}\n{metric.name}_count{own} {total}\n"
+
+
+def _braces(named: list[str]) -> str:
+    return "{" + ",".join(named) + "}" if named else ""
+
+
+def _bucket(named: list[str], bound: str) -> str:
+    return _braces([*named, f'le="{bound}"'])
+
+
+def _number(value: float) -> str:
+    return str(value) if isinstance(value, int) else repr(float(value))
+
+
+def _escaped(label: str) -> str:
+    return label.replace("\\", r"\\").replace('"', r"\"").replace("\n", r"\n")
+
+
+def _help(text: str) -> str:
+    return text.replace("\\", r"\\").replace("\n", r"\n")
+
 
 log = logging.getLogger("hil")
 

@@ -5,7 +5,7 @@ from functools import partial
 from bridges.modbus.card.modbus_node import ModbusNode
 from bridges.modbus.card.register_server import CardAxis
 from bridges.modbus.modbus_model import MODBUS, ModbusConfig
-from bridges.modbus.registers.device_identity import device_identity
+from bridges.modbus.registers.registers_protocol import device_identity
 from bridges.modbus.registers.units import unit_of
 from hil.config.station_names import node_name
 from hil.sim.bench import BenchRuntime

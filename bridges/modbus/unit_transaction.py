@@ -12,8 +12,8 @@ from typing import Final, Literal, TypeAlias
 
 from bridges.modbus.protocol.identification import Identification, identify
 from bridges.modbus.protocol.pdu import Function, Request, Span, Table, Write, answer
-from bridges.modbus.registers.control_word import Wanted
-from bridges.modbus.registers.halves import Halves
+from bridges.modbus.registers.cells import Halves
+from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from bridges.modbus.registers.registers_protocol import Registers
 from hil.vocab.desk_protocol import AxisLook

@@ -10,16 +10,13 @@ from typing import Any
 from aiohttp import web
 
 from bridges.web.bench_words import BenchWords
-from bridges.web.exports import Exports
-from bridges.web.host_names import ANY, HostNames
-from bridges.web.http_door import HttpDoor
+from bridges.web.http_door import ANY, HostNames, HttpDoor
 from bridges.web.locks import NoLock, PasswordLock, TokenLock
-from bridges.web.open_pages import CLOSE_S, OpenPages
-from bridges.web.page_connection import PageConnection
+from bridges.web.open_pages import CLOSE_S, OpenPages, PageConnection
 from bridges.web.page_files import read_page
 from bridges.web.shared_reading import SharedReading
 from bridges.web.tls_files import context
-from bridges.web.web_client import Surroundings
+from bridges.web.web_client import Exports, Surroundings
 from bridges.web.web_options import FIRST_PORT, LAST_PORT, PROXY, Options, authority, has_port
 from bridges.web.web_terminals import SharedPorts
 from bridges.web.web_users import UsersError, read_users

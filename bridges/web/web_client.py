@@ -2,7 +2,8 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable, Collection, Mapping
+from base64 import b64encode
+from collections.abc import Awaitable, Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -13,7 +14,6 @@ from typing import Any
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from bridges.web.bench_words import BenchWords, is_offered
-from bridges.web.exports import Exports
 from bridges.web.outbox import LongText, Outbox
 from bridges.web.shared_reading import SharedReading
 from bridges.web.web_messages import (
@@ -31,12 +31,46 @@ from bridges.web.web_messages import (
 )
 from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
-from bridges.web.wire_streams import Records
+from bridges.web.wire_streams import Captured, Records
 from hil.net.acceptor import abort
 from hil.net.fair_share import FairShare
 from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.vocab.operation import Urgency, moved_by, urgency_of
 from hil.vocab.verbs import VerbRefused
+
+MOST_EXPORTS = 8
+"""Maximum number of captures of all pages that have not gone out: each may hold some megabytes."""
+_TRIPLET = 3
+
+
+class Exports:
+    """Captures under way, of all pages."""
+
+    def __init__(self) -> None:
+        self._under_way: set[object] = set()
+
+    def begin(self, page: object, number: int, captured: Captured) -> LongText:
+        """Message with a capture. Raises VerbRefused: the page has one under way, or too many have."""
+        if page in self._under_way:
+            raise VerbRefused("not_now", "a capture is under way to this page; wait for it")
+        if len(self._under_way) >= MOST_EXPORTS:
+            raise VerbRefused("not_now", f"{MOST_EXPORTS} captures are under way to pages; try again")
+        self._under_way.add(page)
+        return LongText(_message(number, captured), 0, lambda: self._under_way.discard(page))
+
+
+def _message(number: int, captured: Captured) -> Iterator[bytes]:
+    """Answer in parts, each of some records."""
+    yield f'{{"id":{number},"answer":{{"pcapng_base64":"'.encode()
+    rest = b""
+    for data in captured.pcapng():
+        data = rest + data
+        whole = len(data) - len(data) % _TRIPLET
+        rest = data[whole:]
+        yield b64encode(data[:whole])
+    yield b64encode(rest)
+    yield f'","events":{len(captured)}}}}}'.encode()
+
 
 MOST_TASKS = 32
 """Requests of a page that wait for their answers at a time."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import zenoh
 
-from bridges.zenoh.command_handler import CommandHandler
+from bridges.zenoh.command_handler import CommandHandler, Work
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
 from bridges.zenoh.keys import COMMAND, KEYS, QUERY, Key, expression, prefix
@@ -20,7 +20,6 @@ from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Senders
 from bridges.zenoh.users import SecurityError, read_users, refuse_endless
-from bridges.zenoh.work import Work
 from bridges.zenoh.zenoh_config import opened, password_file, session_config
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Answered, BenchGone, BenchProblem, BridgeError

@@ -1,8 +1,9 @@
 """Commands: requests to the desk by key and payload, and the replies."""
 
 import asyncio
+import logging
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from inspect import isawaitable
 from typing import Any, NamedTuple
 
@@ -15,11 +16,59 @@ from bridges.zenoh.keys import prefix
 from bridges.zenoh.publications import Publications, encoding, short_state
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
-from bridges.zenoh.work import LATER, Work
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BenchProblem
 from hil.vocab.desk_protocol import Desk, Done, Source
 from hil.vocab.verbs import VerbRefused
+
+log = logging.getLogger("hil")
+
+LATER = 1_000
+"""Maximum number of queries that wait for a motion's end."""
+
+
+class Work:
+    """Tasks in the loop, until ``close``."""
+
+    def __init__(self) -> None:
+        self._working: set[asyncio.Task[None]] = set()
+        self._waiting: dict[asyncio.Task[None], None] = {}
+        """Tasks that wait for a motion's end, the oldest first."""
+
+    @property
+    def waiting(self) -> int:
+        """Number of tasks that wait for a motion's end."""
+        return len(self._waiting)
+
+    def begin(self, working: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        task = asyncio.get_running_loop().create_task(working)
+        self._working.add(task)
+        task.add_done_callback(self._worked)
+        return task
+
+    def _worked(self, task: asyncio.Task[None]) -> None:
+        self._working.discard(task)
+        self._waiting.pop(task, None)
+        if not task.cancelled() and (error := task.exception()):
+            log.error("zenoh: an answer could not be made", exc_info=error)
+
+    def await_end(self, waiting: Coroutine[Any, Any, None]) -> None:
+        """Await a motion's end. Of too many the longest waiting gives way: its asker may be gone."""
+        if len(self._waiting) >= LATER:
+            oldest = next(iter(self._waiting))
+            del self._waiting[oldest]
+            self._working.add(oldest)
+            oldest.cancel()
+        task = asyncio.get_running_loop().create_task(waiting)
+        self._waiting[task] = None
+        task.add_done_callback(self._worked)
+
+    async def close(self) -> None:
+        under_way = [*self._waiting, *self._working]
+        for task in under_way:
+            task.cancel()
+        await asyncio.gather(*under_way, return_exceptions=True)
+
 
 _STOP = "stop"
 ACKNOWLEDGED, REFUSED = encoding("hil.ack.v1"), encoding("hil.error.v1")

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from device_profiles.uno.constants import TICK_US, TimerRamp
-from hil.vocab.pins import Pulses
+from hil.vocab.firmware import Pulses
 
 HIGH_NS = 6_000
 """Time for which STEP is high: that of a digitalWrite, 6 to 9 us by the manual."""

@@ -11,7 +11,7 @@ from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.port_model import USUAL_BAUD
 from hil.config.station_names import station_uart
 from hil.core import Core
-from hil.firmware.idle import Idle
+from hil.firmware.runtime import Idle
 from hil.host.regular_file import read_regular
 from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
 from hil.sim.group import Group

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from hil.config import Catalogue, ConfigError
-from hil.discovery.buses import find_buses
+from hil.discovery.named_kinds import find_buses
 from hil.vocab.framing import Framing
 from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
 from hil.vocab.profile import Profile

@@ -18,8 +18,7 @@ from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
 from hil.config.model import BenchConfig, bench_model
 from hil.config.motor_findings import motor_findings
-from hil.config.path_values import is_path
-from hil.config.port_model import SERIAL
+from hil.config.port_model import SERIAL, is_path
 from hil.config.real_places import same_at
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import DeviceParts

@@ -6,10 +6,10 @@ from typing import Any
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_axis import AXIS_KEYS, AxisCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
+from hil.config.device_parts_model import BUILT_IN_TABLES
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.drive_findings import EMULATED_KEYS, ONLY_OF_DRIVES, drive_findings
 from hil.config.explain import no_such, suggestion
-from hil.config.flash_model import BUILT_IN_TABLES
 from hil.config.real_places import address_finding, kind_at
 from hil.vocab.address import Address
 from hil.vocab.firmware import NETWORK

@@ -7,7 +7,7 @@ from typing import Any
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import shown
-from hil.config.path_values import is_path
+from hil.config.port_model import is_path
 from hil.core.kinds import KINDS
 from hil.vocab.bus import MapKind
 from hil.vocab.problem import ConfigError, Problem, not_text

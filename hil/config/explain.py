@@ -2,13 +2,14 @@
 
 import json
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import (
     BaseModel,
     ConfigDict,
+    GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
     ValidationError,
@@ -17,13 +18,30 @@ from pydantic import (
 )
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, ErrorDetails
-from pydantic_core.core_schema import ErrorType
+from pydantic_core.core_schema import ErrorType, no_info_plain_validator_function
 
 from hil.config.document import Document, Finding, KeyPath
-from hil.config.lazy_models import LazyModel
 from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.near_words import did_you_mean, meant, nearest
+
+
+class LazyModel:
+    """Metadata of an annotation whose model ``load`` imports: errors, their places and what the JSON Schema
+    takes are as if the model stood there."""
+
+    def __init__(self, load: Callable[[], type[BaseModel]]) -> None:
+        self.load = load
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return no_info_plain_validator_function(lambda value: self.load().model_validate(value))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        model = self.load()
+        model.model_rebuild()
+        return handler(model.__pydantic_core_schema__)
 
 
 class StrictModel(BaseModel):

@@ -15,13 +15,10 @@ from pydantic import (
     create_model,
 )
 
-from hil.config.axis_model import AxisConfig, Register, SetpointsConfig
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
-from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
-from hil.config.flash_model import FlashConfig
-from hil.config.lazy_models import LazyModel
-from hil.config.path_values import usable_path
-from hil.config.port_model import Name, PortConfig
+from hil.config.device_parts_model import AxisConfig, FlashConfig, Register, SetpointsConfig
+from hil.config.explain import OR_NULL, DefaultsModel, LazyModel, StrictModel
+from hil.config.port_model import Name, PortConfig, usable_path
 from hil.config.shaft_load import LoadConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load

@@ -5,8 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from hil.config.document import Finding, KeyPath
 from hil.vocab.bus import DriveAddress, DriveKind
-from hil.wire.address_keys import AddressRefused
-from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
+from hil.wire.address_keys import SERIAL_FORMS, AddressRefused, is_serial_address
 
 
 def kind_at(at: str, kinds: Iterable[DriveKind]) -> DriveKind | None:

@@ -9,14 +9,12 @@ import logging
 from collections.abc import Sequence
 from contextlib import suppress
 
-from hil.drives.arrival import ARRIVED_DEG
-from hil.drives.drive_errors import ASKING
-from hil.drives.drive_motion import DriveMotion
-from hil.drives.reading import Reading
+from hil.drives.drive_link import ASKING, Reading
+from hil.drives.drive_motion import ARRIVED_DEG, DriveMotion
 from hil.drives.real_drive import OLD_NS, RealDrive
 from hil.runs import bounds_of
 from hil.vocab.axis import NOT_JOINED, TURNS_RPM, AxisNow, AxisState, How, Sample
-from hil.vocab.path import Path
+from hil.vocab.path_planning import Path
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import VerbRefused
 

@@ -6,8 +6,66 @@ new ``session``: what was asked in the one before is neither believed to be done
 """
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal, TypeVar
+
+Lines = TypeVar("Lines")
+
+
+class SharedLines:
+    """Lines of each kind of drive, made when the first of that kind begins."""
+
+    def __init__(self) -> None:
+        self._made: dict[type[Any], Any] = {}
+
+    def of(self, kind: type[Lines]) -> Lines:
+        """Give the one object of a class that has the lines of a kind."""
+        if kind not in self._made:
+            self._made[kind] = kind()
+        made: Lines = self._made[kind]
+        return made
+
+
+URGENT, IN_TURN = 0, 1
+"""Orders of requests: verbs before set-points and polls, which take turns."""
+
+
+class PlaceLost(Exception):
+    """Loss of the place; ``str(error)`` says why. What was asked may have been done, or not."""
+
+
+class NoAnswer(Exception):
+    """End of the time for an answer."""
+
+
+class Garbled(Exception):
+    """Answer that does not fit its request."""
+
+
+class Denied(Exception):
+    """Answer that says why the drive does not do what it was asked."""
+
+
+class Stale(Exception):
+    """Request that was not sent, as nobody wants it any more: the drive was lost meanwhile."""
+
+
+ASKING = (PlaceLost, NoAnswer, Garbled, Denied, Stale)
+"""Errors of a request."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Answer of a drive to a request that was sent at ``at_ns``, simulated time. ``values`` are by the names
+    of a map, set-point and parameters included; ``bits`` by dotted names, as in ``status.moving``; ``words``:
+    what stood in the answer, as its bus has it."""
+
+    at_ns: int
+    values: Mapping[str, float] = field(default_factory=dict)
+    bits: Mapping[str, bool] = field(default_factory=dict)
+    words: Mapping[Any, Mapping[int, int]] = field(default_factory=dict)
+
 
 LOST_AFTER = 3
 """Number of requests in a row without an answer after which a drive is lost."""

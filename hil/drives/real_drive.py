@@ -7,8 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from hil.drives.drive_link import DriveLink
-from hil.drives.reading import Reading
+from hil.drives.drive_link import DriveLink, Reading
 from hil.vocab.desk_protocol import AxisField
 from hil.vocab.ports import EchoStats
 from hil.vocab.verbs import Verb

@@ -6,9 +6,26 @@ store is handed to the caller.
 
 from collections.abc import Callable, Sequence
 
-from hil.vocab.firmware import ByteAvailable, Commit, Delay, Main, Request
+from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Delay, Main, Request
 from hil.vocab.framing import Item
 from hil.vocab.time import FOREVER, SimTimeNs
+
+
+class Idle:
+    """Program that does nothing: it drops what comes. ``hil.vocab.firmware.Firmware``."""
+
+    def __init__(self, board: Board) -> None:
+        self._uarts = board.uarts
+
+    def main(self) -> Main:
+        while True:
+            yield ByteAvailable()
+            for uart in self._uarts.values():
+                uart.read_all()
+
+    def interrupt(self, event: CoreEvent) -> None:
+        return
+
 
 STEPS_WITHOUT_TIME = 1_000_000
 """Number of resumes at one instant from which on a main program is in an endless loop: a board's would have

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from hil import __version__
-from hil.live.clock import WallClock
+from hil.live.core_thread import WallClock
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
 from hil.wire.pcapng import CAN_LOST, Interface, RecordKind, can_record, header, record

@@ -1,4 +1,4 @@
-"""Start of the core's real-time thread, and how long the event loop works for it at a time."""
+"""Wall clock of a bench: start of the core's real-time thread, and how long the event loop serves it."""
 
 import asyncio
 import gc
@@ -8,9 +8,29 @@ from contextlib import AsyncExitStack
 
 from hil.config import BenchConfig
 from hil.host.real_time import Grant, grant, is_asked, refused, wanted_cpu, wanted_priority
-from hil.live.clock import WallClock
 from hil.live.refusals import StartError
 from hil.sim.bench import BenchRuntime
+
+
+class WallClock:
+    """Conversion between simulated and wall time, both in nanoseconds; wall time is counted from 1970.
+    ``epoch_ns``: the wall's time at simulated time 0."""
+
+    def __init__(self, bench: BenchRuntime, speed: float, epoch_ns: int) -> None:
+        self.epoch_ns = epoch_ns
+        self._bench = bench
+        self._speed = speed
+
+    def times_ns(self) -> tuple[int, int]:
+        now_ns = self._bench.now_ns
+        return now_ns, self.wall_ns(now_ns)
+
+    def wall_ns(self, sim_ns: int) -> int:
+        return self.epoch_ns + round(sim_ns / self._speed)
+
+    def sim_ns(self, wall_ns: int) -> int:
+        return round((wall_ns - self.epoch_ns) * self._speed)
+
 
 TURN_S = 0.02
 """Event loop time for one group that is late: as long as the longest step of a healthy firmware."""

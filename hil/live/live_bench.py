@@ -14,9 +14,8 @@ from hil.live.apply.reload import Reloader
 from hil.live.apply.staging import Stage
 from hil.live.apply.swap import Swap
 from hil.live.bridges import Bridges
-from hil.live.clock import WallClock
 from hil.live.configured import Configured
-from hil.live.core_thread import turn
+from hil.live.core_thread import WallClock, turn
 from hil.live.devices.bench_devices import DeviceAxes, Devices
 from hil.live.devices.twin_device import TwinHome
 from hil.live.fault_registry import FaultRegistry

@@ -14,7 +14,7 @@ from hil.operations.wire_reports import wire_problems
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridge_protocol import BenchDoor, Bridge
 from hil.vocab.device import Device
-from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, OK, HealthProblem
+from hil.vocab.monitoring import FAILED, LATE, LATE_KINDS, OK, HealthProblem
 from hil.vocab.wire import WireInfo
 
 MISSED_SHARE = 0.01

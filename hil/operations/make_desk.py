@@ -4,13 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hil.host.real_time import Grant
-from hil.live.clock import WallClock
+from hil.live.core_thread import WallClock
 from hil.live.devices.bench_devices import DeviceInfos
 from hil.live.live_bench import LiveBench, LiveRuns
 from hil.operations.bench_operations import BenchOperations
-from hil.operations.channel_operations import ChannelOperations
 from hil.operations.desk import Desk
-from hil.operations.device_operations import DeviceOperations
+from hil.operations.device_operations import ChannelOperations, DeviceOperations
 from hil.operations.drawing_operation import DrawingOperation
 from hil.operations.health import Health
 from hil.operations.metrics import Metrics

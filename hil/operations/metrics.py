@@ -7,20 +7,19 @@ from typing import Any, NamedTuple
 from hil import __version__
 from hil.core.core import bucket_edges_ns
 from hil.host.process import Process, read_process
-from hil.live.clock import WallClock
 from hil.live.configured import Configured
+from hil.live.core_thread import WallClock
 from hil.live.fault_registry import FaultRegistry
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.vitals import Vitals
-from hil.operations.echoes import Echo, echoes
 from hil.operations.health import Health, problem_kinds, state_of
+from hil.operations.wire_reports import Echo, echoes
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.device import Device
-from hil.vocab.health_words import STATES
-from hil.vocab.metrics import Histogram, Metric, Reading, Value
+from hil.vocab.monitoring import STATES, Histogram, Metric, Reading, Value
 from hil.vocab.ports import EchoState, Port, PortStats
 from hil.vocab.wire import WireInfo, WireMetric
 

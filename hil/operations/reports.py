@@ -15,10 +15,9 @@ from hil.live.devices.bench_devices import Devices
 from hil.live.fault_registry import FaultRegistry
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
-from hil.operations.echoes import echoes
 from hil.operations.health import Health
 from hil.operations.table import Asked
-from hil.operations.wire_reports import listed_nodes, listed_wires
+from hil.operations.wire_reports import echoes, listed_nodes, listed_wires
 from hil.sim.bench import BenchRuntime
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Bridge

@@ -7,7 +7,7 @@ from typing import Any
 
 from hil.config.station_names import station_uart
 from hil.live.captures import Capture
-from hil.live.clock import WallClock
+from hil.live.core_thread import WallClock
 from hil.live.devices.bench_devices import Devices
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue

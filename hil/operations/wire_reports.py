@@ -1,4 +1,4 @@
-"""Reports on the wires of a bench, as each describes itself, and on the cards of axes that are on them."""
+"""Reports on the wires of a bench, as each describes itself, on cards that are on them, and on echoes."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -7,9 +7,30 @@ from hil.config.station_names import CANOPEN, node_name
 from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
 from hil.sim.card import NumberedCard
-from hil.vocab.health_words import HealthProblem
+from hil.vocab.bridge_protocol import Bridge
+from hil.vocab.device import Device
+from hil.vocab.monitoring import HealthProblem
+from hil.vocab.ports import EchoState
 from hil.vocab.verbs import VerbRefused
 from hil.vocab.wire import Report, Wire, WireTap
+
+Echo = Mapping[str, str | int]
+"""``hil.vocab.ports.EchoStats`` for JSON."""
+
+
+def echoes(
+    devices: Mapping[str, Device], sim: BenchRuntime, places: Places, bridges: Mapping[str, Bridge]
+) -> Iterator[tuple[str, Echo]]:
+    """Adapters, by the name of their place, or the address of a bridge's line."""
+    told = [(link.label, link.port.stats().echo) for wire in sim.wires for link in places.of(wire)]
+    told += [each for device in devices.values() for each in device.echoes()]
+    for name, echo in told:
+        if echo and echo.state is not EchoState.UNSOUGHT:
+            yield name, echo.as_dict()
+    for bridge in bridges.values():
+        for address, line in bridge.status().get("lines", {}).items():
+            if "echo" in line:
+                yield address, line["echo"]
 
 
 def listed_wires(sim: BenchRuntime, places: Places, kind: str) -> list[Report]:

@@ -8,12 +8,12 @@ pydantic_core.
 Tests may import too: hil.firmware, hil.testing.
 """
 
-from hil.runs.board_bounds import bounds_of
 from hil.runs.clock_offset import ClockOffset
 from hil.runs.execute import Execution, Soon, Told
 from hil.runs.plan import Plan
 from hil.runs.planner import all_problems, plan_run
 from hil.runs.progress import AxisReport, BenchReport, Progress
+from hil.runs.run_axis import bounds_of
 from hil.runs.run_document import RunDocument, RunTextError, parse_run, run_from_data
 from hil.runs.twin_axes import TwinAxes
 

@@ -17,9 +17,9 @@ from hil.core.trajectory import (
     plan_spline,
     plan_spline_within,
 )
-from hil.runs.board_bounds import WHOLE_RPM, bound_findings, fitted
 from hil.runs.path_rows import ROWS, PathReading
 from hil.runs.plan import Phrases, Plan
+from hil.runs.run_axis import WHOLE_RPM, bound_findings, fitted
 from hil.runs.run_document import (
     STEPS,
     AxisRules,
@@ -33,7 +33,7 @@ from hil.runs.run_document import (
 from hil.vocab.address import no_input, pin_of
 from hil.vocab.axis import AxisNow
 from hil.vocab.parameters import plain
-from hil.vocab.path import DEG_PER_S
+from hil.vocab.path_planning import DEG_PER_S
 from hil.vocab.problem import ConfigError
 from hil.vocab.time import NS_PER_S
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from hil.core import CoreAxis
-from hil.runs.board_bounds import bounds_of
+from hil.runs.run_axis import bounds_of
 from hil.sim.bench import BenchRuntime
 from hil.sim.input_check import input_problem
 from hil.sim.inputs import Do, Follow, Input
@@ -13,7 +13,7 @@ from hil.telemetry import Sampler, Subscription
 from hil.vocab.address import owner_of
 from hil.vocab.axis import AxisNow, AxisState, How, Sample
 from hil.vocab.parameters import Parameter
-from hil.vocab.path import Path
+from hil.vocab.path_planning import Path
 from hil.vocab.verbs import VerbRefused
 
 SAMPLE_NS = 1_000_000

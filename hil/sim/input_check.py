@@ -13,8 +13,7 @@ from hil.core.fields import FIELDS
 from hil.firmware.set_point_paths import length_ns
 from hil.sim import inputs
 from hil.sim.bench import BenchRuntime
-from hil.sim.channels import ClientChannel, HasChannels
-from hil.sim.client_tap import ClientTap
+from hil.sim.client_tap import ClientChannel, ClientTap, HasChannels
 from hil.sim.given_fault import fault_of
 from hil.sim.input_reading import decode, read_line
 from hil.sim.twin import Twin
@@ -23,7 +22,7 @@ from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.line_format import format_named
 from hil.vocab.parameters import plain
-from hil.vocab.path import Path
+from hil.vocab.path_planning import Path
 from hil.vocab.verbs import VerbRefused
 from hil.wire.step_dir import train_problem
 

@@ -4,8 +4,7 @@ from dataclasses import dataclass, replace
 
 from hil.core import CoreAxis
 from hil.sim.card import Card
-from hil.sim.channels import HasChannels
-from hil.sim.client_tap import ClientTap
+from hil.sim.client_tap import ClientTap, HasChannels
 from hil.sim.group import Group
 from hil.sim.twin import Twin
 from hil.sim.uart import DeviceUart

@@ -4,19 +4,78 @@ Without a baud (USB CDC) bytes take no time and the host is held up while the de
 baud each character has its time, there is no flow control, and what finds no room is an overrun.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from hil.firmware.rx_buffer import RxBuffer
 from hil.sim.flight import Flight, flight_of, heard
-from hil.sim.station_link import StationLink
 from hil.sim.uart_rx_line import DueChanged, Incoming
-from hil.sim.uart_tx import Sent, Transmitter
 from hil.vocab.framing import Framing, Item
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
-from hil.vocab.segment import HeardCharacter, Segment
+from hil.vocab.segment import HeardCharacter, Receiver, Segment
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.byte_faults import ByteFaults, apply_all
 from hil.wire.serial_line import character_ns
+
+
+class StationLink:
+    """Link of a UART, the ``receiver``, to its segment, where it is the station of this name."""
+
+    def __init__(self, segment: Segment, name: str, receiver: Receiver) -> None:
+        self.segment = segment
+        self.name = name
+        self.told_address: int | None = None
+        self._told_polling = True
+        segment.join(name, receiver)
+
+    def tell_address(self, address: int | None) -> None:
+        """Let the segment know which packets concern the sketch now."""
+        if address != self.told_address:
+            self.told_address = address
+            self.segment.set_address(self.name, address)
+
+    def tell_polling(self, is_polling: bool) -> None:
+        """Let the segment know whether the sketch reads at once what comes."""
+        if is_polling != self._told_polling:
+            self._told_polling = is_polling
+            self.segment.set_polling(self.name, is_polling)
+
+
+Sent = Callable[[SimTimeNs, bytes], None]
+"""Called with what is sent: the time of its first bit on the line, and the bytes."""
+
+
+class Transmitter:
+    """Transmit side of a UART. ``sent(start_ns, data)`` is called for all that leaves: without a baud all of
+    it is on the line at ``start_ns``, else byte i has been sent at ``start_ns + character_ns(i + 1, baud)``.
+    ``buffer_bytes``: 0 for a UART made in software, whose print waits for the last bit."""
+
+    def __init__(self, sent: Sent, buffer_bytes: int) -> None:
+        self.faults: dict[int, ByteFaults] = {}
+        """Faults of what is sent, by their numbers."""
+        self.free_ns = 0
+        """Time at which the last byte written so far has gone out; without a baud 0."""
+        self._sent = sent
+        self._buffer_bytes = buffer_bytes
+
+    def put(self, now_ns: SimTimeNs, baud: int | None, data: bytes) -> None:
+        """Send what was written, through the faults."""
+        for delay_ns, piece in apply_all(self.faults.values(), data) if self.faults else ((0, data),):
+            self._send(now_ns, baud, piece, delay_ns)
+
+    def _send(self, now_ns: SimTimeNs, baud: int | None, data: bytes, delay_ns: int) -> None:
+        if baud is None:
+            self._sent(now_ns, data)
+            return
+        start_ns = max(now_ns + delay_ns, self.free_ns)
+        self.free_ns = start_ns + character_ns(len(data), baud)
+        self._sent(SimTimeNs(start_ns), data)
+
+    def print_returns(self, now_ns: SimTimeNs, baud: int | None) -> SimTimeNs:
+        """Time at which all but a transmit buffer of what was written has gone out."""
+        if baud is None or self.free_ns <= now_ns:
+            return now_ns
+        return SimTimeNs(max(now_ns, self.free_ns - character_ns(self._buffer_bytes, baud)))
+
 
 USB_HELD_BYTES = 16
 """Maximum number of bytes taken from a USB host that the sketch has not read yet; more waits at the host.

@@ -1,6 +1,6 @@
 """A bench in memory, on the virtual clock."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +18,44 @@ from hil.runs import (
     plan_run,
     run_from_data,
 )
-from hil.sim.bench import VIRTUAL, BenchHooks, Store
+from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
+from hil.sim.client_tap import ClientTap
 from hil.sim.given_fault import fault_refusal
 from hil.sim.twin import Twin
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such, path_of, unreadable
-from hil.testing.wire_faces import WireFaces
-from hil.vocab.address import address_of, no_part
+from hil.vocab.address import address_of, no_part, owner_of
 from hil.vocab.axis import AxisNow
+from hil.vocab.bus import WireKind
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
+
+
+class WireFaces:
+    """Faces that the buses of a bench give, each made when first asked for. ``bench``: the ``Bench``."""
+
+    def __init__(self, bench: Any, runtime: BenchRuntime, kinds: Iterable[WireKind]) -> None:
+        self._bench, self._runtime = bench, runtime
+        self._kits = {kind.key: kind.kit for kind in kinds if kind.kit}
+        self._made: dict[tuple[str, str], Any] = {}
+
+    def wire(self, key: str, name: str) -> Any:
+        """Face of a wire. Raises KeyError: there is none, or its bus has no faces."""
+        __tracebackhide__ = True
+        if (key, name) not in self._made:
+            kit = NamedThings("bus", self._kits)[key]
+            wire = NamedThings(kit.what, self._runtime.wires_of(key))[name]
+            self._made[key, name] = kit.face(self._bench, self._runtime, wire)
+        return self._made[key, name]
+
+    def tap(self, name: str, tap: ClientTap) -> TapFace:
+        """Make the face of a tap."""
+        kit = self._kits.get(self._runtime.wires[owner_of(name)].kind)
+        made: TapFace = ((kit and kit.tap_face) or TapFace)(self._runtime, tap)
+        return made
+
 
 RUN_LEAD_NS = 1_000_000
 """Time between a run's phrases: in virtual time nothing needs longer."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from math import sqrt
 
 from hil.gcode.canonical import Dwell, Pause, Place, Switch
-from hil.runs.board_bounds import LIMITS
 from hil.runs.path_rows import ROWS
+from hil.runs.run_axis import LIMITS
 from hil.runs.run_document import DOCUMENT_BYTES, STEPS
 from hil.toolpath.machine import Machine, MachineAxis
 from hil.toolpath.path_items import Chord, Position
@@ -20,7 +20,7 @@ from hil.toolpath.path_plan import PathPlan, PlannedStretch, planned
 from hil.toolpath.path_speeds import ChordSpeed, limits_of, stretch_speeds
 from hil.vocab.axis import AxisNow
 from hil.vocab.parameters import plain
-from hil.vocab.path import DEG_PER_S
+from hil.vocab.path_planning import DEG_PER_S
 from hil.vocab.problem import Problem
 
 SPARE = 1.02

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from hil.vocab.axis import Axis, AxisNow
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo, Done, Watch
 from hil.vocab.faults import Fault
-from hil.vocab.health_words import HealthProblem
+from hil.vocab.monitoring import HealthProblem
 from hil.vocab.ports import EchoStats
 from hil.vocab.verbs import VerbRefused
 

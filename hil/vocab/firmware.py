@@ -6,14 +6,43 @@ the request is met, with the request's answer as the value of the ``yield``.
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.address import DeviceParts
 from hil.vocab.framing import Framing, Item
 from hil.vocab.motion import Motion
-from hil.vocab.path import PathPiece
-from hil.vocab.pins import Pins
+from hil.vocab.path_planning import PathPiece
 from hil.vocab.time import SimTimeNs
+
+
+class Pulses(NamedTuple):
+    """Pulses one after the other. Each rises ``period_ns`` after the one before, the first one after what was
+    before it, and is high for ``high_ns``, which is less."""
+
+    number: int
+    period_ns: int
+    high_ns: int
+
+
+class Pins(Protocol):
+    """Pins of a board by name, as in ``D6``. After power-up all are inputs. An unknown name is a KeyError."""
+
+    def write(self, pin: str, level: int) -> None:
+        """Drive a pin to a level, 0 or 1, from now on: it is an output."""
+
+    def let_go(self, pin: str) -> None:
+        """Make a pin an input again."""
+
+    def read(self, pin: str) -> int:
+        """Level of a pin now, 0 or 1: the board's own if it drives it."""
+
+    def pulse(self, pin: str, rows: Sequence[Pulses]) -> None:
+        """Begin a train of pulses at a pin, instead of the one before, which ends at once; no rows: none.
+        When the last pulse has ended, the interrupt ``pulses_ended`` comes."""
+
+    @property
+    def pulses_left(self) -> int:
+        """Pulses of the train that are to come."""
 
 
 @dataclass(frozen=True)

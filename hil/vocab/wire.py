@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.faults import Fault
-from hil.vocab.health_words import HealthProblem
-from hil.vocab.metrics import Metric
+from hil.vocab.monitoring import HealthProblem, Metric
 
 Report = Mapping[str, Any]
 """State and statistics of a wire, for JSON."""

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from hil.vocab.framing import BurstItems, Item, Party, Transform
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.wire.line_silences import silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, silence_ns
 
 _LONGEST = 1024
 """Bytes after which an item is given, whatever follows: as many as a line at a terminal."""

@@ -7,9 +7,8 @@ Source: the pcap format (IETF draft-ietf-opsawg-pcap); libpcap's reader for the 
 import struct
 from collections.abc import Iterator
 
-from hil.wire.left_out import LeftOut
-from hil.wire.link_types import CAN_LINKS, unwrapped
-from hil.wire.pcapng import CaptureBytes, CaptureError, Interface, Record
+from hil.wire.outside_text import LeftOut
+from hil.wire.pcapng import CAN_LINKS, CaptureBytes, CaptureError, Interface, Record, unwrapped
 
 _FORMS = {0xA1B2C3D4: (1000, 16), 0xA1B23C4D: (1, 16), 0xA1B2CD34: (1000, 24)}
 """First number of a file: nanoseconds of a tick, and bytes before each packet."""

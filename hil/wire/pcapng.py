@@ -13,8 +13,48 @@ from enum import IntEnum
 from typing import NamedTuple, Protocol
 
 from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
-from hil.wire.left_out import LeftOut
-from hil.wire.link_types import CAN_LINKS, LINKTYPE_CAN_SOCKETCAN, LINKTYPE_RTAC_SERIAL, unwrapped
+from hil.wire.outside_text import LeftOut
+
+LINKTYPE_RTAC_SERIAL, LINKTYPE_CAN_SOCKETCAN = 250, 227
+_COOKED = {113: (16, 14), 276: (20, 0)}
+"""Linux's cooked captures, of two versions: length of the header, and where in it the protocol stands."""
+_COOKED_CAN = (0x0C, 0x0D, 0x0E)
+"""Protocols of cooked captures: CAN, CAN FD, CAN XL."""
+CAN_LINKS = (LINKTYPE_CAN_SOCKETCAN, *_COOKED)
+_SERIAL_HEAD = 12
+_ENDS = {3: 1, 4: 2}
+"""Events that other programs have for data, too: the end of what was sent and received."""
+
+
+def unwrapped(link: int, payload: bytes, order: str) -> tuple[bytes, int]:
+    """Take the packet of a link type apart: its bytes, and which event of a serial line it is, 0 of CAN.
+    ``order``: of the file's numbers, ``<`` or ``>``.
+
+    Raises:
+        ValueError: it is of something else, or too short.
+    """
+    if link == LINKTYPE_CAN_SOCKETCAN:
+        return payload, 0
+    if link in _COOKED:
+        return _uncooked(link, payload, order), 0
+    if link != LINKTYPE_RTAC_SERIAL:
+        raise ValueError(f"of link type {link}, which is no CAN (227) and no serial line (250)")
+    if len(payload) < _SERIAL_HEAD:
+        raise ValueError("shorter than the head of a serial line's event")
+    event, data = payload[8], payload[_SERIAL_HEAD:]
+    return data, _ENDS.get(event, event) if data else event
+
+
+def _uncooked(link: int, payload: bytes, order: str) -> bytes:
+    length, at = _COOKED[link]
+    if len(payload) < length + 4:
+        raise ValueError("shorter than the head of a cooked capture")
+    (protocol,) = struct.unpack_from(">H", payload, at)
+    if protocol not in _COOKED_CAN:
+        raise ValueError(f"of protocol {protocol:04X}h, which is no CAN")
+    (word,) = struct.unpack_from(f"{order}I", payload, length)
+    return struct.pack(">I", word) + payload[length + 4 :]
+
 
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _MAGIC = 0x1A2B3C4D

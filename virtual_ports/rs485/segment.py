@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 from hil.vocab.faults import LINE, OF_FRAMINGS, ON_LINE, SEGMENT, STATION, Fault
 from hil.vocab.framing import Framing, Item, Splitter
-from hil.vocab.health_words import HealthProblem
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
+from hil.vocab.monitoring import HealthProblem
 from hil.vocab.segment import Receiver, SegmentEvent
 from hil.vocab.time import FOREVER, NS_PER_MS, Clock, SimTimeNs
 from hil.vocab.wire import Report, WireTap
@@ -23,11 +23,33 @@ from hil.wire.byte_faults import ByteFault, ByteFaults, Chance
 from hil.wire.pcapng import Interface
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbance import Burst, Disturbance
-from virtual_ports.rs485.ghost_node import GhostNode
 from virtual_ports.rs485.segment_reports import segment_problems, segment_report
 from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats
 from virtual_ports.rs485.waveform import Character
+
+
+class GhostNode:
+    """Node that answers all that is sent to an address. ``answer(at_ns, raw)`` sends for it, at that time."""
+
+    def __init__(
+        self, framing: Framing, address: int, baud: int, answer: Callable[[int, bytes], None]
+    ) -> None:
+        self.baud_now = baud
+        self._framing = framing
+        self._address = address
+        self._answer = answer
+
+    def hear(self, start_ns: int, data: bytes, baud: int, packets: object = None) -> None:
+        character_ns = 10 * 10**9 / baud
+        for characters, raw in self._framing.answers(data, self._address):
+            self._answer(start_ns + round(characters * character_ns), raw)
+
+    def hear_characters(self, characters: object) -> None:
+        """Ignored: in a collision it understands nothing."""
+
+    def retract(self, after_ns: int) -> None:
+        """Ignored: it finishes an answer that it has begun."""
 
 
 class _Clean(NamedTuple):

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from hil.vocab.health_words import HealthProblem
+from hil.vocab.monitoring import HealthProblem
 from hil.vocab.segment import SegmentView, speed_notes
 from hil.vocab.wire import Report, WireInfo, WireTap, WireView, counted, errors_of, one_of
 

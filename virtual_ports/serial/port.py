@@ -10,8 +10,8 @@ from pydantic_core import PydanticCustomError
 from hil.net.echo_guard import EchoGuard
 from hil.net.traffic import Traffic
 from hil.vocab.ports import Port, PortContext, PortHost, PortStats, SoleOf
+from hil.wire.address_keys import SERIAL_FORMS, is_serial_address
 from hil.wire.echo import Echo
-from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
 
 log = logging.getLogger("hil")
 

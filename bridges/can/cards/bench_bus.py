@@ -6,15 +6,47 @@ from typing import Any
 from bridges.can.bus.bus_events import BusEvent
 from bridges.can.bus.can_bus import CanBus
 from bridges.can.bus.can_faults import CanFaults
-from bridges.can.cards.bus_frames import FRAMES
 from bridges.can.cards.channel_node import MOST_NODES, ChannelNode
 from hil.sim.client_tap import ClientTap
 from hil.vocab.address import owner_of
 from hil.vocab.faults import CAN_NODE, LINE, MOST_NOISES, ON_LINE, Fault
-from hil.vocab.health_words import HealthProblem
+from hil.vocab.monitoring import HealthProblem
 from hil.vocab.time import Clock
-from hil.vocab.wire import Report, WireTap
+from hil.vocab.wire import FrameKind, Report, WireTap
 from hil.wire.pcapng import Interface
+
+
+def _packed(event: BusEvent) -> bytes:
+    from bridges.can.frames.socketcan import pack_error, pack_frame
+
+    return pack_frame(event.frame) if event.frame else pack_error(event.error or event.state)
+
+
+def _words() -> Callable[[BusEvent], Mapping[str, Any]]:
+    from bridges.can.canopen.words.canopen_words import CanOpenWords
+
+    words = CanOpenWords({}, {})
+
+    def described(event: BusEvent) -> Mapping[str, Any]:
+        frame = event.frame
+        meaning = words.say(frame) if frame else ""
+        return {
+            "at_s": event.start_ns / 1e9,
+            "from": event.node,
+            "frame": str(frame) if frame else None,
+            "id": frame.id if frame else None,
+            "hex": frame.data.hex() if frame else "",
+            "text": meaning or event.error or event.state,
+            "error": event.error or None,
+            "state": event.state or None,
+            "duration_s": (event.at_ns - event.start_ns) / 1e9,
+        }
+
+    return described
+
+
+FRAMES = FrameKind(_packed, _words)
+
 
 _NAMED = 8
 """Maximum number of nodes that are named at the start."""
@@ -75,7 +107,7 @@ class BenchBus:
     def clear(self, number: int, fault: Fault, station: str) -> None:
         self._faults.clear(number, fault, station)
 
-    # ---- hil.sim.channels.HasChannels ----
+    # ---- hil.sim.client_tap.HasChannels ----
 
     def channel(self, label: str) -> ChannelNode:
         return ChannelNode(label, self.bus)

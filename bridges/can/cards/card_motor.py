@@ -1,21 +1,51 @@
 """Axis of a board as the drive on its interface card moves it."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from math import copysign, inf, isfinite
 from struct import unpack_from
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bridges.can.canopen.cia402.motor_axis import MotorLook
-from bridges.can.cards.drive_switches import Switch
-from hil.core import CoreAxis
+from hil.core import CoreAxis, Snapshot
 from hil.core.fields import INDEX
 from hil.sim.group import Group
 from hil.sim.inputs import Do, Follow, Input
 from hil.sim.twin import Twin
 from hil.sim.verb_calls import Answer
 from hil.vocab.axis import AxisState, How
-from hil.vocab.path import Path
+from hil.vocab.path_planning import Path
 from hil.vocab.verbs import Verb, VerbRefused
+
+
+class Switch(Protocol):
+    """Switch of a drive."""
+
+    def level(self, shot: Snapshot) -> int:
+        """Tell whether it is active, 1 or 0, by the state of the axis."""
+
+
+@dataclass(frozen=True)
+class Cam:
+    """Cam on the shaft, active from one angle to another, both included, in degrees."""
+
+    from_deg: float = -inf
+    to_deg: float = inf
+
+    def level(self, shot: Snapshot) -> int:
+        return int(self.from_deg <= shot.position_deg <= self.to_deg)
+
+
+@dataclass(frozen=True)
+class PinSwitch:
+    """Switch at a pin of the board, whose level is a field of the axis."""
+
+    field: str
+    is_active_low: bool
+
+    def level(self, shot: Snapshot) -> int:
+        return int(bool(getattr(shot, self.field)) is not self.is_active_low)
+
 
 _VELOCITY, _TORQUE, _SHAFT = INDEX["velocity_rpm"], INDEX["torque_Nm"], INDEX["position_deg"]
 _USED = ("enable", "disable", "clear_fault", "stop", "velocity", "torque", "move_abs")

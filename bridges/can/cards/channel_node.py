@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from bridges.can.bus.bus_events import NodeState
 from bridges.can.bus.can_bus import CanBus
 from bridges.can.frames.can_frame import CanFrame, parse_frame
-from hil.sim.channels import ClientChannel
+from hil.sim.client_tap import ClientChannel
 from hil.sim.inputs import Attach, Detach, Frames, Input
 from hil.vocab.time import FOREVER, SimTimeNs
 

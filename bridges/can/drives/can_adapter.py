@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from bridges.can.drives.can_drive_address import CanPlace
 from bridges.can.frames.can_frame import CanFrame
-from hil.drives.drive_errors import PlaceLost
+from hil.drives.drive_link import PlaceLost
 
 if TYPE_CHECKING:
     from can import BusABC, Message

@@ -11,7 +11,7 @@ from bridges.can.drives.can_motion import CanMotion
 from bridges.can.drives.can_session import CanSession
 from hil.drives.drive_axis import DriveAxis
 from hil.drives.drive_control import DriveControl
-from hil.drives.shared_lines import SharedLines
+from hil.drives.drive_link import SharedLines
 from hil.vocab.verbs import VerbRefused
 
 STARTS_S = 10.0

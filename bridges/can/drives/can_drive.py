@@ -16,12 +16,40 @@ from bridges.can.canopen.master.process_data import SyncBeat, packed_target, val
 from bridges.can.canopen.master.sdo_transfer import SdoTransfer
 from bridges.can.drives.can_drive_address import CanDriveAddress
 from bridges.can.drives.can_line import CanLine
-from bridges.can.drives.can_verbs import can_verbs
 from bridges.can.drives.sdo_dialogue import SdoDialogue
 from bridges.can.frames.can_frame import CanFrame
-from hil.drives.drive_errors import ASKING, PlaceLost
-from hil.drives.drive_fields import drive_fields
+from hil.drives.drive_fields import MOST_RPM, MOST_RPM_PER_S, common_verbs, drive_fields, drive_verb
+from hil.drives.drive_link import ASKING, PlaceLost
 from hil.drives.real_drive import DrivePace, RealDrive, SentSetPoint
+from hil.vocab.parameters import Parameter
+from hil.vocab.verbs import Verb
+
+
+def can_verbs() -> dict[str, Verb]:
+    """Verbs of a CANopen drive, by name."""
+    kept = "left out: as the drive has it"
+    ramps = (
+        Parameter(
+            "velocity_rpm", f"largest speed on the way; {kept}", "rpm", 0.01, MOST_RPM, is_optional=True
+        ),
+        Parameter(
+            "acceleration_rpm_per_s",
+            f"of both ramps; {kept}",
+            "rpm/s",
+            0.01,
+            MOST_RPM_PER_S,
+            is_optional=True,
+        ),
+    )
+    verbs = common_verbs(ramps, "end all motion by the drive's quick stop, and hold the shaft there")
+    method = Parameter(
+        "method", f"number of CiA 402 (6098h); {kept}", "", -128, 127, is_whole=True, is_optional=True
+    )
+    verbs.append(drive_verb("home", "find the origin by the drive's homing", method))
+    verbs.append(drive_verb("clear_fault", "clear the drive's fault"))
+    verbs.append(drive_verb("reset", "let the drive start again, as after power-up (NMT reset node)"))
+    return {verb.name: verb for verb in verbs}
+
 
 TOLD = ("velocity_rpm", "current_A", "fault_code")
 OWN_FIELDS = (

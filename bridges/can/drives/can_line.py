@@ -14,8 +14,7 @@ from bridges.can.canopen.master.node_watch import HEARTBEAT_NS
 from bridges.can.drives.can_adapter import Beat, CanAdapter
 from bridges.can.drives.can_drive_address import CanPlace
 from bridges.can.frames.can_frame import CanFrame
-from hil.drives.drive_errors import PlaceLost
-from hil.drives.drive_link import Waits
+from hil.drives.drive_link import PlaceLost, Waits
 
 _FUNCTION, _NODE = 0x780, 0x7F
 

@@ -11,7 +11,7 @@ from bridges.can.canopen.master.node_watch import HEARTBEAT_NS
 from bridges.can.canopen.master.sdo_transfer import SdoTransfer
 from bridges.can.drives.can_drive import CanDrive
 from bridges.can.drives.sdo_dialogue import Aborted
-from hil.drives.drive_errors import ASKING, NoAnswer
+from hil.drives.drive_link import ASKING, NoAnswer
 from hil.drives.real_drive import FOUND_S, OLD_NS
 
 _SESSION_LOOK_S = 0.02

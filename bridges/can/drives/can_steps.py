@@ -19,7 +19,7 @@ from bridges.can.canopen.cia402_words import (
     towards_enabled,
 )
 from bridges.can.drives.can_drive import CanDrive
-from hil.drives.drive_errors import Denied, Stale
+from hil.drives.drive_link import Denied, Stale
 
 STANDS_S = 20.0
 """Time for a drive to come to a stand."""

@@ -6,8 +6,7 @@ from contextlib import suppress
 
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.master.sdo_transfer import SdoTransfer, TransferAborted, TransferGarbled
-from hil.drives.drive_errors import Denied, Garbled, NoAnswer, PlaceLost, Stale
-from hil.drives.drive_link import DriveLink
+from hil.drives.drive_link import Denied, DriveLink, Garbled, NoAnswer, PlaceLost, Stale
 
 TRIES = 2
 """Number of times that a transfer is begun, if it is not answered."""

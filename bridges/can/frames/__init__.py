@@ -5,7 +5,7 @@ line. Bits are 0 (dominant) and 1 (recessive).
 
 Source: Robert Bosch GmbH, CAN Specification 2.0, 1991, part B; ISO 11898-1:2015 for what it leaves open.
 
-May import: hil.vocab, hil.wire.left_out, the pure standard library.
+May import: hil.vocab, hil.wire.outside_text, the pure standard library.
 
 Tests may import too: hil.wire.
 """

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from bridges.can.frames.can_frame import DATA_MAX, EXTENDED_ID_MAX, STANDARD_ID_MAX, CanFrame
 from bridges.can.frames.candump_log import LoggedFrame
 from bridges.can.frames.socketcan import CanError
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 
 LONGEST_LINE = 4000
 """Characters; CANoe's of a frame of CAN FD has up to 400, with what it says behind the data."""

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from bridges.can.frames.can_frame import DATA_MAX, CanFrame, parse_data, parse_frame
 from bridges.can.frames.socketcan import BUS_ERROR, ERROR, EXTENDED, REMOTE, CanError, error_parts, from_word
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 
 LONGEST_LINE = 1000
 """Characters; a frame of CAN FD on a terminal, with its letters, has up to 350."""

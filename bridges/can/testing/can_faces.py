@@ -1,16 +1,16 @@
 """Faces of a CAN bus for tests: frames at times, an adapter's serial line, and a CANopen drive."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bridges.can.bus.bus_events import NodeState
-from bridges.can.canopen import can_ids
+from bridges.can.canopen import can_ids, sdo_frames
 from bridges.can.canopen.canopen_codes import NmtCommand
 from bridges.can.canopen.cia402_words import CONTROLWORD, STATUSWORD, DriveCommand, DriveState, state_of
+from bridges.can.canopen.sdo_frames import ABORT_BYTE, EXPEDITED_BYTES, SEGMENT_BYTES, SdoRequest
 from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.cards.can_tap import CanTap
 from bridges.can.frames.can_frame import CanFrame
-from bridges.can.testing.sdo_client import SdoClient
 from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
 from hil.testing.faces import TapFace
@@ -21,6 +21,56 @@ from hil.vocab.time import NS_PER_MS, SimTimeNs
 if TYPE_CHECKING:
     from bridges.can.cards.canopen_card import CanOpenCard
     from bridges.can.testing.python_can_bus import PythonCanBus
+
+
+class SdoAborted(Exception):
+    """Abort of a transfer by the node; ``code`` says why."""
+
+    def __init__(self, index: int, subindex: int, code: int) -> None:
+        self.code = code
+        super().__init__(f"{index:04X}h:{subindex:02X}: aborted, {code:#010x}")
+
+
+class SdoClient:
+    """Client of one node. ``exchange`` sends eight bytes and answers the eight that come."""
+
+    def __init__(self, exchange: Callable[[bytes], bytes]) -> None:
+        self._exchange = exchange
+
+    def upload(self, index: int, subindex: int = 0) -> bytes:
+        """Read an object. Raises SdoAborted."""
+        answer = self._ask(index, subindex, sdo_frames.begin(SdoRequest.UPLOAD, index, subindex))
+        if sdo_frames.is_expedited(answer):
+            return sdo_frames.expedited(answer)
+        data, toggle, is_last = b"", 0, False
+        while not is_last:
+            request = sdo_frames.segment_answer(SdoRequest.UPLOAD_SEGMENT, toggle)
+            answer = self._ask(index, subindex, request)
+            data += sdo_frames.part_of(answer)
+            is_last = sdo_frames.is_last(answer)
+            toggle ^= sdo_frames.TOGGLE
+        return data
+
+    def download(self, index: int, subindex: int, data: bytes) -> None:
+        """Write an object. Raises SdoAborted."""
+        if 0 < len(data) <= EXPEDITED_BYTES:
+            self._ask(index, subindex, sdo_frames.begin(SdoRequest.DOWNLOAD, index, subindex, data))
+            return
+        begun = sdo_frames.begin_segments(SdoRequest.DOWNLOAD, index, subindex, len(data))
+        self._ask(index, subindex, begun)
+        toggle = 0
+        for begin in range(0, max(len(data), 1), SEGMENT_BYTES):
+            part = data[begin : begin + SEGMENT_BYTES]
+            is_last = begin + SEGMENT_BYTES >= len(data)
+            self._ask(index, subindex, sdo_frames.segment(toggle, part, is_last=is_last))
+            toggle ^= sdo_frames.TOGGLE
+
+    def _ask(self, index: int, subindex: int, request: bytes) -> bytes:
+        answer = self._exchange(request)
+        if answer[0] == ABORT_BYTE:
+            raise SdoAborted(index, subindex, sdo_frames.abort_code(answer))
+        return answer
+
 
 SERVO = "mechaduino"
 """Profile that needs a table to move."""

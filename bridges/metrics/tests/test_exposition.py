@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from prometheus_client.parser import text_string_to_metric_families
 
-from bridges.metrics.exposition import lines
-from hil.vocab.metrics import Histogram, Metric, Reading
+from bridges.metrics.metrics_bridge import lines
+from hil.vocab.monitoring import Histogram, Metric, Reading
 
 
 def families(*readings: Reading) -> dict[str, list[tuple[str, dict[str, str], float]]]:

@@ -4,7 +4,7 @@ import pytest
 
 from bridges.metrics.bridge import Options, make
 from hil.testing import RecordingDesk, check_bridge
-from hil.vocab.metrics import Metric
+from hil.vocab.monitoring import Metric
 
 
 def desk() -> RecordingDesk:

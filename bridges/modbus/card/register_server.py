@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from bridges.modbus.card.verb_ends import VerbEnds
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.protocol.pdu import Refused, Request, exception
-from bridges.modbus.registers.control_word import Wanted
-from bridges.modbus.registers.exception_codes import code_and_reason
-from bridges.modbus.registers.halves import Halves
+from bridges.modbus.registers.cells import Halves
+from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
-from bridges.modbus.registers.registers_protocol import Registers
+from bridges.modbus.registers.registers_protocol import Registers, code_and_reason
 from bridges.modbus.unit_transaction import at_once, unit_transaction
 from hil.core import CoreAxis
 from hil.sim.inputs import Do, Input, Pin, Reset, SetField

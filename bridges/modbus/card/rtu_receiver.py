@@ -8,8 +8,7 @@ from bridges.modbus.protocol.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, Fram
 from hil.sim.flight import Flight
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
-from hil.wire.line_silences import gap_ns, silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, gap_ns, silence_ns
 
 Ended = Callable[[SimTimeNs, SimTimeNs, bytes], None]
 _KEPT_BYTES = 4 * FRAME_BYTES_MAX

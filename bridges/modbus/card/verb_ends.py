@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from bridges.modbus.registers.control_word import Wanted
+from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from hil.core import CoreAxis
 from hil.sim.motion_end import BEGINS_NS, BegunMotion

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 from hil.net.endpoint import endpoint, is_loopback
 from hil.vocab.bridge_protocol import DoorPort, OptionProblem
 from hil.vocab.near_words import meant
-from hil.wire.serial_address import SERIAL_FORMS, is_serial_address
+from hil.wire.address_keys import SERIAL_FORMS, is_serial_address
 
 if TYPE_CHECKING:
     from bridges.modbus.door.certificate_files import CertificateFiles

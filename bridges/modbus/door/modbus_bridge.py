@@ -12,8 +12,7 @@ from bridges.modbus.door.rtu_server import RtuServer
 from bridges.modbus.door.tcp_connections import CONNECTIONS, TcpConnections
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.registers import layout
-from bridges.modbus.registers.device_identity import device_identity
-from bridges.modbus.registers.exception_codes import EXCEPTIONS
+from bridges.modbus.registers.registers_protocol import EXCEPTIONS, device_identity
 from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.net.fair_share import SHARE
 from hil.vocab.bridge_protocol import BridgeError, DoorPort

@@ -21,7 +21,7 @@ from hil.net.silence_timer import SilenceTimer
 from hil.vocab.desk_protocol import Source
 from hil.vocab.ports import EchoPort, EchoStats, Port
 from hil.vocab.verbs import Role
-from hil.wire.line_silences import silence_ns
+from hil.wire.serial_line import silence_ns
 
 log = logging.getLogger("hil")
 

@@ -15,8 +15,7 @@ from typing import Any, Protocol, TypeVar
 
 from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
 from bridges.modbus.drives.modbus_drive_address import RtuPlace, TcpPlace
-from hil.drives.drive_errors import IN_TURN, Garbled, NoAnswer, PlaceLost, Stale
-from hil.drives.drive_link import LOST_AFTER, Waits
+from hil.drives.drive_link import IN_TURN, LOST_AFTER, Garbled, NoAnswer, PlaceLost, Stale, Waits
 from hil.vocab.ports import EchoStats
 
 LATE_S = 0.03

@@ -10,9 +10,7 @@ from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
 from bridges.modbus.drives.poll_plan import GAP_REGISTERS, Words
 from bridges.modbus.drives.register_drive import RegisterDrive
 from bridges.modbus.protocol.pdu import Span, Table
-from hil.drives.drive_errors import ASKING, IN_TURN, Garbled
-from hil.drives.drive_link import LOST_AFTER
-from hil.drives.reading import Reading
+from hil.drives.drive_link import ASKING, IN_TURN, LOST_AFTER, Garbled, Reading
 from hil.drives.real_drive import FOUND_S
 
 SETTINGS_S = 1.0

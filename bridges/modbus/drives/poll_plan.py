@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from bridges.modbus.protocol.pdu import Span, Table
 from bridges.modbus.registers.drive_map import DriveMap, Place
-from hil.drives.reading import Reading
+from hil.drives.drive_link import Reading
 
 GAP_REGISTERS = 8
 """Maximum number of registers nobody wants between two that are read together: a request and its answer cost

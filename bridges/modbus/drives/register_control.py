@@ -6,8 +6,7 @@ from bridges.modbus.drives.register_drive import RegisterDrive
 from bridges.modbus.drives.register_motion import RegisterMotion
 from hil.drives.drive_axis import DriveAxis
 from hil.drives.drive_control import DriveControl
-from hil.drives.drive_errors import URGENT
-from hil.drives.shared_lines import SharedLines
+from hil.drives.drive_link import URGENT, SharedLines
 
 
 class RegisterControl(DriveControl):

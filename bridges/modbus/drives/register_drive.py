@@ -6,18 +6,62 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from bridges.modbus.drives.control_bits import RegisterWrite, bits_write, value_write
 from bridges.modbus.drives.drive_line import DriveLine
-from bridges.modbus.drives.map_verbs import map_verbs
-from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
+from bridges.modbus.drives.modbus_client import Excepted, ModbusClient, RegisterWrite, bits_write, value_write
 from bridges.modbus.drives.modbus_drive_address import ModbusDriveAddress
 from bridges.modbus.drives.poll_plan import PollPlan
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.drive_map import DriveMap
-from hil.drives.drive_errors import IN_TURN, Garbled, NoAnswer, PlaceLost
-from hil.drives.drive_fields import drive_fields
+from hil.drives.drive_fields import (
+    FOLLOW_RPM,
+    FOLLOW_RPM_PER_S,
+    MOST_RPM,
+    MOST_RPM_PER_S,
+    common_verbs,
+    drive_fields,
+    drive_verb,
+)
+from hil.drives.drive_link import IN_TURN, Garbled, NoAnswer, PlaceLost
 from hil.drives.real_drive import DrivePace, RealDrive, SentSetPoint
+from hil.vocab.parameters import Parameter
 from hil.vocab.ports import EchoStats
+from hil.vocab.verbs import Verb
+
+
+def map_verbs(of: DriveMap) -> dict[str, Verb]:
+    """Verbs of a drive with this map, by name."""
+    verbs = common_verbs(
+        _ramps(of), "end all motion by the drive's own ramp, or where it is if it has no such bit"
+    )
+    if "reset" in of.control:
+        verbs.append(drive_verb("clear_fault", "clear the drive's fault"))
+        verbs.append(drive_verb("reset", "the same: the power of a real drive stays on"))
+    return {verb.name: verb for verb in verbs}
+
+
+def _ramps(of: DriveMap) -> tuple[Parameter, ...]:
+    """Parameters of the ramps of a move: those that the drive has registers for, or that the daemon makes."""
+    is_ours = "start" not in of.control
+    rows: list[tuple[str, str, str, str, float, float]] = [
+        ("velocity_rpm", "set_velocity_rpm", "largest speed on the way", "rpm", MOST_RPM, FOLLOW_RPM),
+        (
+            "acceleration_rpm_per_s",
+            "acceleration_rpm_per_s",
+            "of both ramps",
+            "rpm/s",
+            MOST_RPM_PER_S,
+            FOLLOW_RPM_PER_S,
+        ),
+    ]
+    found = []
+    for name, register, about, unit, most, default in rows:
+        if is_ours:
+            found.append(Parameter(name, about, unit, 0.01, most, default))
+        elif register in of.values:
+            kept = f"{about}; left out: as the drive has it"
+            found.append(Parameter(name, kept, unit, 0.01, most, is_optional=True))
+    return tuple(found)
+
 
 TRIES = 2
 """Number of times that a write is sent, if it is not answered; a set-point of a stream is sent once."""

@@ -15,8 +15,7 @@ from bridges.modbus.protocol.client_side import encode, mask_write, read, read_w
 from bridges.modbus.protocol.frame import TO_ALL
 from bridges.modbus.protocol.pdu import Function, Request, Table
 from hil.vocab.line_format import LineFormat
-from hil.wire.line_silences import gap_ns, silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, gap_ns, silence_ns
 
 _ADDRESS_AND_CRC_BYTES = 3
 _HOLDING, _COILS = Table.HOLDING_REGISTERS, Table.COILS

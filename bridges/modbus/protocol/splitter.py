@@ -6,8 +6,7 @@ from bridges.modbus.protocol.exchange import is_answer
 from bridges.modbus.protocol.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, TO_ALL, Frame, Malformed
 from hil.vocab.framing import BurstItems
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.wire.line_silences import gap_ns, silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, gap_ns, silence_ns
 
 _NOTHING = bytes((TO_ALL, 0))
 _READS, _READ_BYTES = (3, 4), 8

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from math import hypot, isfinite
 
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
-from bridges.modbus.registers.control_word import Wanted
+from bridges.modbus.registers.cells import Halves, WrittenWords
 from bridges.modbus.registers.drive_cells import DriveCells, MapEntry
 from bridges.modbus.registers.drive_map import DriveMap, Place
-from bridges.modbus.registers.halves import Halves, WrittenWords
+from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
 from hil.vocab.packed_fields import value_at

@@ -7,10 +7,8 @@ from enum import Enum, auto
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
 from bridges.modbus.registers import layout
 from bridges.modbus.registers.axis_registers import AxisRegisters
-from bridges.modbus.registers.cells import Cell, ordered, value_of
-from bridges.modbus.registers.control_word import ControlWord, Wanted
-from bridges.modbus.registers.halves import Halves, WrittenWords
-from bridges.modbus.registers.register_map import RegisterMap
+from bridges.modbus.registers.cells import Cell, Halves, WrittenWords, ordered, value_of
+from bridges.modbus.registers.register_map import ControlWord, RegisterMap, Wanted
 from bridges.modbus.registers.verb_parameters import VerbParameters, argument_address
 from hil.vocab.desk_protocol import AxisLook
 

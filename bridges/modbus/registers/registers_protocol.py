@@ -1,14 +1,40 @@
-"""Needs of a Modbus node of a unit: the registers of one axis with their state."""
+"""Needs of a Modbus node of a unit: the registers of one axis, their state; identity, exceptions."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from bridges.modbus.protocol.pdu import Span, Write
-from bridges.modbus.registers.cells import Cell
-from bridges.modbus.registers.control_word import Wanted
-from bridges.modbus.registers.halves import Halves
+from bridges.modbus.protocol.identification import Identification
+from bridges.modbus.protocol.pdu import Code, Refused, Span, Write
+from bridges.modbus.registers.cells import Cell, Halves
+from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
+from hil.vocab.verbs import VerbRefused
+
+EXCEPTIONS = {
+    "no_device": Code.GATEWAY_TARGET_FAILED,
+    "no_place": Code.ILLEGAL_DATA_ADDRESS,
+    "no_verb": Code.ILLEGAL_DATA_ADDRESS,
+    "no_parameter": Code.ILLEGAL_DATA_ADDRESS,
+    "no_run": Code.ILLEGAL_DATA_ADDRESS,
+    "bad_request": Code.ILLEGAL_DATA_VALUE,
+    "bad_parameter": Code.ILLEGAL_DATA_VALUE,
+    "bad_run": Code.ILLEGAL_DATA_VALUE,
+    "bad_config": Code.ILLEGAL_DATA_VALUE,
+    "not_now": Code.SERVER_DEVICE_BUSY,
+    "busy": Code.SERVER_DEVICE_BUSY,
+    "cannot": Code.SERVER_DEVICE_FAILURE,
+    "failed": Code.SERVER_DEVICE_FAILURE,
+    "forbidden": Code.ILLEGAL_FUNCTION,
+}
+"""Exceptions by the codes of refusals. Modbus/TCP Security refuses by role with 01 (R-29)."""
+
+
+def code_and_reason(error: Refused | VerbRefused) -> tuple[Code, str]:
+    """Exception of a refusal, and the reason in words."""
+    if isinstance(error, Refused):
+        return error.code, str(error)
+    return EXCEPTIONS.get(error.code, Code.SERVER_DEVICE_FAILURE), f"{error.code}: {error}"
 
 
 class UnitMap(Protocol):
@@ -60,3 +86,17 @@ class Registers(Protocol):
 
     def note(self, wanted: Wanted, stage: VerbStage) -> None:
         """Note how a verb does that a write started."""
+
+
+def device_identity(of: UnitMap, bench: str, revision: str) -> Identification:
+    """Identification of the unit with a map, in a bench. ``revision``: of the program. A map has texts of
+    its own instead."""
+    info, own = of.info, of.identity
+    return Identification(
+        vendor_name=own.get("vendor", "hil"),
+        product_code=own.get("product", info.profile),
+        revision=own.get("revision", revision),
+        product_name=f"{'real' if info.is_real else 'simulated'} {info.profile}",
+        user_application_name=f"{bench}/{info.name}",
+        model_name=f"register map {of.version}, CRC {of.crc:08x}",
+    )

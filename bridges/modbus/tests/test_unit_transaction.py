@@ -7,7 +7,7 @@ import pytest
 from bridges.modbus.protocol.client_side import mask_write, read, read_write, write
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.protocol.pdu import Code, Refused, Request, Span, Table, Write
-from bridges.modbus.registers.control_word import Wanted
+from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import Halves, VerbStage
 from bridges.modbus.unit_transaction import LOOK, Transaction, at_once, unit_transaction
 from hil.vocab.axis import AxisState

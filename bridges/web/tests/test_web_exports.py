@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bridges.web.exports import MOST_EXPORTS, Exports
+from bridges.web.web_client import MOST_EXPORTS, Exports
 from bridges.web.wire_streams import RECORDED_EVENTS, Captured
 from hil.vocab.verbs import VerbRefused
 

@@ -17,8 +17,7 @@ from cryptography.x509.oid import NameOID
 from pages_of_tests import Door, opened
 
 from bridges.web.bridge import Options
-from bridges.web.host_names import HostNames
-from bridges.web.http_door import SECURITY
+from bridges.web.http_door import SECURITY, HostNames
 from bridges.web.login_sessions import AGAIN_S, ATTEMPTS, LIFE_S, MOST_SESSIONS, LoginLimit, Sessions
 from bridges.web.page_files import read_page
 from bridges.web.password_hash import fits, hash_of, is_hash

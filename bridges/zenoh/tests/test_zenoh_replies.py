@@ -8,12 +8,11 @@ from typing import Any, cast
 
 import pytest
 
-from bridges.zenoh.command_handler import CommandHandler
+from bridges.zenoh.command_handler import CommandHandler, Work
 from bridges.zenoh.inbox import Request
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
-from bridges.zenoh.work import Work
 from hil.vocab.desk_protocol import AxisField, Description, Desk, DeviceInfo, Done
 from hil.vocab.verbs import VerbRefused
 

@@ -4,7 +4,7 @@ import pytest
 
 from device_profiles.uno.constants import Constants, boot_text, counts_of, ramp_of
 from device_profiles.uno.ramp import HIGH_NS, paused, pulses_of
-from hil.vocab.pins import Pulses
+from hil.vocab.firmware import Pulses
 
 
 def interrupts(steps: int, counts: int, accel_during: int) -> list[int]:

@@ -156,7 +156,7 @@ def _what_boards_say(bench: "BenchConfig") -> dict[str, list[str]]:
 def _what_lines_say(bench: "BenchConfig") -> dict[str, list[str]]:
     """Notes on the speeds of segments, by their names: those of stations, taps and real adapters."""
     from hil.compose import find_catalogue
-    from hil.config.segment_speeds import segment_speeds
+    from hil.config.port_kinds import segment_speeds
     from hil.vocab.segment import speed_notes
 
     profiles = find_catalogue(path=bench.profile_path).profiles
@@ -166,7 +166,7 @@ def _what_lines_say(bench: "BenchConfig") -> dict[str, list[str]]:
 
 def _table_problems(bench: "BenchConfig", config: Path) -> list[str]:
     """Problems of the files of look-up tables that a configuration names."""
-    from hil.config.flash_model import BUILT_IN_TABLES
+    from hil.config.device_parts_model import BUILT_IN_TABLES
 
     devices = {name: each for name, each in bench.devices.items() if each.flash.table not in BUILT_IN_TABLES}
     if not devices:

@@ -16,7 +16,7 @@ from hil.net.benches_here import find_in
 from hil.net.control_client import BenchLate, ControlError, ask, listener
 from hil.net.socket_owner import entry_remedy
 from hil.vocab.address import CONTROL_SOCKET
-from hil.vocab.health_words import LATE_KINDS
+from hil.vocab.monitoring import LATE_KINDS
 
 PATIENCE_S = 3.0
 _OWN_REMEDY = "mend what else is listed here; `hil docs real-time` says what helps"

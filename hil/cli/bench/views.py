@@ -73,7 +73,7 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
 
 
 def status_view(status: dict[str, Any]) -> RenderableType:
-    from hil.discovery.buses import find_wire_infos
+    from hil.discovery.named_kinds import find_wire_infos
 
     ticks, missed = status["ticks"], status["missed"]
     head = Text.assemble(

@@ -7,7 +7,7 @@ from typing import Any
 from bridges.can.frames.can_frame import DATA_MAX, CanFrame
 from bridges.can.frames.candump_log import LoggedFrame
 from bridges.can.frames.socketcan import CanError
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 from hil.wire.pcapng import CaptureError
 
 _SHOWN = 200

@@ -216,8 +216,7 @@ def _line_choice(framing: str | None, baud: int | None) -> "LineChoice":
 def _eds(text: str) -> tuple[int, Any]:
     from bridges.can.canopen.words.eds_names import EdsError, read_eds
     from hil.host.journal import say
-    from hil.wire.left_out import LeftOut
-    from hil.wire.outside_text import text_of
+    from hil.wire.outside_text import LeftOut, text_of
 
     node, equals, name = text.partition("=")
     if not equals or not node.isdecimal() or not 1 <= int(node) <= 127:
@@ -268,7 +267,7 @@ def play(
     """
     from hil.cli.captures.capture_input import records_of_file
     from hil.host.journal import say
-    from hil.wire.left_out import LeftOut
+    from hil.wire.outside_text import LeftOut
     from hil.wire.pcapng import CaptureError, bursts
 
     left_out = LeftOut()

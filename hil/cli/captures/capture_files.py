@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, Protocol
 from bridges.can.frames.candump_log import LoggedFrame, candump_line
 from bridges.can.frames.socketcan import CanError, SocketCanError, error_parts, unpack
 from hil.host.new_file import begin_file
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 from hil.wire.pcapng import (
     SECTION_MARK,
     CaptureError,

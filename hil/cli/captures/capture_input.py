@@ -10,8 +10,7 @@ from hil.cli.captures.capture_files import Receive, records_of
 from hil.cli.captures.decoded_item import DecodedItem
 from hil.cli.captures.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.cli.captures.time_order import in_window
-from hil.wire.left_out import LeftOut
-from hil.wire.outside_text import lines_of, text_of
+from hil.wire.outside_text import LeftOut, lines_of, text_of
 from hil.wire.pcap import PCAP_MARKS, read_pcap
 from hil.wire.pcapng import SECTION_MARK, CaptureBytes, CaptureError, Record, read
 

@@ -17,7 +17,7 @@ from hil.vocab.framing import Framing, Item, Party, Splitter
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.bytes_framing import BYTES, shown_bytes
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 from hil.wire.pcapng import EVENT_NAMES, RAW, CaptureError, Interface, Record, RecordKind
 from hil.wire.serial_line import character_ns
 

@@ -14,7 +14,7 @@ from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.core import FIELDS
 from hil.core import KINDS as KINDS_OF_AXIS
-from hil.discovery.buses import find_wire_infos
+from hil.discovery.named_kinds import find_wire_infos
 from hil.gcode.gcode_reference import gcode_reference
 from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import problem_kinds
@@ -25,7 +25,7 @@ from hil.sim.twin_info import twin_info
 from hil.toolpath.machine import machine_reference
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
-from hil.vocab.health_words import FAILED, LATE, LATE_KINDS, STATES
+from hil.vocab.monitoring import FAILED, LATE, LATE_KINDS, STATES
 from hil.vocab.verbs import CODES, COMMON, Verb
 
 

@@ -8,9 +8,8 @@ from bridges.modbus.protocol.frame import encode
 from hil.cli.captures.decoded_item import KEYS, as_lines
 from hil.cli.captures.decoding import Decoder, LineChoice, decoded
 from hil.vocab.line_format import FORMATS
-from hil.wire.line_silences import silence_ns
 from hil.wire.pcapng import RAW, CaptureError, Interface, RecordKind, header, read, record
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, silence_ns
 
 ASK, ANSWER = encode(17, 3, b"\0\x6b\0\3"), encode(17, 3, b"\6\2\x2b")
 MODBUS = Interface("bus0", "modbus_rtu", 9600)

@@ -4,7 +4,7 @@ import pytest
 
 from hil.compose import find_catalogue
 from hil.config import ConfigError, from_dict, parse, schema
-from hil.config.segment_speeds import segment_speeds
+from hil.config.port_kinds import segment_speeds
 from hil.vocab.segment import speed_notes
 
 CATALOGUE = find_catalogue()

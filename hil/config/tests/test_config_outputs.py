@@ -22,7 +22,7 @@ from hil.config import (
     reference,
     schema,
 )
-from hil.config.flash_model import FlashConfig
+from hil.config.device_parts_model import FlashConfig
 
 ROOT = Path(__file__).parents[3]
 PROFILE = ROOT / "device_profiles" / "mechaduino"

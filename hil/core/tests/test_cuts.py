@@ -12,12 +12,12 @@ import pytest
 
 from hil.core import KINDS, Core, CoreAxis
 from hil.core.abi import TABLE_LEN, Law
-from hil.core.kinds.pin_bank.core_bank import CoreBank
+from hil.core.kinds.pin_bank.kind import CoreBank
 from hil.core.kinds.sac.core_motion import CoreMotion
 from hil.vocab.axis_plan import AxisPlan, Load
+from hil.vocab.firmware import Pulses
 from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, MotionEntry, MotionSetup
-from hil.vocab.path import PathPiece
-from hil.vocab.pins import Pulses
+from hil.vocab.path_planning import PathPiece
 
 SEEDS = int(os.environ.get("HIL_CUT_SEEDS", "60"))
 COMMANDS = 40

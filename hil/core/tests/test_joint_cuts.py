@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from hil.core import Core
-from hil.core.kinds.walter.core_joint import CoreJoint
+from hil.core.kinds.walter.kind import CoreJoint
 from hil.vocab.axis_plan import AxisPlan
 
 JOINT = {

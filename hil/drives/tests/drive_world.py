@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any, TypeVar
 
 from hil.drives.drive_control import DriveControl
-from hil.drives.shared_lines import SharedLines
+from hil.drives.drive_link import SharedLines
 
 PATIENCE_S = 10.0
 

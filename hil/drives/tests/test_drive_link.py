@@ -1,8 +1,7 @@
 """When a drive is there, and when its motion has ended: pure, by times that are given."""
 
-from hil.drives.arrival import SETTLES_NS, SHOWS_NS, STUCK_NS, Arrival
-from hil.drives.drive_link import FIRST_WAIT_NS, LONGEST_WAIT_NS, LOST_AFTER, DriveLink, Waits
-from hil.drives.reading import Reading
+from hil.drives.drive_link import FIRST_WAIT_NS, LONGEST_WAIT_NS, LOST_AFTER, DriveLink, Reading, Waits
+from hil.drives.drive_motion import SETTLES_NS, SHOWS_NS, STUCK_NS, Arrival
 
 MS = 1_000_000
 

@@ -8,10 +8,11 @@ from typing import Any
 
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
-from hil.config import DeviceConfig, PortConfig
-from hil.drives.shared_lines import SharedLines
+from hil.config import Catalogue, DeviceConfig, PortConfig
+from hil.drives.drive_control import DriveControl
+from hil.drives.drive_link import SharedLines
+from hil.drives.real_drive import DrivePace
 from hil.live.apply.bench_plan import BenchPlan
-from hil.live.apply.make_drive import make_drive
 from hil.live.configured import Configured
 from hil.live.devices.board_device import BoardDevice
 from hil.live.devices.drive_device import DriveDevice
@@ -25,6 +26,27 @@ from hil.sim.twin import Twin
 from hil.vocab.address import Address
 from hil.vocab.device import Device
 from hil.vocab.ports import Port, PortContext, PortError
+
+ANSWER_S = 0.2
+"""Time for a real drive to answer, beside the delay of its line: a request and its answer take 0.1 s at 9600
+baud, if they are long."""
+
+
+def make_drive(
+    name: str, device: DeviceConfig, catalogue: Catalogue, now_ns: Callable[[], int]
+) -> DriveControl | None:
+    """Make a real drive; None: the device is another real board."""
+    profile = catalogue.profiles[device.profile]
+    if (kind := catalogue.drive_kind(profile)) is None:
+        return None
+    pace = DrivePace(
+        interval_s=device.poll_interval_ms / 1e3,
+        timeout_s=ANSWER_S + device.line_delay_ms / 1e3,
+        setpoint_s=1 / device.setpoint_rate_Hz,
+    )
+    own_map = catalogue.own_map(device, profile)
+    made: DriveControl = kind.make(name, kind.address(str(device.at)), device, own_map, pace, now_ns)
+    return made
 
 
 @dataclass

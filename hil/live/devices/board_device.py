@@ -8,8 +8,7 @@ from typing import Any
 
 from hil.live.board_backend import BoardBackend
 from hil.live.devices.board_axis import BoardAxis
-from hil.live.devices.port_counters import port_counters, port_row
-from hil.live.devices.real_device import RealDevice
+from hil.live.devices.real_device import RealDevice, port_counters, port_row
 from hil.live.port_link import PortLink
 from hil.runs import bounds_of
 from hil.sim.bench import BenchRuntime
@@ -18,7 +17,7 @@ from hil.vocab.axis import Axis, AxisNow
 from hil.vocab.desk_protocol import DeviceInfo, Done
 from hil.vocab.dialogue import DialogueError
 from hil.vocab.firmware import MAIN
-from hil.vocab.health_words import HealthProblem
+from hil.vocab.monitoring import HealthProblem
 from hil.vocab.ports import EchoStats
 from hil.vocab.profile import Profile
 from hil.vocab.verbs import VerbRefused

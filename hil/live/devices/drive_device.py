@@ -8,13 +8,12 @@ from typing import Any
 
 from hil.drives.drive_control import DriveControl
 from hil.drives.drive_fields import packed
-from hil.drives.shared_lines import SharedLines
-from hil.live.devices.port_counters import NO_PORT, port_counters
-from hil.live.devices.real_device import RealDevice
+from hil.drives.drive_link import SharedLines
+from hil.live.devices.real_device import NO_PORT, RealDevice, port_counters
 from hil.live.motion_wait import motion_ended
 from hil.vocab.axis import Axis, AxisNow
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo, Done, Watch
-from hil.vocab.health_words import HealthProblem
+from hil.vocab.monitoring import HealthProblem
 from hil.vocab.ports import EchoStats
 from hil.vocab.verbs import VerbRefused
 

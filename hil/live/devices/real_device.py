@@ -2,13 +2,26 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from fractions import Fraction
 from typing import Any, NoReturn
 
 from hil.vocab.axis import AxisNow
 from hil.vocab.desk_protocol import AxisLook, Done, Watch
+from hil.vocab.ports import Port, PortStats
 from hil.vocab.verbs import VerbRefused
+
+NO_PORT = PortStats(clients=0, connects=0, rx_bytes=0, tx_bytes=0, dropped_bytes=0, unheard_bytes=0)
+_NO_COUNTERS = ("clients", "away", "echo")
+
+
+def port_counters(stats: PortStats) -> dict[str, int]:
+    return {name: count for name, count in asdict(stats).items() if name not in _NO_COUNTERS}
+
+
+def port_row(port: Port) -> dict[str, Any]:
+    """Address of a port, and the number of its clients."""
+    return {"address": port.address, "clients": port.stats().clients}
 
 
 class RealDevice(ABC):

@@ -10,7 +10,7 @@ from typing import Any
 from hil.core import CoreAxis
 from hil.core.axis_kind import ANGLE
 from hil.core.fields import packed
-from hil.live.devices.port_counters import NO_PORT, port_counters, port_row
+from hil.live.devices.real_device import NO_PORT, port_counters, port_row
 from hil.live.memory_commits import Commits
 from hil.live.motion_wait import motion_ended
 from hil.live.places import Places
@@ -29,7 +29,7 @@ from hil.vocab.address import Address, address_of, no_input, no_part
 from hil.vocab.axis import Axis, AxisNow, AxisState
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo, Done, Watch
 from hil.vocab.firmware import NETWORK
-from hil.vocab.health_words import HealthProblem
+from hil.vocab.monitoring import HealthProblem
 from hil.vocab.near_words import meant
 from hil.vocab.ports import EchoStats
 from hil.vocab.profile import Profile

@@ -5,6 +5,6 @@ run that spans benches, ``part.py`` is this bench's part of one that another lea
 reaches the others, ``axis_names.py`` tells axes of several benches apart. ``hil.live.devices`` finds the
 axes of a bench. ``hil.runs`` says what a run is and plans it.
 
-May import: hil.config, hil.live.bridges, hil.live.clock, hil.live.configured, hil.live.reservations,
+May import: hil.config, hil.live.bridges, hil.live.core_thread, hil.live.configured, hil.live.reservations,
 hil.live.off_loop, hil.runs, hil.sim, hil.vocab, the standard library.
 """

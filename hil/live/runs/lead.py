@@ -11,8 +11,8 @@ from collections.abc import Coroutine, Mapping
 from typing import Any
 
 from hil.config.document import Document, Finding
-from hil.live.clock import WallClock
 from hil.live.configured import Configured
+from hil.live.core_thread import WallClock
 from hil.live.runs.axis_names import device_names, other_benches
 from hil.live.runs.other_benches import (
     ANSWER_S,

@@ -13,8 +13,8 @@ from typing import Any
 
 from hil import __version__
 from hil.config import ConfigError
-from hil.live.clock import WallClock
 from hil.live.configured import Configured
+from hil.live.core_thread import WallClock
 from hil.live.off_loop import off_loop
 from hil.live.reservations import Reservations
 from hil.live.runs.axis_names import device_names

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 
 from hil.config.document import Document
-from hil.live.clock import WallClock
 from hil.live.configured import Configured
+from hil.live.core_thread import WallClock
 from hil.live.off_loop import off_loop
 from hil.live.runs.axis_names import device_names, other_benches, taken_twice
 from hil.live.runs.lead import Together

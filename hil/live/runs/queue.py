@@ -17,8 +17,8 @@ from dataclasses import replace
 from itertools import count
 from typing import Any
 
-from hil.live.clock import WallClock
 from hil.live.configured import Configured
+from hil.live.core_thread import WallClock
 from hil.live.off_loop import SHORT
 from hil.live.reservations import Reservations
 from hil.live.runs.carry_out import CarryingOut, Entry, NotBegun

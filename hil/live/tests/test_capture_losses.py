@@ -7,7 +7,7 @@ import pytest
 
 from bridges.can.frames.socketcan import CanError, unpack
 from hil.live.captures import BACKLOG_BYTES, Capture
-from hil.live.clock import WallClock
+from hil.live.core_thread import WallClock
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
 from hil.wire.pcapng import Interface, RecordKind, read

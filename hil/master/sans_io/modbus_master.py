@@ -18,7 +18,7 @@ from hil.master.sans_io.line_turns import LineTiming, LineTurns
 from hil.master.sans_io.transaction import Outcome, Transaction
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import NS_PER_MS
-from hil.wire.line_silences import silence_ns
+from hil.wire.serial_line import silence_ns
 
 EXCEPTION_BYTES = 5
 """Address, function, code, CRC: the shortest answer."""

@@ -4,7 +4,7 @@ import pytest
 
 from hil.host.real_time import Grant, is_asked
 from hil.operations.health import KINDS, lateness, state_of
-from hil.vocab.health_words import LATE_KINDS, HealthProblem
+from hil.vocab.monitoring import LATE_KINDS, HealthProblem
 
 REFUSED = Grant(80, 1, {"real-time priority": "a remedy"})
 UNASKED = Grant(80, 1, {"real-time priority": "a remedy"}, is_asked=False)

@@ -4,14 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
-from hil.discovery.buses import find_wire_infos
+from hil.discovery.named_kinds import find_wire_infos
 from hil.live.places import Places
 from hil.operations.health import problem_kinds
 from hil.operations.metrics import metric_rows
 from hil.operations.wire_reports import listed_wires, wire_problems
 from hil.sim.bench import BenchRuntime
 from hil.testing import Bench
-from hil.vocab.health_words import HealthProblem
+from hil.vocab.monitoring import HealthProblem
 from hil.vocab.wire import Report, WireInfo, WireTap, one_of
 
 REPORTS = WireInfo(

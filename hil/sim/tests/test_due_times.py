@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.sim.due_times import DueTimes
+from hil.sim.group import DueTimes
 from hil.vocab.time import FOREVER
 
 INDICES = st.integers(0, 5)

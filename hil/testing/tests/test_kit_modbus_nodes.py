@@ -12,8 +12,7 @@ from bridges.modbus.protocol.pdu import Code, Refused, Table
 from bridges.modbus.registers import layout
 from hil.core.fields import OFFSETS
 from hil.testing import Bench
-from hil.wire.line_silences import silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, silence_ns
 
 HOLDING, INPUT, COILS, BITS = (
     Table.HOLDING_REGISTERS,

@@ -7,8 +7,7 @@ from bridges.modbus.protocol.frame import encode
 from hil.vocab.ports import EchoState
 from hil.vocab.time import FOREVER, NS_PER_MS
 from hil.wire.echo import Echo
-from hil.wire.line_silences import silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, silence_ns
 
 BAUD = 19200
 READ = encode(1, 4, bytes((0, 0, 0, 2)))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 from hil.wire.pcap import read_pcap
 from hil.wire.pcapng import CaptureError, Record, interfaces_in, read, split_blocks, whole_blocks
 

@@ -2,8 +2,7 @@
 
 import pytest
 
-from hil.wire.left_out import LeftOut
-from hil.wire.outside_text import lines_of, text_of
+from hil.wire.outside_text import LeftOut, lines_of, text_of
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])

@@ -4,7 +4,7 @@ from wire_rig import Wire, characters_ns
 
 from bridges.modbus.protocol.frame import encode
 from bridges.modbus.protocol.rtu_framing import MODBUS_RTU
-from hil.wire.line_silences import silence_ns
+from hil.wire.serial_line import silence_ns
 
 BAUD = 38400
 SILENCE_NS = silence_ns(BAUD)

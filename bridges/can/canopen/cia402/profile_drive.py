@@ -26,7 +26,7 @@ from bridges.can.canopen.cia402_words import (
     UNDER_POWER,
 )
 from bridges.can.canopen.node.application import Access, Entry, NodeServices, SdoAbort, Value
-from hil.vocab.path import DEG_PER_S
+from hil.vocab.path_planning import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 
 _INPUTS = 0x60FD

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from bridges.can.canopen.canopen_codes import emergency_words
 from bridges.can.canopen.cia402_words import PROFILE_POSITION, TARGET_REACHED, DriveState, has_fault, state_of
 from bridges.can.canopen.master.drive_units import DriveUnits
-from hil.drives.reading import Reading
+from hil.drives.drive_link import Reading
 from hil.vocab.axis import TURNS_RPM
 
 

@@ -7,6 +7,6 @@ described as well as it can be.
 
 Sources: CiA 301 (application layer), CiA 305 (LSS), CiA 402 (drives).
 
-May import: bridges.can.canopen, bridges.can.frames, hil.vocab, hil.wire.left_out, hil.wire.outside_text,
+May import: bridges.can.canopen, bridges.can.frames, hil.vocab, hil.wire.outside_text, hil.wire.outside_text,
 the pure standard library.
 """

@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from bridges.can.canopen.words.object_words import TYPES_BY_NUMBER, ObjectName
-from hil.wire.left_out import LeftOut
-from hil.wire.outside_text import lines_of
+from hil.wire.outside_text import LeftOut, lines_of
 
 MOST_CHARACTERS = 8_000_000
 _SECTION = re.compile(r"\[\s*([0-9A-Fa-f]{4})(?:sub([0-9A-Fa-f]{1,2})|(name|value))?\s*\]", re.IGNORECASE)

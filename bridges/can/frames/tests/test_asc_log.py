@@ -12,8 +12,7 @@ from bridges.can.frames.asc_log import read_asc
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.candump_log import LoggedFrame
 from bridges.can.frames.socketcan import CanError
-from hil.wire.left_out import LeftOut
-from hil.wire.outside_text import lines_of
+from hil.wire.outside_text import LeftOut, lines_of
 
 HEADER = """date Thu Apr 28 10:44:52.480 am 2022
 base hex  timestamps absolute

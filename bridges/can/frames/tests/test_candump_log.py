@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.frames.candump_log import LoggedFrame, is_candump_line, read_candump
 from bridges.can.frames.socketcan import CanError
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 
 EIGHT = bytes(range(8))
 

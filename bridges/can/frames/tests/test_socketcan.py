@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from bridges.can.frames.can_frame import CanFrame, parse_frame
 from bridges.can.frames.candump_log import LoggedFrame, candump_line, read_candump
 from bridges.can.frames.socketcan import CanError, SocketCanError, pack_error, pack_frame, unpack
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 from hil.wire.pcapng import CaptureError, Interface, bursts, can_record, header, read
 
 KINDS = (

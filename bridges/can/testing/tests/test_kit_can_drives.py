@@ -5,8 +5,7 @@ import struct
 import pytest
 from can_bench import M1, config
 
-from bridges.can.testing.can_faces import CanBusFace, DriveFace
-from bridges.can.testing.sdo_client import SdoAborted
+from bridges.can.testing.can_faces import CanBusFace, DriveFace, SdoAborted
 from hil.testing import Bench
 
 MODE, TARGET, SPEED, POSITION = 0x6060, 0x607A, 0x6081, 0x6064

@@ -11,8 +11,7 @@ from bridges.modbus.protocol.frame import Frame, encode
 from bridges.modbus.protocol.splitter import RtuSplitter
 from hil.sim.flight import Flight, heard
 from hil.vocab.line_format import FORMATS
-from hil.wire.line_silences import gap_ns, silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, gap_ns, silence_ns
 
 BAUD, FORM = 19200, FORMATS["8E1"]
 GAP_NS, SILENCE_NS, ONE_NS = gap_ns(BAUD, 11), silence_ns(BAUD, 11), character_ns(1, BAUD, 11)

@@ -12,8 +12,7 @@ from bridges.modbus.protocol.frame import DATA_MAX, Frame, Malformed, crc16, enc
 from bridges.modbus.protocol.rtu_framing import MODBUS_RTU
 from bridges.modbus.protocol.splitter import RtuSplitter
 from hil.vocab.time import FOREVER, SimTimeNs
-from hil.wire.line_silences import gap_ns, silence_ns
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ns, gap_ns, silence_ns
 
 BAUDS = st.sampled_from([300, 1200, 9600, 19200, 19201, 38400, 115200, 1_000_000])
 FRAMES = st.builds(encode, st.integers(0, 255), st.integers(0, 255), st.binary(max_size=DATA_MAX))

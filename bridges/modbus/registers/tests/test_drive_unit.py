@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
 from bridges.modbus.registers.cells import BIT
-from bridges.modbus.registers.control_word import Wanted
-from bridges.modbus.registers.device_identity import device_identity
 from bridges.modbus.registers.drive_map import TYPES, DriveMap, Place
 from bridges.modbus.registers.map_rows import FORMATS, formatted, map_rows
+from bridges.modbus.registers.register_map import Wanted
+from bridges.modbus.registers.registers_protocol import device_identity
 from bridges.modbus.registers.units import unit_of
 from hil.vocab.axis import AxisState
 from hil.vocab.desk_protocol import AxisField, AxisLook, DeviceInfo

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
 from bridges.modbus.registers import layout
 from bridges.modbus.registers.cells import NO_I32, words_of
-from bridges.modbus.registers.control_word import Wanted
-from bridges.modbus.registers.register_map import register_map
+from bridges.modbus.registers.register_map import Wanted, register_map
 from bridges.modbus.registers.register_unit import RegisterUnit, VerbStage
 from hil.vocab.axis import AxisState
 from hil.vocab.desk_protocol import AxisField, AxisLook, DeviceInfo

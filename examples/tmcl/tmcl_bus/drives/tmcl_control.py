@@ -2,7 +2,7 @@
 
 from hil.drives.drive_axis import DriveAxis
 from hil.drives.drive_control import DriveControl
-from hil.drives.shared_lines import SharedLines
+from hil.drives.drive_link import SharedLines
 from tmcl_bus.drives.tmcl_drive import TmclDrive
 from tmcl_bus.drives.tmcl_line import TmclLines
 from tmcl_bus.drives.tmcl_motion import TmclMotion

@@ -5,10 +5,8 @@ import logging
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 
-from hil.drives.drive_errors import ASKING, Denied, Garbled, NoAnswer, PlaceLost, Stale
-from hil.drives.drive_fields import drive_fields
-from hil.drives.drive_verbs import MOST_RPM, MOST_RPM_PER_S, common_verbs
-from hil.drives.reading import Reading
+from hil.drives.drive_fields import MOST_RPM, MOST_RPM_PER_S, common_verbs, drive_fields
+from hil.drives.drive_link import ASKING, Denied, Garbled, NoAnswer, PlaceLost, Reading, Stale
 from hil.drives.real_drive import FOUND_S, DrivePace, RealDrive
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Verb

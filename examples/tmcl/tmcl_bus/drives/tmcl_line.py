@@ -8,8 +8,7 @@ from typing import Any, Protocol
 
 import serial
 
-from hil.drives.drive_errors import Denied, Garbled, NoAnswer, PlaceLost
-from hil.drives.drive_link import Waits
+from hil.drives.drive_link import Denied, Garbled, NoAnswer, PlaceLost, Waits
 from tmcl_bus.drives.tmcl_drive_address import SerialPlace
 from tmcl_bus.frames import FRAME_BYTES, Reply, Request, Status, has_right_sum, reply_of
 from tmcl_bus.words import reply_words

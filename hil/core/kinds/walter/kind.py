@@ -1,13 +1,27 @@
 """A joint: all that hil asks of it."""
 
 from hil.core._native import axis_bytes
-from hil.core.abi import Kind, Law
+from hil.core.abi import Kind, Law, WalterCall
 from hil.core.axis_kind import ANGLE, AROUND, LOAD, MOTOR, AxisKind, Settable
+from hil.core.core_axis import CoreAxis
 from hil.core.fields import Snapshot, fields_of
-from hil.core.kinds.walter.core_joint import CoreJoint
 from hil.vocab.axis import AxisState
 from hil.vocab.faults import BUS_PART, SERVO, SHAFT
 from hil.vocab.firmware import JOINT
+
+_WALTER_CALLS = {name: int(call) for name, call in WalterCall.__members__.items()}
+
+
+class CoreJoint(CoreAxis):
+    """Joint of an arm; a firmware sees it as ``hil.vocab.firmware.ArmJoint``."""
+
+    def loop(self, on: bool) -> None:
+        """Stop the main loop where a control loop would be stopped."""
+        if not on:
+            self.do("stop")
+
+    def do(self, call: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
+        return self._native.do(self.id, _WALTER_CALLS[call], x, y, z)
 
 
 def _joint_motion(said: Snapshot) -> AxisState:

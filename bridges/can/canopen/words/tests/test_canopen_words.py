@@ -13,7 +13,7 @@ from bridges.can.canopen.words.eds_names import read_eds
 from bridges.can.canopen.words.object_words import ObjectWords
 from bridges.can.canopen.words.sdo_words import SdoWords
 from bridges.can.frames.can_frame import CanFrame
-from hil.wire.left_out import LeftOut
+from hil.wire.outside_text import LeftOut
 
 ONE_FRAME = [
     ("000#0105", "NMT to node 5: start"),

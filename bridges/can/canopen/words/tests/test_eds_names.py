@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from bridges.can.canopen.words.eds_names import EdsError, EdsObjects, read_eds
 from bridges.can.canopen.words.object_words import ObjectName, value_words
-from hil.wire.left_out import LeftOut
-from hil.wire.outside_text import text_of
+from hil.wire.outside_text import LeftOut, text_of
 
 
 def read(text: str, node: int = 5) -> tuple[EdsObjects, str]:

@@ -1,8 +1,28 @@
-"""Metrics of a daemon, for those that watch it: names, kinds and values, in no format."""
+"""Health and metrics of a daemon, for those that watch it: words, problems, names, values; in no format."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
+
+OK, LATE, FAILED = "ok", "late", "failed"
+STATES = {
+    OK: "answers are right and in time",
+    LATE: "all works; answers are right, and come late",
+    FAILED: "something does not work",
+}
+"""States of a bench, and the meaning of each."""
+LATE_KINDS = ("real_time", "wakes", "loop")
+"""Kinds of problems that make a bench late; all others are failures."""
+
+
+@dataclass(frozen=True)
+class HealthProblem:
+    """Problem of a bench. ``about`` is the device, port or segment, empty for the whole bench."""
+
+    kind: str
+    about: str
+    what: str
+    remedy: str
 
 
 @dataclass(frozen=True)
