@@ -1,4 +1,4 @@
 """Metrics over HTTP, in the text format that Prometheus scrapes.
 
-``exposition.py`` writes the format; ``metrics_bridge.py`` serves ``GET /metrics`` and nothing else.
+``metrics_bridge.py`` writes the format and serves ``GET /metrics`` and nothing else.
 """

@@ -1,7 +1,7 @@
 """Real drives on Modbus: what is read and written by a map, and their lines.
 
 Without I/O: ``modbus_drive_address.py`` reads the address of one, ``poll_plan.py`` says what is read and
-what a reading means, ``control_bits.py`` which words switch its bits, ``map_verbs.py`` what can be asked.
+what a reading means, ``control_bits.py`` which words switch its bits.
 
 With I/O: ``modbus_client.py`` is the one module that knows pymodbus; ``drive_line.py`` a place with one
 client, which asks one thing after the other, ``drive_lines.py`` the lines that drives share;

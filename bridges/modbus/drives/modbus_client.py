@@ -7,16 +7,14 @@ pymodbus is imported with the first place that is opened: a bench without real d
 import asyncio
 import logging
 import os
-from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from bridges.modbus.drives.control_bits import RegisterWrite
 from bridges.modbus.drives.modbus_drive_address import RtuPlace, TcpPlace
 from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.pdu import Span, Table, exception_words
-from bridges.modbus.registers.drive_map import DriveMap, Place
 from hil.drives.drive_link import Denied, Garbled, NoAnswer, PlaceLost
 from hil.net.acceptor import abort
 from hil.net.echo_guard import EchoGuard
@@ -25,49 +23,6 @@ from hil.wire.echo import Echo
 
 if TYPE_CHECKING:
     from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
-
-
-@dataclass(frozen=True)
-class RegisterWrite:
-    """Write of words from an address on, or of bits of a table of bits (0 and 1)."""
-
-    table: Table
-    address: int
-    words: tuple[int, ...]
-
-
-def value_write(of: DriveMap, place: Place, value: float) -> RegisterWrite:
-    """Write of a value. Raises ValueError: its registers cannot hold it."""
-    if not place.holds(value):
-        raise ValueError(f"the registers of the drive cannot hold {value:g}")
-    return RegisterWrite(place.table, place.address, place.words(value, is_low_first=of.is_low_first))
-
-
-def bits_write(
-    of: DriveMap, wanted: Mapping[str, bool], known: Mapping[int, int]
-) -> tuple[RegisterWrite, ...]:
-    """Writes that switch control bits, by name; those that the map has not are left out. Bits of one register
-    are switched by one write, with its other bits as they are ``known``, holding registers by address; 0 of
-    one that nobody knows, or of one that is a command with each write: that clears itself."""
-    commands: dict[int, int] = defaultdict(int)
-    for each in of.control.values():
-        if each.on_write and each.bit is not None:
-            commands[each.address] |= 1 << each.bit
-    coils: list[RegisterWrite] = []
-    words: dict[int, int] = {}
-    for name, level in wanted.items():
-        place = of.control.get(name)
-        if place is None or (place.on_write and not level):
-            continue
-        if place.bit is None:
-            coils.append(RegisterWrite(place.table, place.address, (int(level),)))
-            continue
-        word = words.get(place.address, known.get(place.address, 0) & ~commands[place.address])
-        words[place.address] = word | 1 << place.bit if level else word & ~(1 << place.bit)
-    return (
-        *(RegisterWrite(Table.HOLDING_REGISTERS, address, (word,)) for address, word in words.items()),
-        *coils,
-    )
 
 
 _FUNCTIONS = {

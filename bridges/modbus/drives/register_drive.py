@@ -6,8 +6,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from bridges.modbus.drives.control_bits import RegisterWrite, bits_write, value_write
 from bridges.modbus.drives.drive_line import DriveLine
-from bridges.modbus.drives.modbus_client import Excepted, ModbusClient, RegisterWrite, bits_write, value_write
+from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
 from bridges.modbus.drives.modbus_drive_address import ModbusDriveAddress
 from bridges.modbus.drives.poll_plan import PollPlan
 from bridges.modbus.protocol.pdu import Table

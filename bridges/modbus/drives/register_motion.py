@@ -3,7 +3,7 @@
 import asyncio
 from contextlib import suppress
 
-from bridges.modbus.drives.modbus_client import value_write
+from bridges.modbus.drives.control_bits import value_write
 from bridges.modbus.drives.register_drive import RegisterDrive
 from hil.drives.drive_link import ASKING, URGENT, NoAnswer
 from hil.drives.drive_motion import DriveMotion

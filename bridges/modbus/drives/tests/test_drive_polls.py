@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridges.modbus.drives.modbus_client import RegisterWrite, bits_write, value_write
+from bridges.modbus.drives.control_bits import RegisterWrite, bits_write, value_write
 from bridges.modbus.drives.poll_plan import MOST_BITS, MOST_REGISTERS, PollPlan, spans_of
 from bridges.modbus.drives.register_drive import map_verbs
 from bridges.modbus.maps.drive_map_text import read_drive_map
