@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from _report import is_quick, report
 
 from bridges.can.canopen.canopen_codes import NmtState
-from bridges.can.canopen.node.application import Access, DataType, Entry, NodeServices, Value
+from bridges.can.canopen.node.application import Access, DataType, Entry, Value
 from bridges.can.canopen.node.canopen_node import CanOpenNode
 from bridges.can.canopen.node.communication_entries import Identity, mapping_entries
 from bridges.can.frames.can_frame import CanFrame
@@ -48,7 +48,7 @@ class IdleDrive:
     device_type = 0x0002_0192
     due_ns: int = FOREVER
 
-    def __init__(self, services: NodeServices) -> None:
+    def __init__(self, services: CanOpenNode) -> None:
         pass
 
     def read(self, index: int, subindex: int, now_ns: int) -> Value:

@@ -2,11 +2,11 @@
 
 import asyncio
 from collections.abc import Iterable, Sequence
-from typing import Protocol
 
 from hil.master.line_port import LinePort
 from hil.master.sans_io.transaction import Transaction
 from hil.net.silence_timer import SilenceTimer
+from hil.vocab.line_node import LineMaster
 from hil.vocab.ports import EchoStats
 from hil.vocab.time import FOREVER, NS_PER_S
 from hil.wire.echo import Echo
@@ -26,25 +26,6 @@ class LineGone(Exception):
 def _outstanding(transaction: Transaction) -> str:
     command = transaction.command.decode("latin-1")
     return f"{transaction.unit} {command}: {transaction.outcome}"
-
-
-class Master(Protocol):
-    """Master of a line without I/O: of SACs, of Modbus, or a run over a line."""
-
-    def receive(self, data: bytes, at_ns: int) -> None:
-        """Take bytes of the line, the last of which came at ``at_ns``."""
-
-    def due_ns(self) -> int:
-        """Time at which ``advance`` has something to do; ``FOREVER``: nothing."""
-
-    def advance(self, now_ns: int) -> None:
-        """Do what is due."""
-
-    def to_send(self) -> bytes:
-        """Bytes that go out now."""
-
-    def lose(self, at_ns: int, why: str) -> None:
-        """Note that the port has gone."""
 
 
 class LineLoop:
@@ -67,7 +48,7 @@ class LineLoop:
         return self._echo.told
 
     @property
-    def _master(self) -> Master:
+    def _master(self) -> LineMaster:
         """Master whose turn it is."""
         raise NotImplementedError
 

@@ -1,9 +1,9 @@
 """Masters of lines without I/O at the taps of a bench, in simulated time."""
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
 
 from hil.testing.bench import Bench
+from hil.vocab.line_node import LineMaster
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
 SLICE_NS = 1 * NS_PER_MS
@@ -12,22 +12,6 @@ SLICE_NS = 1 * NS_PER_MS
 
 MOST_TURNS = 1000
 """Maximum number of turns without time between them."""
-
-
-class LineMaster(Protocol):
-    """Master of a line without I/O: ``hil.master.NodeMaster``, or one of yours."""
-
-    def receive(self, data: bytes, at_ns: int) -> None:
-        """Take bytes of the line, the last of which came at ``at_ns``."""
-
-    def due_ns(self) -> int:
-        """Time at which ``advance`` has something to do."""
-
-    def advance(self, now_ns: int) -> None:
-        """Do what is due."""
-
-    def to_send(self) -> bytes:
-        """Bytes that go out now."""
 
 
 class NotInTime(AssertionError):

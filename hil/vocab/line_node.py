@@ -145,3 +145,22 @@ class NodeUpload(Protocol):
 
     def differences(self) -> Dialogue[Sequence[str]]:
         """Compare it with what a board lists at its terminal; a line for each difference."""
+
+
+class LineMaster(Protocol):
+    """Master of a line without I/O: of SACs, of Modbus, or a run over a line."""
+
+    def receive(self, data: bytes, at_ns: int) -> None:
+        """Take bytes of the line, the last of which came at ``at_ns``."""
+
+    def due_ns(self) -> int:
+        """Time at which ``advance`` has something to do; ``FOREVER``: nothing."""
+
+    def advance(self, now_ns: int) -> None:
+        """Do what is due."""
+
+    def to_send(self) -> bytes:
+        """Bytes that go out now."""
+
+    def lose(self, at_ns: int, why: str) -> None:
+        """Note that the port has gone."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.framing import Framing, Item
 from hil.vocab.line_format import LineFormat
@@ -13,18 +13,14 @@ _NAMED = 4
 """Maximum number of stations of one speed that a note names."""
 
 
-class HeardCharacter(Protocol):
-    """Character that a receiver reads, complete at ``at_ns``; a framing error if its stop bit was low, a
-    parity error if its parity bit was wrong."""
+class HeardCharacter(NamedTuple):
+    """Character that a receiver reads, complete at ``at_ns``: its stop bit was sampled to the end. A framing
+    error if that bit was low, a parity error if its parity bit was wrong."""
 
-    @property
-    def at_ns(self) -> int: ...
-    @property
-    def byte(self) -> int: ...
-    @property
-    def is_framing_error(self) -> bool: ...
-    @property
-    def is_parity_error(self) -> bool: ...
+    at_ns: int
+    byte: int
+    is_framing_error: bool
+    is_parity_error: bool = False
 
 
 class Receiver(Protocol):

@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 from hil.vocab.framing import Splitter
 from hil.vocab.line_format import LineFormat
-from hil.vocab.segment import SegmentEvent
+from hil.vocab.segment import HeardCharacter, SegmentEvent
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbed_line import DisturbedLine, Ear
 from virtual_ports.rs485.stations import Station
 from virtual_ports.rs485.stats import SegmentStats
-from virtual_ports.rs485.waveform import Character, Driving
+from virtual_ports.rs485.waveform import Driving
 
 MONITOR = ""
 """Name of the listener that the statistics come from."""
@@ -58,13 +58,13 @@ class Disturbance:
         self._watchers = watchers
         self._line = DisturbedLine(first.on_ns, line_format)
         self._bits = line_format.bits
-        self._told: dict[str, tuple[Character, ...]] = {}
+        self._told: dict[str, tuple[HeardCharacter, ...]] = {}
         """Characters that were read last, by station."""
         self._told_ns: int = FOREVER
         """Time up to which receivers know what they hear. What they knew of later was taken back."""
         self._tell_ns: int = FOREVER
         """Time at which they are told more."""
-        self._piece: list[Character] = []
+        self._piece: list[HeardCharacter] = []
         """Characters that watchers were not shown yet."""
         self._piece_ns = first.start_ns
         self._piece_of: dict[str, None] = {}
@@ -131,7 +131,7 @@ class Disturbance:
             each.is_stuck and not each.is_swapped and not each.is_cut for each in self._stations.values()
         )
         heard = self._line.read([*ears, self._monitor], now_ns, until_ns, is_held=is_held)
-        fresh: dict[int, tuple[Character, ...]] = {}
+        fresh: dict[int, tuple[HeardCharacter, ...]] = {}
         for member in members:
             characters = heard[member.name]
             if id(characters) not in fresh:

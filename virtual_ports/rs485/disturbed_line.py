@@ -10,7 +10,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
-from virtual_ports.rs485.waveform import Character, Driving, Lows, inverted, joined, low_line, read, without
+from hil.vocab.segment import HeardCharacter
+from virtual_ports.rs485.waveform import Driving, Lows, inverted, joined, low_line, read, without
 
 
 class Ear(NamedTuple):
@@ -51,7 +52,7 @@ class DisturbedLine:
 
     def read(
         self, ears: Iterable[Ear], now_ns: int, until_ns: int, *, is_held: bool
-    ) -> dict[str, tuple[Character, ...]]:
+    ) -> dict[str, tuple[HeardCharacter, ...]]:
         """Read the characters that each ear has heard since the last call's ``now_ns``, and will by
         ``until_ns`` if nobody else begins to send. All that listen have to be asked each time. ``is_held``: a
         driver that is stuck holds the line high."""
@@ -61,7 +62,7 @@ class DisturbedLine:
         self._drives = [drive for drive in self._drives if drive.off_ns > now_ns]
         ahead = self._lines(now_ns, ahead_ns, is_held)
         lines = {way: joined(self._lows[way], lows) for way, lows in ahead.items()}
-        read_once: dict[tuple[object, ...], tuple[tuple[Character, ...], int]] = {}
+        read_once: dict[tuple[object, ...], tuple[tuple[HeardCharacter, ...], int]] = {}
         again: dict[Ear, int] = {}
         heard = {}
         for ear in ears:

@@ -16,7 +16,7 @@ from hil.vocab.faults import LINE, OF_FRAMINGS, ON_LINE, SEGMENT, STATION, Fault
 from hil.vocab.framing import Framing, Item, Splitter
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.monitoring import HealthProblem
-from hil.vocab.segment import Receiver, SegmentEvent
+from hil.vocab.segment import HeardCharacter, Receiver, SegmentEvent
 from hil.vocab.time import FOREVER, NS_PER_MS, Clock, SimTimeNs
 from hil.vocab.wire import Report, WireTap
 from hil.wire.byte_faults import ByteFault, ByteFaults, Chance
@@ -26,7 +26,6 @@ from virtual_ports.rs485.disturbance import Burst, Disturbance
 from virtual_ports.rs485.segment_reports import segment_problems, segment_report
 from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats
-from virtual_ports.rs485.waveform import Character
 
 
 class GhostNode:
@@ -305,7 +304,7 @@ class Segment:
         wrong has the parity bit of what was meant. A receiver at another speed hears what it reads anyway."""
         baud, parity = burst.baud, self.line_format.parity_bit
         characters = tuple(
-            Character(
+            HeardCharacter(
                 burst.start_ns + character_ns(at + 1, baud, self._bits),
                 byte,
                 False,

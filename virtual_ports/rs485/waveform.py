@@ -13,6 +13,7 @@ from functools import cache
 from typing import NamedTuple
 
 from hil.vocab.line_format import DATA_BITS, EIGHT_N_1, LineFormat
+from hil.vocab.segment import HeardCharacter
 
 _NS_PER_S = 10**9
 
@@ -30,15 +31,6 @@ class Driving(NamedTuple):
     off_ns: int
     is_inverted: bool = False
     """True if its two wires are swapped: it drives 0 for 1."""
-
-
-class Character(NamedTuple):
-    """Character that a receiver read, when its stop bit was sampled to the end."""
-
-    at_ns: int
-    byte: int
-    is_framing_error: bool
-    is_parity_error: bool = False
 
 
 @cache
@@ -146,7 +138,7 @@ def read(
     known_ns: int,
     until_ns: int,
     line_format: LineFormat = EIGHT_N_1,
-) -> tuple[list[Character], int]:
+) -> tuple[list[HeardCharacter], int]:
     """Read the characters of a line as a UART at ``baud`` does that was ready for a start bit at
     ``ready_ns``: it waits for a falling edge, checks the start bit's middle, takes each bit in its middle,
     and looks for the next edge after the first stop bit's middle.
@@ -154,7 +146,7 @@ def read(
     Answers the characters that are complete by ``until_ns``; and the time from which a later reading, of a
     line that may differ from this one from ``known_ns`` on, has to begin to tell those after ``known_ns``.
     """
-    characters: list[Character] = []
+    characters: list[HeardCharacter] = []
     again_ns = ready_ns
     is_known = True
     for at_ns, next_ns, character in _readings(lows, baud, ready_ns, line_format):
@@ -174,7 +166,7 @@ def read(
 
 def _readings(
     lows: Lows, baud: int, ready_ns: int, line_format: LineFormat
-) -> Iterator[tuple[int, int, Character | None]]:
+) -> Iterator[tuple[int, int, HeardCharacter | None]]:
     """Iterate over each falling edge that a UART tries as a start bit: when it was, when the UART looks for
     the next, and what character it began, None if it was a glitch."""
     stop = line_format.bits - line_format.stop_bits
@@ -204,5 +196,5 @@ def _readings(
             ready_ns = start_ns + samples_ns[-1]
             byte = levels >> 1 & 0xFF
             is_odd = has_parity and levels >> 1 + DATA_BITS & 1 != line_format.parity_bit(byte)
-            yield start_ns, ready_ns, Character(start_ns + one_ns, byte, not levels >> stop, is_odd)
+            yield start_ns, ready_ns, HeardCharacter(start_ns + one_ns, byte, not levels >> stop, is_odd)
         index += 1

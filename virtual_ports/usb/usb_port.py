@@ -7,7 +7,6 @@ import socket
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
 
 from hil.net import stable_name
 from hil.net.traffic import Traffic
@@ -17,7 +16,7 @@ from virtual_ports.usb.cdc_acm import FRAMING, PARITY
 from virtual_ports.usb.descriptors import Descriptors
 from virtual_ports.usb.usb_options import Options
 from virtual_ports.usb.usb_session import UsbSession
-from virtual_ports.usb.vhci import VhciError, attach
+from virtual_ports.usb.vhci import Attachment, VhciError, attach
 
 RESET_S = 0.5
 """Time for which a board that resets is away: long enough for a tool that looks each 0.25 s."""
@@ -32,17 +31,7 @@ _NO_POWER = "the board has no power"
 log = logging.getLogger("hil")
 
 
-class Plugged(Protocol):
-    """Device that is plugged in (``vhci.Attachment``)."""
-
-    def tty(self) -> str | None:
-        """Path of its tty, or None until there is one."""
-
-    def detach(self) -> None:
-        """Pull it out. Safe to call twice."""
-
-
-Attach = Callable[[socket.socket, int], Plugged]
+Attach = Callable[[socket.socket, int], Attachment]
 """Plugs a device in: the kernel's end of its socket, and a number for it. Raises VhciError."""
 
 
@@ -58,7 +47,7 @@ class UsbPort:
         self._attach = attach
         self._traffic = Traffic()
         self._session: UsbSession | None = None
-        self._plugged: Plugged | None = None
+        self._plugged: Attachment | None = None
         self._tty: str | None = None
         self._keeper: asyncio.Task[None] | None = None
         self._away: str | None = "not opened yet"
@@ -157,7 +146,7 @@ class UsbPort:
             raise
         self._tty, self._away = tty, None
 
-    async def _find_tty(self, session: UsbSession, plugged: Plugged) -> str:
+    async def _find_tty(self, session: UsbSession, plugged: Attachment) -> str:
         loop = asyncio.get_running_loop()
         end_s = loop.time() + TTY_S
         while self._session is session and not self._is_closing:

@@ -7,17 +7,10 @@ that time first, and the line looks ahead again.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
 
 from bridges.can.bus._bit_wire import BitWire
+from bridges.can.bus.bus_nodes import BusNode
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
-
-
-class Loader(Protocol):
-    """Source of frames for a controller of the wire."""
-
-    def load(self, wire: BitWire) -> None:
-        """Load what is to be sent next."""
 
 
 class BusLine:
@@ -37,10 +30,10 @@ class BusLine:
         self._next_ns: int = FOREVER
         """Time of what happens next, as far as is known."""
         self._is_telling = False
-        self._waiting: dict[Loader, None] = {}
+        self._waiting: dict[BusNode, None] = {}
         """Those whose next frame has changed since it could matter."""
 
-    def offer(self, loader: Loader) -> None:
+    def offer(self, loader: BusNode) -> None:
         """Have a controller's next frame loaded: now, or when the frame on the wire is over."""
         now_ns = self._clock.now_ns
         if self._is_telling or (self._next_ns < FOREVER and now_ns > self._ahead.decided_ns):

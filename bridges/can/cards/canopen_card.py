@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from bridges.can.bus.bus_events import CanFilter, MailboxesFull, NodeState
-from bridges.can.canopen.node.application import Application, NodeServices
+from bridges.can.canopen.node.application import Application
 from bridges.can.canopen.node.canopen_node import CanOpenNode
 from bridges.can.canopen.node.communication_entries import Identity
 from bridges.can.canopen.node.eds import eds_text
@@ -26,7 +26,7 @@ class CardSpec:
     """Node that a card is. ``section``: name of what it keeps in its board's memory."""
 
     node_id: int
-    make_application: Callable[[NodeServices], Application]
+    make_application: Callable[[CanOpenNode], Application]
     identity: Identity
     section: str
 

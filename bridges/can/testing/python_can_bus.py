@@ -2,7 +2,6 @@
 
 import threading
 from collections import deque
-from typing import Protocol
 
 import can
 
@@ -11,14 +10,8 @@ from bridges.can.cards.channel_node import ChannelNode
 from bridges.can.frames.can_frame import CanFrame, check
 from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Attach, Detach, Frames
+from hil.testing.bench import Bench
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
-
-
-class Runs(Protocol):
-    """Bench whose simulated time passes when it is told to."""
-
-    def run_until(self, ms: float) -> None: ...
-
 
 _LONGEST_STEP_NS = 1_000_000
 _FRAME_BITS = 160
@@ -35,7 +28,7 @@ class PythonCanBus(can.BusABC):
     nothing is the same twice.
     """
 
-    def __init__(self, bench: Runs, runtime: BenchRuntime, bus: str, node: str) -> None:
+    def __init__(self, bench: Bench, runtime: BenchRuntime, bus: str, node: str) -> None:
         super().__init__(channel=bus)
         self.channel_info = f"{bus} of a bench in simulated time"
         self._bench, self._runtime = bench, runtime

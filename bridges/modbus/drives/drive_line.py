@@ -11,11 +11,12 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
 from bridges.modbus.drives.modbus_drive_address import RtuPlace, TcpPlace
 from hil.drives.drive_link import IN_TURN, LOST_AFTER, Garbled, NoAnswer, PlaceLost, Stale, Waits
+from hil.drives.real_drive import RealDrive
 from hil.vocab.ports import EchoStats
 
 LATE_S = 0.03
@@ -26,16 +27,6 @@ V1.02, 2.5.1.1."""
 
 log = logging.getLogger("hil")
 Answer = TypeVar("Answer")
-
-
-class LineDrive(Protocol):
-    """Drive on a line."""
-
-    def place_found(self) -> None:
-        """Note that the place can be reached."""
-
-    def place_lost(self, why: str) -> None:
-        """Note that it cannot."""
 
 
 @dataclass(order=True)
@@ -53,7 +44,7 @@ class DriveLine:
     def __init__(self, place: TcpPlace | RtuPlace, timeout_s: float) -> None:
         self.place = place
         self.timeout_s = timeout_s
-        self.members: list[LineDrive] = []
+        self.members: list[RealDrive] = []
         self.is_open = False
         self.why = f"{place}: it is not open yet"
         """Reason why it is not open."""

@@ -1,7 +1,8 @@
 """Lines of a bench to real drives: drives at one place share one."""
 
-from bridges.modbus.drives.drive_line import DriveLine, LineDrive
+from bridges.modbus.drives.drive_line import DriveLine
 from bridges.modbus.drives.modbus_drive_address import RtuPlace, TcpPlace
+from hil.drives.real_drive import RealDrive
 
 
 class DriveLines:
@@ -10,7 +11,7 @@ class DriveLines:
     def __init__(self) -> None:
         self._lines: dict[str, DriveLine] = {}
 
-    def join(self, member: LineDrive, place: TcpPlace | RtuPlace, timeout_s: float) -> DriveLine:
+    def join(self, member: RealDrive, place: TcpPlace | RtuPlace, timeout_s: float) -> DriveLine:
         """Give a drive its line. The longest of the drives' times for an answer holds for all of them."""
         line = self._lines.get(place.where)
         if line is None or line.place != place:
@@ -21,7 +22,7 @@ class DriveLines:
             member.place_found()
         return line
 
-    async def leave(self, member: LineDrive, line: DriveLine) -> None:
+    async def leave(self, member: RealDrive, line: DriveLine) -> None:
         """Take a drive off its line; the last one closes it."""
         if member in line.members:
             line.members.remove(member)

@@ -13,7 +13,8 @@ from typing import Any
 from bridges.can.canopen.cia402.motor_axis import NEGATIVE, POSITIVE, MotorAxis, MotorLook
 from bridges.can.canopen.cia402.movers import MotionRules, Mover, PathMover, RampMover
 from bridges.can.canopen.cia402.objects import LIMITED_JERK
-from bridges.can.canopen.node.application import Entry, NodeServices
+from bridges.can.canopen.node.application import Entry
+from bridges.can.canopen.node.canopen_node import CanOpenNode
 from hil.vocab.path_planning import DEG_PER_S
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
@@ -86,7 +87,7 @@ _CONVERTED = frozenset((*FACTORS, 0x607D, 0x6080, 0x60C2, 0x6065, 0x6066))
 class DriveContext:
     """Axis, values and units of one drive, from a power-up of its card on."""
 
-    def __init__(self, axis: MotorAxis, services: NodeServices, entries: Sequence[Entry]) -> None:
+    def __init__(self, axis: MotorAxis, services: CanOpenNode, entries: Sequence[Entry]) -> None:
         self.axis, self.services = axis, services
         self._defaults = {(entry.index, entry.subindex): entry.default for entry in entries}
         self._node_value: Callable[[int, int], Any] = self._default

@@ -25,7 +25,8 @@ from bridges.can.canopen.cia402_words import (
     STATUSWORD,
     UNDER_POWER,
 )
-from bridges.can.canopen.node.application import Access, Entry, NodeServices, SdoAbort, Value
+from bridges.can.canopen.node.application import Access, Entry, SdoAbort, Value
+from bridges.can.canopen.node.canopen_node import CanOpenNode
 from hil.vocab.path_planning import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 
@@ -55,7 +56,7 @@ _CHECKED = frozenset((MODE, *_CHOICES, 0x6098, *FACTORS, 0x607D, 0x60C2))
 class ProfileDrive:
     """Drive, ``bridges.can.canopen.node.application.Application``: made at each power-up of the card."""
 
-    def __init__(self, axis: MotorAxis, services: NodeServices) -> None:
+    def __init__(self, axis: MotorAxis, services: CanOpenNode) -> None:
         self.entries: Sequence[Entry] = entries_of(axis)
         self.names: Mapping[int, str] = names_of(self.entries)
         self.device_type = objects.SERVO_DRIVE if axis.follows_paths else objects.STEPPER_DRIVE

@@ -139,20 +139,3 @@ class Application(Protocol):
 
     def step(self, now_ns: int) -> None:
         """Do what was due. It may be called earlier too."""
-
-
-class NodeServices(Protocol):
-    """Services of a node for its application, at any time."""
-
-    def value(self, index: int, subindex: int) -> Value:
-        """Tell the value of an entry that is not live. Raises KeyError: there is none."""
-
-    def set_value(self, index: int, subindex: int, value: Value) -> None:
-        """Set what reads get, without asking the application."""
-
-    def emergency(self, code: int, register_bits: int, manufacturer: bytes = bytes(5)) -> None:
-        """Send EMCY: an error code, the bits of 1001h that are set from now on, and five bytes. Code 0: the
-        error of these bits is over."""
-
-    def changed(self, index: int, subindex: int) -> None:
-        """Send the event-driven TPDOs (254, 255) that have an entry; those of type 0 at the next SYNC."""

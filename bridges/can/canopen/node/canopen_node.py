@@ -8,7 +8,7 @@ from typing import Any
 
 from bridges.can.canopen.can_ids import NODE_ID_MAX, UNCONFIGURED
 from bridges.can.canopen.canopen_codes import NmtState
-from bridges.can.canopen.node.application import Application, NodeServices, Value
+from bridges.can.canopen.node.application import Application, Value
 from bridges.can.canopen.node.communication_entries import (
     COMMUNICATION_NAMES,
     Identity,
@@ -50,7 +50,7 @@ class CanOpenNode:
         self,
         node_id: int,
         bit_rate: int,
-        make_application: Callable[[NodeServices], Application],
+        make_application: Callable[["CanOpenNode"], Application],
         identity: Identity,
         send: Callable[[CanFrame], None],
         *,
@@ -158,12 +158,13 @@ class CanOpenNode:
         self.dictionary.values[key_of(index, subindex)] = value
 
     def emergency(self, code: int, register_bits: int, manufacturer: bytes = bytes(5)) -> None:
-        """Send EMCY; code 0: the error of these bits of 1001h is over."""
+        """Send EMCY: an error code, the bits of 1001h that are set from now on, and five bytes. Code 0: the
+        error of these bits is over."""
         self._emergencies.report(code, register_bits, manufacturer)
         self._be_due()
 
     def changed(self, index: int, subindex: int) -> None:
-        """Send the event-driven TPDOs that have an entry."""
+        """Send the event-driven TPDOs (254, 255) that have an entry; those of type 0 at the next SYNC."""
         self._pdos.note_change(key_of(index, subindex))
         self._be_due()
 

@@ -4,11 +4,12 @@ import asyncio
 import logging
 import os
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Any
 
 import serial
 
 from hil.drives.drive_link import Denied, Garbled, NoAnswer, PlaceLost, Waits
+from hil.drives.real_drive import RealDrive
 from tmcl_bus.drives.tmcl_drive_address import SerialPlace
 from tmcl_bus.frames import FRAME_BYTES, Reply, Request, Status, has_right_sum, reply_of
 from tmcl_bus.words import reply_words
@@ -19,22 +20,12 @@ LATE_S = 0.05
 log = logging.getLogger("hil")
 
 
-class LineModule(Protocol):
-    """Module as its line knows it."""
-
-    def place_found(self) -> None:
-        """Note that the line is open."""
-
-    def place_lost(self, why: str) -> None:
-        """Note that it is not."""
-
-
 class TmclLine:
     """Line at one place. ``timeout_s``: for a reply."""
 
     def __init__(self, place: SerialPlace, timeout_s: float) -> None:
         self.place, self.timeout_s = place, timeout_s
-        self.members: list[LineModule] = []
+        self.members: list[RealDrive] = []
         self.is_open, self.why = False, f"{place}: it is not open yet"
         self._port: Any = None
         self._heard = bytearray()
@@ -146,7 +137,7 @@ class TmclLines:
     def __init__(self) -> None:
         self._lines: dict[str, TmclLine] = {}
 
-    def join(self, member: LineModule, place: SerialPlace, timeout_s: float) -> TmclLine:
+    def join(self, member: RealDrive, place: SerialPlace, timeout_s: float) -> TmclLine:
         """Give a module its line. The longest of the modules' times for a reply holds for all of them."""
         line = self._lines.get(place.where)
         if line is None or line.place != place:
@@ -157,7 +148,7 @@ class TmclLines:
             member.place_found()
         return line
 
-    async def leave(self, member: LineModule, line: TmclLine) -> None:
+    async def leave(self, member: RealDrive, line: TmclLine) -> None:
         """Take a module off its line; the last one closes it."""
         if member in line.members:
             line.members.remove(member)

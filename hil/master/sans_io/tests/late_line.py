@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Iterator
 
-from hil.testing.line_masters import LineMaster
+from hil.vocab.line_node import LineMaster
 from hil.vocab.time import FOREVER
 
 

@@ -139,7 +139,7 @@ class DriveRig:
         self.drive.entered(NmtState.INITIALISING, 0)
         self.drive.entered(NmtState.PRE_OPERATIONAL, 0)
 
-    # ---- bridges.can.canopen.node.application.NodeServices ----
+    # ---- bridges.can.canopen.node.canopen_node.CanOpenNode ----
 
     def value(self, index: int, subindex: int) -> Value:
         return self.kept[index, subindex]

@@ -10,7 +10,6 @@ from canopen.profiles.p402 import BaseNode402
 from drive_rig import SimpleAxis
 
 from bridges.can.canopen.cia402.profile_drive import ProfileDrive
-from bridges.can.canopen.node.application import NodeServices
 from bridges.can.canopen.node.canopen_node import CanOpenNode
 from bridges.can.canopen.node.communication_entries import Identity
 from bridges.can.canopen.node.eds import eds_text
@@ -30,7 +29,7 @@ class World(canopen.Network):
         self.node = CanOpenNode(NODE, 1_000_000, self._make, IDENTITY, self._hear)
         self.node.power_up(0)
 
-    def _make(self, services: NodeServices) -> ProfileDrive:
+    def _make(self, services: CanOpenNode) -> ProfileDrive:
         self.drive = ProfileDrive(self.axis, services)
         return self.drive
 

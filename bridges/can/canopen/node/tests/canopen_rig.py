@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.canopen_codes import NmtState
-from bridges.can.canopen.node.application import Access, DataType, Entry, NodeServices, SdoAbort, Value
+from bridges.can.canopen.node.application import Access, DataType, Entry, SdoAbort, Value
 from bridges.can.canopen.node.canopen_node import CanOpenNode
 from bridges.can.canopen.node.communication_entries import Identity, mapping_entries
 from bridges.can.frames.can_frame import CanFrame
@@ -50,7 +50,7 @@ class StubApplication:
     device_type = 0x0002_0192
     due_ns: int = FOREVER
 
-    def __init__(self, services: NodeServices) -> None:
+    def __init__(self, services: CanOpenNode) -> None:
         self.services = services
         self.told: list[tuple[Any, ...]] = []
         self.read_fails = False
@@ -113,7 +113,7 @@ class Rig:
         )
         self.node.power_up(0)
 
-    def _make(self, services: NodeServices) -> StubApplication:
+    def _make(self, services: CanOpenNode) -> StubApplication:
         self.application = StubApplication(services)
         return self.application
 
