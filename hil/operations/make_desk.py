@@ -13,8 +13,7 @@ from hil.operations.device_operations import ChannelOperations, DeviceOperations
 from hil.operations.drawing_operation import DrawingOperation
 from hil.operations.health import Health
 from hil.operations.metrics import Metrics
-from hil.operations.reports import Reports
-from hil.operations.shared_report import SharedReport
+from hil.operations.reports import Reports, SharedReport
 from hil.operations.table import OPERATIONS, Answerer
 from hil.operations.watch_operations import WatchOperations
 from hil.operations.wire_reports import data_sheet, listed_wires

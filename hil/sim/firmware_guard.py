@@ -1,4 +1,4 @@
-"""Guards over a firmware's own code: in a daemon a clock, in a replay its log.
+"""Guards over a firmware's own code: in a daemon a clock, in a replay its log; and the place of its error.
 
 The guard stops a firmware at a point that has no simulated time. So the turn in which it happens counts as if
 the firmware had not run in it. The log has what the firmware had already sent.
@@ -10,6 +10,25 @@ from typing import Protocol
 
 from hil.sim.inputs import Stopped
 from hil.vocab.time import SimTimeNs
+
+_ROOT = __file__.removesuffix("hil/sim/firmware_guard.py")
+_OURS = f"{_ROOT}hil/", f"{_ROOT}bridges/"
+"""Folders of the code that carries a board's out: the bench, and buses."""
+
+
+def place_of(error: BaseException) -> str:
+    """Answer file and line as " (firmware.py:31)": of the innermost call outside of these, if there is one;
+    "" without a traceback."""
+    places: list[tuple[str, int]] = []
+    call = error.__traceback__
+    while call:
+        places.insert(0, (call.tb_frame.f_code.co_filename, call.tb_lineno))
+        call = call.tb_next
+    if not places:
+        return ""
+    file, line = next((each for each in places if not each[0].startswith(_OURS)), places[0])
+    return f" ({file.rpartition('/')[2]}:{line})"
+
 
 _NOTHING = nullcontext()
 

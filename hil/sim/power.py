@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 
-from hil.sim.firmware_guard import FirmwareHung, Guard, StopLogged
+from hil.sim.firmware_guard import FirmwareHung, Guard, StopLogged, place_of
 from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.inputs import Stopped
-from hil.sim.raised_at import place_of
 from hil.sim.setpoints import Setpoints
 from hil.sim.sketch import Sketch
 from hil.vocab.firmware import Commit

@@ -6,7 +6,7 @@ baud each character has its time, there is no flow control, and what finds no ro
 
 from collections.abc import Callable, Sequence
 
-from hil.firmware.rx_buffer import RxBuffer
+from hil.firmware.runtime import RxBuffer
 from hil.sim.flight import Flight, flight_of, heard
 from hil.sim.uart_rx_line import DueChanged, Incoming
 from hil.vocab.framing import Framing, Item

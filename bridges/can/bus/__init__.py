@@ -1,8 +1,8 @@
 """CAN buses: wires that nodes share, in simulated time.
 
-``can_bus.py`` is the bus, ``bus_nodes.py`` has its nodes and tells them what happens on it, ``bus_line.py``
-joins the wire's bits to the time of a clock, ``can_faults.py`` has the faults, ``bus_events.py`` what nodes
-and watchers are told; ``native`` has the bits.
+``can_bus.py`` is the bus and joins the wire's bits to the time of a clock, ``bus_nodes.py`` has its nodes and
+tells them what happens on it, ``can_faults.py`` has the faults, ``bus_events.py`` what nodes and watchers are
+told; ``native`` has the bits.
 
 It knows frames, arbitration, errors and times; what a frame means it does not.
 

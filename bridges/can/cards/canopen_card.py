@@ -13,7 +13,7 @@ from bridges.can.canopen.node.eds import eds_text
 from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.frames.can_frame import STANDARD_ID_MAX, CanFrame
 from bridges.can.frames.slcan import encode
-from hil.sim.raised_at import place_of
+from hil.sim.firmware_guard import place_of
 from hil.sim.twin import Twin
 from hil.vocab.time import FOREVER, Clock, SimTimeNs
 

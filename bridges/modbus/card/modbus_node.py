@@ -9,8 +9,8 @@ from bridges.modbus.card.rtu_receiver import RtuReceiver
 from bridges.modbus.protocol.diagnostics import Diagnostics, report
 from bridges.modbus.protocol.frame import TO_ALL, encode
 from bridges.modbus.protocol.pdu import Function, Refused, Request, exception, parse
+from hil.sim.firmware_guard import place_of
 from hil.sim.flight import flight_of, heard
-from hil.sim.raised_at import place_of
 from hil.vocab.faults import MODBUS_NODE, Fault
 from hil.vocab.framing import Item
 from hil.vocab.segment import HeardCharacter, Segment

@@ -6,10 +6,9 @@ from importlib.metadata import version
 from typing import Any
 
 from bridges.modbus.door.door_options import Options
-from bridges.modbus.door.door_units import DoorUnit, DoorUnits
-from bridges.modbus.door.request_handler import RequestHandler
+from bridges.modbus.door.request_handler import DoorUnit, DoorUnits, RequestHandler
 from bridges.modbus.door.rtu_server import RtuServer
-from bridges.modbus.door.tcp_connections import CONNECTIONS, TcpConnections
+from bridges.modbus.door.tcp_client import CONNECTIONS, TcpConnections
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.registers import layout
 from bridges.modbus.registers.registers_protocol import EXCEPTIONS, device_identity

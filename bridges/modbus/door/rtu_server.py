@@ -11,8 +11,7 @@ from functools import partial
 from inspect import isawaitable
 from typing import Any
 
-from bridges.modbus.door.door_units import DoorUnit, DoorUnits
-from bridges.modbus.door.request_handler import Asker, RequestHandler
+from bridges.modbus.door.request_handler import Asker, DoorUnit, DoorUnits, RequestHandler
 from bridges.modbus.protocol.diagnostics import Diagnostics, report
 from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.frame import FRAME_BYTES_MAX, FRAME_BYTES_MIN, TO_ALL, Frame, encode

@@ -8,8 +8,13 @@ from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
 from bridges.modbus.registers import layout
 from bridges.modbus.registers.axis_registers import AxisRegisters
 from bridges.modbus.registers.cells import Cell, Halves, WrittenWords, ordered, value_of
-from bridges.modbus.registers.register_map import ControlWord, RegisterMap, Wanted
-from bridges.modbus.registers.verb_parameters import VerbParameters, argument_address
+from bridges.modbus.registers.register_map import (
+    ControlWord,
+    RegisterMap,
+    VerbParameters,
+    Wanted,
+    argument_address,
+)
 from hil.vocab.desk_protocol import AxisLook
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.firmware.arduino import STREAM_TIMEOUT_NS, float32, parse_float, print_float, print_int
-from hil.firmware.rx_buffer import RxBuffer
+from hil.firmware.runtime import RxBuffer
 from hil.vocab.firmware import ByteAvailable
 from hil.vocab.time import NS_PER_MS
 

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.firmware.runtime import FirmwareStuck, Runtime
-from hil.firmware.rx_buffer import RxBuffer
+from hil.firmware.runtime import FirmwareStuck, Runtime, RxBuffer
 from hil.vocab.firmware import ByteAvailable, Commit, Delay, Main
 from hil.vocab.time import FOREVER, SimTimeNs
 

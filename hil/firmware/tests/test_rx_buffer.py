@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.firmware.rx_buffer import RxBuffer
+from hil.firmware.runtime import RxBuffer
 
 STEPS = st.lists(st.binary(max_size=6) | st.sampled_from(["read", "peek"]), max_size=60)
 

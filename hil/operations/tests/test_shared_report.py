@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from hil.operations.shared_report import SharedReport
+from hil.operations.reports import SharedReport
 from hil.wire.json_text import ITEMS, json_pieces
 
 

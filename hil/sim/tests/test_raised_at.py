@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.sim.raised_at import place_of
+from hil.sim.firmware_guard import place_of
 
 
 def raised(code: str, file: str) -> BaseException:
@@ -25,7 +25,7 @@ def test_hils_own_mistake_has_its_place() -> None:
     with pytest.raises(AttributeError) as raised_here:
         place_of(None)  # type: ignore[arg-type]
     raised_here.value.__traceback__ = raised_here.tb.tb_next
-    assert place_of(raised_here.value).startswith(" (raised_at.py:")
+    assert place_of(raised_here.value).startswith(" (firmware_guard.py:")
 
 
 def test_what_was_never_raised_has_no_place() -> None:

@@ -15,8 +15,7 @@ from served_door import LOOK, Door, RawClient, packet, with_door
 from served_line import MemoryPort
 from simulated_loop import Simulated
 
-from bridges.modbus.door.door_units import DoorUnits
-from bridges.modbus.door.request_handler import RequestHandler
+from bridges.modbus.door.request_handler import DoorUnits, RequestHandler
 from bridges.modbus.door.rtu_server import RtuServer
 from bridges.modbus.protocol.frame import Frame, encode
 from bridges.modbus.protocol.identification import Identification

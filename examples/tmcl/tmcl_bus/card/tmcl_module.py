@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+from hil.sim.firmware_guard import place_of
 from hil.sim.flight import flight_of, heard
-from hil.sim.raised_at import place_of
 from hil.vocab.framing import Item
 from hil.vocab.segment import HeardCharacter, Segment
 from hil.vocab.time import Clock, SimTimeNs
