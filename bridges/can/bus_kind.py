@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from hil.vocab.bus import BusKind, DriveAddress, DriveKind, DriveOption, FaceKind, Raw, WireKind
+from hil.vocab.bus import BusKind, DriveAddress, DriveKind, DriveOption, FaceKind, LogKind, Raw, WireKind
 from hil.vocab.monitoring import Metric
 from hil.vocab.wire import Report, WireInfo, WireMetric, WireView, counted, errors_of, one_of
 
@@ -139,6 +139,12 @@ def _tap_face(runtime: "BenchRuntime", tap: "ClientTap") -> "TapFace":
     return CanTapFace(runtime, tap)
 
 
+def _logs() -> LogKind:
+    from bridges.can.can_logs import LOGS
+
+    return LOGS
+
+
 def _reference(twins: "Iterable[DeviceInfo]") -> str:
     from bridges.can.canopen.cia402.object_rows import reference
 
@@ -186,6 +192,7 @@ BUS = BusKind(
         no_keys={"map": "a CANopen drive says itself what is where"},
         alike={"setpoint_rate_Hz": "write the same for both: a bus has one SYNC"},
     ),
+    logs=_logs,
     sections=(
         ("## CAN buses: `can.<name>`", "CanConfig"),
         ("## CANopen nodes: `can.<name>.nodes.<axis>`\n\nThe node id alone, or a mapping.", "CanNodeConfig"),

@@ -5,10 +5,9 @@ command line of its table and has what commands share, ``documents`` has what is
 folder has the commands about one thing. A command imports other rooms when it runs: each starts quickly. No
 other room imports this one.
 
-May import: bridges.can.canopen.words, bridges.can.frames, hil.arduino, hil.compose, hil.config, hil.core,
-hil.daemon, hil.discovery, hil.drives, hil.firmware, hil.gcode, hil.host, hil.live, hil.master, hil.net,
-hil.operations, hil.runs, hil.sim, hil.telemetry, hil.testing, hil.toolpath, hil.vocab, hil.wire,
-the standard library, can, rich, serial, typer.
+May import: hil.arduino, hil.compose, hil.config, hil.core, hil.daemon, hil.discovery, hil.drives,
+hil.firmware, hil.gcode, hil.host, hil.live, hil.master, hil.net, hil.operations, hil.runs, hil.sim,
+hil.telemetry, hil.testing, hil.toolpath, hil.vocab, hil.wire, the standard library, rich, serial, typer.
 
-Tests may import too: bridges.modbus.protocol.
+Tests may import too: bridges.can.frames, bridges.modbus.protocol.
 """

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any
 
 from hil.discovery.installed import BUSES, installed, told
-from hil.vocab.bus import BusKind
+from hil.vocab.bus import BusKind, LogKind
 from hil.vocab.problem import Problem, Unusable
 from hil.vocab.wire import WireInfo
 
@@ -36,6 +36,12 @@ def find_wire_infos() -> Mapping[str, WireInfo]:
     buses, _ = find_buses()
     segments = {bus.segments.info.key: bus.segments.info for bus in buses if bus.segments}
     return segments | {bus.wires.key: bus.wires.info for bus in buses if bus.wires}
+
+
+@cache
+def find_logs() -> tuple[LogKind, ...]:
+    """Find the kinds of frames that captures and logs have."""
+    return tuple(bus.logs() for bus in find_buses()[0] if bus.logs)
 
 
 class Kinds(Mapping[str, type[Any]]):

@@ -1,8 +1,8 @@
 """Kind of bus, as its folder gives it: parts, each for those buses that have such a thing."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, BinaryIO, NamedTuple, Protocol
 
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.framing import Framing
@@ -183,6 +183,55 @@ class MapKind:
     """Makes ``DeviceInfo.own_map`` of a model. Its ``values`` are by name."""
 
 
+class FrameDescription(NamedTuple):
+    """Frame of a capture in words. ``say`` makes them, in the frames' order, where they are wanted at all."""
+
+    say: Callable[[], str]
+    error: str = ""
+    """Error on the wire, which stands in place of a frame; empty: it is a frame."""
+    data: bytes = b""
+    number: int | None = None
+    """Its identifier."""
+
+
+LoggedFrame = tuple[int, str, Any]
+"""Frame of a log: nanoseconds since 1970 or by the writer's clock, the wire, the frame as its bus has it."""
+
+
+@dataclass(frozen=True, eq=False)
+class LogKind:
+    """Frames in captures, and logs of them as other programs have them. ``Record``, ``Interface`` and
+    ``CaptureError`` are those of ``hil.wire.pcapng``."""
+
+    wire: str
+    """Words for a wire in errors, as in "CAN bus"."""
+    about: str
+    """Words for a log, with the formats that there are."""
+    endings: Collection[str]
+    """Ends of the names of such files, as in ``.log``: one for each format."""
+    looks: Callable[[bytes], str]
+    """Answers the ending of the logs that a file is like by its first bytes; empty: none."""
+    read: Callable[[str, bytes, Any], Iterator[LoggedFrame]]
+    """Reads a log. Arguments: the ending, the content, the ``LeftOut``. Raises CaptureError: after all that
+    can be read."""
+    read_lines: Callable[[str, Iterable[str], Any], Iterator[LoggedFrame] | None]
+    """Reads the lines of a log as they come, as ``read``; None: such a log can be read as a whole only."""
+    writer: Callable[[str, BinaryIO], Any]
+    """Begins a log. Arguments: the ending, the file, which is open. What it answers has ``write(records)``,
+    which raises CaptureError, and ``close()``, which closes the file too."""
+    has: Callable[[Any], bool]
+    """Says of an ``Interface`` if its records are frames of this bus."""
+    unpack: Callable[[bytes], Any]
+    """Answers the frame of a record. Raises ValueError: it is none."""
+    names: Callable[[Iterable[str], Callable[[str], None]], Any]
+    """Reads dictionaries of names: the values of ``hil decode --eds``. The second argument says what is left
+    out of them. Raises ValueError: ``str(error)`` says which cannot be read, and why."""
+    words: Callable[[Any], Callable[[Any], FrameDescription]]
+    """Makes what puts the frames of one wire into words. Argument: what ``names`` answers, or None."""
+    dissectors: Sequence[str] = ()
+    """Options of Wireshark, by which it dissects what is in the frames."""
+
+
 @dataclass(frozen=True, eq=False)
 class BusKind:
     """Kind of bus: ``BUS`` of ``bus_kind.py`` in its folder.
@@ -196,6 +245,8 @@ class BusKind:
     nodes: NodeKind | None = None
     drives: DriveKind | None = None
     maps: MapKind | None = None
+    logs: Callable[[], LogKind] | None = None
+    """Answers its frames in captures; None: they are packets on lines, which their framing describes."""
     sections: tuple[tuple[str, str], ...] = ()
     """Sections of the reference: a heading or a sentence, and the model whose keys follow."""
     reference: Callable[[Iterable[DeviceInfo]], str] | None = None

@@ -1,10 +1,10 @@
 """Commands ``hil capture``, ``hil decode``, ``hil play``: traffic kept, shown in words, played again.
 
 ``capture_commands.py`` has the commands, ``capture_run.py`` runs a capture, ``capture_targets.py`` says where
-it goes, ``capture_files.py`` and ``capture_input.py`` write and read files, ``blf_log.py`` those of
-python-can. ``decoding.py`` puts packets and frames into words, ``decoded_item.py`` has one of them and its
-keys, ``time_order.py`` and ``counted_blocks.py`` order and count them.
+it goes, ``capture_files.py`` and ``capture_input.py`` write and read files. ``decoding.py`` puts packets and
+frames into words, ``decoded_item.py`` has one of them and its keys, ``time_order.py`` and
+``counted_blocks.py`` order and count them. Frames and logs of a bus are its own, by its ``LogKind``.
 
-May import: bridges.can.canopen.words, bridges.can.frames, hil.cli.framework, hil.compose, hil.host, hil.net,
-hil.vocab, hil.wire, the standard library, can, typer.
+May import: hil.cli.framework, hil.compose, hil.discovery, hil.host, hil.net, hil.vocab, hil.wire,
+the standard library, typer.
 """

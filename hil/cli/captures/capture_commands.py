@@ -62,11 +62,11 @@ def capture(
 
     A file of CAN buses named .log is as candump writes it, .asc and .blf as Vector's tools do.
     """
-    from hil.cli.captures.capture_files import is_log
+    from hil.cli.captures.capture_files import log_kind
 
     if sum((write is not None, wireshark, as_json)) > 1:
         raise fail("hil: choose one of --write, --wireshark and --json", 2)
-    if rotate_mb and (write in (None, "-") or is_log(write or "")):
+    if rotate_mb and (write in (None, "-") or log_kind(write or "")):
         raise fail("hil: --rotate needs --write with a file of pcapng", 2)
     if write == "-" and sys.stdout.isatty():
         raise fail(
@@ -154,10 +154,17 @@ def decode(
     from hil.cli.captures.capture_targets import LinesTarget
     from hil.cli.captures.decoding import Decoder
     from hil.cli.framework.interrupts import ended_by
+    from hil.discovery.named_kinds import find_logs
     from hil.host.journal import say
     from hil.wire.pcapng import CaptureError
 
-    names = dict(map(_eds, eds or []))
+    def tell(text: str) -> None:
+        say(f"hil: {text}", sys.stderr)
+
+    try:
+        names = {kind: kind.names(eds or (), tell) for kind in find_logs()}
+    except ValueError as error:
+        raise fail(f"hil: {error}", 2) from None
     name = "the standard input" if file == Path("-") else str(file)
     decoders: list[Decoder] = []
     choice = _line_choice(framing, baud)
@@ -211,24 +218,6 @@ def _line_choice(framing: str | None, baud: int | None) -> "LineChoice":
     if form and form not in FORMATS:
         raise fail(f"hil: {form!r} is no format; formats are {', '.join(FORMATS)}", 2)
     return LineChoice(name, FORMATS[form] if form else EIGHT_N_1, baud or LINE_BAUD)
-
-
-def _eds(text: str) -> tuple[int, Any]:
-    from bridges.can.canopen.words.eds_names import EdsError, read_eds
-    from hil.host.journal import say
-    from hil.wire.outside_text import LeftOut, text_of
-
-    node, equals, name = text.partition("=")
-    if not equals or not node.isdecimal() or not 1 <= int(node) <= 127:
-        raise fail(f'hil: "{text}": write a node id of 1 to 127 and its file, as in 5=drive.eds', 2)
-    try:
-        left_out = LeftOut()
-        objects = read_eds(text_of(_content(Path(name))), int(node), left_out)
-    except EdsError as error:
-        raise fail(f"hil: {name}: {error}", 2) from None
-    if told := left_out.told():
-        say(f"hil: {name}: {told}", sys.stderr)
-    return int(node), objects
 
 
 def _mapped(file: Path) -> "CaptureBytes":

@@ -1,22 +1,18 @@
-"""Files into which a capture goes: pcapng, or a log of CAN by the end of its name.
+"""Files into which a capture goes: pcapng, or a log of a bus by the end of its name."""
 
-``.log`` is candump's, ``.asc`` and ``.blf`` are Vector's, by python-can. Those keep something back until they
-are closed.
-"""
-
-import io
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol
+from typing import BinaryIO, Protocol
 
-from bridges.can.frames.candump_log import LoggedFrame, candump_line
-from bridges.can.frames.socketcan import CanError, SocketCanError, error_parts, unpack
+from hil.discovery.named_kinds import find_logs
 from hil.host.new_file import begin_file
+from hil.vocab.bus import LogKind
 from hil.wire.outside_text import LeftOut
 from hil.wire.pcapng import (
     SECTION_MARK,
     CaptureError,
+    Interface,
     Record,
     cut_off,
     header_length,
@@ -25,7 +21,6 @@ from hil.wire.pcapng import (
     whole_blocks,
 )
 
-LOG_ENDINGS = (".log", ".asc", ".blf")
 Receive = Callable[[int], bytes | None]
 """Receives at most so many bytes, and none at the end; None: nothing has come for a while."""
 
@@ -44,8 +39,8 @@ class CaptureFile(Protocol):
 
 def capture_file(write: str, rotate_bytes: int, files: int) -> CaptureFile:
     """Begin a file, by the end of its name; "-" is the standard output, as pcapng."""
-    if is_log(write):
-        return _CanLog(Path(write))
+    if kind := log_kind(write):
+        return _Log(Path(write), kind)
     if write == "-":
         return Stream(sys.stdout.buffer, "the standard output")
     return _Pcapng(write, rotate_bytes, files)
@@ -69,9 +64,16 @@ class Stream:
         return f"{self._written} bytes to {self._name}"
 
 
-def is_log(name: str) -> bool:
-    """True if a file is a log of CAN by its name."""
-    return Path(name).suffix.lower() in LOG_ENDINGS
+def log_kind(name: str) -> LogKind | None:
+    """Kind of log that a file is by its name; None: it is none."""
+    ending = Path(name).suffix.lower()
+    return next((kind for kind in find_logs() if ending in kind.endings), None)
+
+
+def check_line(line: Interface, kind: LogKind) -> None:
+    """Check that such a log can have what is on a line. Raises CaptureError."""
+    if not kind.has(line):
+        raise CaptureError(f"{line.name} is no {kind.wire}; name the file .pcapng")
 
 
 def _told(name: str) -> str:
@@ -139,78 +141,26 @@ class Records:
             yield from read(self._head + blocks[size:], self._left_out)
 
 
-class _CanLog:
-    """Log of CAN buses."""
+class _Log:
+    """Log of a bus."""
 
-    def __init__(self, path: Path) -> None:
-        self._path, self._ending = path, path.suffix.lower()
-        self._out: BinaryIO = begin_file(path)
-        self._writer = _writer(self._ending, self._out)
-        self._channels: list[str] = []
-        """Buses, in the order of their first frames: those logs have numbers for them."""
+    def __init__(self, path: Path, kind: LogKind) -> None:
+        self._path, self._kind = path, kind
+        self._writer = kind.writer(path.suffix.lower(), begin_file(path))
         self._records = Records()
 
     def write(self, blocks: bytes) -> None:
-        for record in self._records.feed(blocks):
-            self._put(logged(record))
-        if self._ending != ".blf":
-            self._out.flush()
+        self._writer.write(map(self._checked, self._records.feed(blocks)))
+
+    def _checked(self, record: Record) -> Record:
+        check_line(record.line, self._kind)
+        return record
 
     def close(self) -> None:
-        if self._writer:
-            self._writer.stop()
-        self._out.close()
+        self._writer.close()
 
     def told(self) -> str:
         return _told(str(self._path))
-
-    def _put(self, frame: LoggedFrame) -> None:
-        if not self._writer:
-            self._out.write(f"{candump_line(frame)}\n".encode())
-            return
-        if frame.bus not in self._channels:
-            self._channels.append(frame.bus)
-        self._writer.on_message_received(_message(frame, self._channels.index(frame.bus)))
-
-
-def logged(record: Record) -> LoggedFrame:
-    """Frame of a record. Raises CaptureError: it is of no CAN bus, or none of classic CAN."""
-    if not record.line.is_can:
-        raise CaptureError(f"{record.interface} is no CAN bus; name the file .pcapng")
-    try:
-        return LoggedFrame(record.at_ns, record.interface, unpack(record.data))
-    except SocketCanError as error:
-        raise CaptureError(f"{error}, at byte {record.offset}") from None
-
-
-def _writer(ending: str, out: BinaryIO) -> Any:
-    """Writer of python-can; None for candump's log."""
-    if ending == ".log":
-        return None  # python-can's leaves out how much a remote frame asks for, and which error one is
-    from can import ASCWriter, BLFWriter
-
-    # The first channel of both is 1; those that python-can is given count from 0.
-    if ending == ".asc":
-        return ASCWriter(io.TextIOWrapper(out, encoding="utf-8", write_through=True))
-    return BLFWriter(out)
-
-
-def _message(each: LoggedFrame, channel: int) -> Any:
-    from can import Message
-
-    frame, at_s = each.frame, each.at_ns / 1e9
-    if isinstance(frame, CanError):
-        error_class, data = error_parts(frame)
-        return Message(at_s, error_class, is_error_frame=True, data=data, channel=channel)
-    return Message(
-        at_s,
-        frame.id,
-        is_extended_id=frame.is_extended,
-        is_remote_frame=frame.is_remote,
-        dlc=frame.dlc,
-        data=None if frame.is_remote else frame.data,
-        channel=channel,
-    )
 
 
 def records_of(receive: Receive, left_out: LeftOut | None = None) -> Iterator[Record | None]:

@@ -1,24 +1,22 @@
-"""Captures and logs of CAN from files and pipes, told apart by how they begin, and by the file's name where
+"""Captures and logs of buses from files and pipes, told apart by how they begin, and by the file's name where
 that does not say it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
-from bridges.can.frames.asc_log import is_asc_header, read_asc
-from bridges.can.frames.candump_log import LoggedFrame, is_candump_line, read_candump, read_candump_lines
-from hil.cli.captures.capture_files import Receive, records_of
+from hil.cli.captures.capture_files import Receive, log_kind, records_of
 from hil.cli.captures.decoded_item import DecodedItem
 from hil.cli.captures.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.cli.captures.time_order import in_window
-from hil.wire.outside_text import LeftOut, lines_of, text_of
+from hil.discovery.named_kinds import find_logs
+from hil.vocab.bus import LogKind
+from hil.wire.outside_text import LeftOut, text_of
 from hil.wire.pcap import PCAP_MARKS, read_pcap
 from hil.wire.pcapng import SECTION_MARK, CaptureBytes, CaptureError, Record, read
 
-_BLF = b"LOGG"
 _HEAD_BYTES = 1 << 16
-"""Bytes at the front by which a log of CAN is known."""
+"""Bytes at the front by which a log is known."""
 _NOTHING = "there is nothing in it"
-_NONE_OF_THESE = "this is no capture (pcapng, pcap) and no log of CAN (candump's, .asc, .blf)"
 
 
 def of_file(name: str, content: CaptureBytes, decoder: Decoder) -> Iterator[DecodedItem]:
@@ -29,14 +27,14 @@ def of_file(name: str, content: CaptureBytes, decoder: Decoder) -> Iterator[Deco
     """
     if not content:
         raise CaptureError(_NOTHING)
-    head, ending = content[:_HEAD_BYTES], Path(name).suffix.lower()
+    head, kind = content[:_HEAD_BYTES], log_kind(name)
     if head.startswith((SECTION_MARK, *PCAP_MARKS)):
         return decoded(records_of_file(content, decoder.left_out), decoder)
-    if head.startswith(_BLF):
-        ending = ".blf"
-    elif looks := _looks(lines_of(text_of(head))):
-        ending = looks
-    return decoded_log(_log(ending, content[:], decoder.left_out), decoder)
+    if not (found := _looks(head) or (kind and (kind, Path(name).suffix.lower()))):
+        logs = " and no ".join(each.about for each in find_logs())
+        raise CaptureError(f"this is no capture (pcapng, pcap) and no {logs}")
+    kind, ending = found
+    return decoded_log(kind, kind.read(ending, content[:], decoder.left_out), decoder)
 
 
 def records_of_file(content: CaptureBytes, left_out: LeftOut) -> Iterator[Record]:
@@ -51,7 +49,7 @@ def records_of_file(content: CaptureBytes, left_out: LeftOut) -> Iterator[Record
 
 
 def any_form(receive: Receive, decoder: Decoder) -> Iterator[DecodedItem]:
-    """Decode what comes from a pipe: pcapng and candump's logs as they come, all else when it has ended.
+    """Decode what comes from a pipe: pcapng and logs of lines as they come, all else when it has ended.
 
     Raises:
         CaptureError: after all that can be read; it is none of these, or cut off.
@@ -62,8 +60,10 @@ def any_form(receive: Receive, decoder: Decoder) -> Iterator[DecodedItem]:
     again = _with_head(head, receive)
     if head.startswith(SECTION_MARK):
         return in_window(decoded_live(records_of(again, decoder.left_out), decoder))
-    if _looks(lines_of(text_of(head))) == ".log":
-        return decoded_log(read_candump_lines(_lines(again), decoder.left_out), decoder)
+    if found := _looks(head):
+        kind, ending = found
+        if frames := kind.read_lines(ending, _lines(again), decoder.left_out):
+            return decoded_log(kind, frames, decoder)
     return of_file("-", _all(again), decoder)
 
 
@@ -72,31 +72,13 @@ def _is_telling(head: bytes) -> bool:
     mark = len(SECTION_MARK)
     if len(head) < mark:
         return False
-    is_binary = head.startswith((SECTION_MARK, _BLF, *PCAP_MARKS))
+    is_binary = head.startswith((SECTION_MARK, *PCAP_MARKS))
     return is_binary or len(head) >= _HEAD_BYTES or b"\n" in head.lstrip()
 
 
-def _looks(lines: Iterable[str]) -> str:
-    """Ending of the logs that lines look like; empty: none."""
-    is_asc = False
-    for line in lines:
-        if is_candump_line(line):
-            return ".log"
-        is_asc = is_asc or is_asc_header(line)
-    return ".asc" if is_asc else ""
-
-
-def _log(ending: str, content: bytes, left_out: LeftOut) -> Iterator[LoggedFrame]:
-    """Read a log of CAN. Raises CaptureError: after all that can be read, or it is none."""
-    if ending == ".blf":
-        from hil.cli.captures.blf_log import read_blf
-
-        return read_blf(content, left_out)
-    if ending == ".log":
-        return read_candump(lines_of(text_of(content)), left_out)
-    if ending == ".asc":
-        return read_asc(lines_of(text_of(content)), left_out)
-    raise CaptureError(_NONE_OF_THESE)
+def _looks(head: bytes) -> tuple[LogKind, str] | None:
+    """Kind and ending of the logs that a file is like by its front."""
+    return next(((kind, ending) for kind in find_logs() if (ending := kind.looks(head))), None)
 
 
 def _with_head(head: bytes, receive: Receive) -> Receive:

@@ -15,13 +15,14 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
-from hil.cli.captures.capture_files import CaptureFile, Stream, capture_file, is_log
+from hil.cli.captures.capture_files import CaptureFile, Stream, capture_file, check_line, log_kind
 from hil.cli.captures.decoded_item import DecodedItem
 from hil.cli.framework.ask import fail
 from hil.cli.framework.installed_files import installed
 from hil.cli.framework.problem_lines import has_colours
+from hil.discovery.named_kinds import find_logs
 from hil.host.shown_stream import own
-from hil.wire.pcapng import CaptureError, Interface
+from hil.wire.pcapng import Interface
 
 DISSECTOR = "wireshark/sac_packets.lua"
 _PATIENCE_S = 2
@@ -88,8 +89,9 @@ class FileTarget:
                     self._file.close()
 
     def begin(self, interfaces: Sequence[Interface]) -> int | None:
-        if is_log(self.name) and (other := next((each for each in interfaces if not each.is_can), None)):
-            raise CaptureError(f"{other.name} is no CAN bus; name the file .pcapng")
+        if kind := log_kind(self.name):
+            for each in interfaces:
+                check_line(each, kind)
         self._file = capture_file(self.name, *self._rotation)
         return sys.stdout.fileno() if self.name == "-" else None
 
@@ -174,8 +176,9 @@ def chosen_dissectors(interfaces: Sequence[Interface]) -> list[str]:
     options = []
     if dissector := installed(DISSECTOR):
         options += ["-X", f"lua_script:{dissector}"]
-    if any(each.is_can for each in interfaces):
-        options += ["-d", "can.subdissector,canopen"]
+    for kind in find_logs():
+        if any(map(kind.has, interfaces)):
+            options += kind.dissectors
     return options
 
 

@@ -1,18 +1,15 @@
-"""Captures in words: each packet by the framing that the capture names, each frame of CAN with what it says
-by CANopen, bytes of a terminal by lines."""
+"""Captures in words: each packet by the framing that the capture names, each frame of a bus as
+that says it, bytes of a terminal by lines."""
 
 import re
-from collections.abc import Hashable, Iterable, Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
 
-from bridges.can.canopen.words.canopen_words import CanOpenWords
-from bridges.can.canopen.words.eds_names import EdsObjects
-from bridges.can.frames.can_frame import CanFrame
-from bridges.can.frames.candump_log import LoggedFrame
-from bridges.can.frames.socketcan import SocketCanError, unpack
 from hil.cli.captures.decoded_item import DecodedItem, DecodedKind
 from hil.compose.find import find_catalogue
 from hil.compose.framings import in_format
+from hil.discovery.named_kinds import find_logs
+from hil.vocab.bus import FrameDescription, LoggedFrame, LogKind
 from hil.vocab.framing import Framing, Item, Party, Splitter
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.time import FOREVER, SimTimeNs
@@ -157,60 +154,42 @@ class _Line:
         )
 
 
-Eds = Mapping[int, EdsObjects]
-"""Objects of CANopen nodes from their EDS files, by node id."""
+class _Frames:
+    """Frames of one kind in a capture, those of each wire in words of their own."""
 
+    def __init__(self, kind: LogKind, names: Any) -> None:
+        self.kind, self._names = kind, names
+        self._words: dict[str, Callable[[Any], FrameDescription]] = {}
 
-class _Buses:
-    """CAN buses of a capture, each a network of CANopen."""
-
-    def __init__(self, eds: Eds) -> None:
-        self._eds = eds
-        self._words: dict[str, CanOpenWords] = {}
-
-    def decoded(self, each: LoggedFrame, comment: str = "", record: Record | None = None) -> DecodedItem:
-        """Decode a frame or an error; ``comment``: who sent or found it; ``record``: which this is."""
+    def decoded(
+        self, at_ns: int, wire: str, frame: Any, comment: str = "", record: Record | None = None
+    ) -> DecodedItem:
+        """Decode a frame; ``comment``: who sent it; ``record``: which this is."""
+        words = self._words.get(wire) or self._words.setdefault(wire, self.kind.words(self._names))
+        text = words(frame)
         by = f" ({comment})" if comment else ""
-        frame = each.frame
-        if not isinstance(frame, CanFrame):
-            error = str(frame)
-            return DecodedItem(
-                each.at_ns,
-                each.bus,
-                DecodedKind.EVENT,
-                lambda: f"{error}{by}",
-                comment or None,
-                error=error,
-                stream=record,
-            )
         return DecodedItem(
-            each.at_ns,
-            each.bus,
-            DecodedKind.FRAME,
-            lambda: f"{frame!s:20} {self._of(each.bus).say(frame)}{by}".rstrip(),
+            at_ns,
+            wire,
+            DecodedKind.EVENT if text.error else DecodedKind.FRAME,
+            lambda: f"{text.say()}{by}".rstrip(),
             comment or None,
-            data=frame.data,
-            can_id=frame.id,
+            error=text.error,
+            data=text.data,
+            can_id=text.number,
             stream=record,
         )
 
-    def _of(self, bus: str) -> CanOpenWords:
-        if bus not in self._words:
-            names = {node: objects.names for node, objects in self._eds.items()}
-            values = {node: objects.values for node, objects in self._eds.items()}
-            self._words[bus] = CanOpenWords(names, values)
-        return self._words[bus]
-
 
 class Decoder:
-    """Decoder of one capture, whose records come in their order. ``eds``: of CANopen nodes; ``choice``: what
-    lines are that do not say it."""
+    """Decoder of one capture, whose records come in their order. ``names``: what ``LogKind.names`` has read;
+    ``choice``: what lines are that do not say it."""
 
-    def __init__(self, eds: Eds | None = None, choice: LineChoice | None = None) -> None:
+    def __init__(self, names: Mapping[LogKind, Any] | None = None, choice: LineChoice | None = None) -> None:
         self._choice = choice or LineChoice()
         self._lines: dict[tuple[Interface, int], _Line] = {}
         self._terminals: dict[Interface, TerminalLines] = {}
-        self._buses = _Buses(eds or {})
+        self._frames = {kind: _Frames(kind, (names or {}).get(kind)) for kind in find_logs()}
         self.first_ns: int | None = None
         """Time of the first record; None: there was none."""
         self.lost = 0
@@ -223,8 +202,8 @@ class Decoder:
         self._begin(record.at_ns)
         self.lost += record.lost
         yield from self._silent(record.at_ns)
-        if record.line.is_can:
-            yield from self._frame(record)
+        if frames := self._frames_of(record.line):
+            yield from self._frame(record, frames)
         elif record.event not in (RecordKind.TX, RecordKind.RX):
             yield _event(record)
         elif record.line.framing == RAW:
@@ -234,24 +213,30 @@ class Decoder:
         else:
             yield from self._line(record).packets(record)
 
-    def _frame(self, record: Record) -> Iterator[DecodedItem]:
+    def _frames_of(self, line: Interface) -> _Frames | None:
+        for frames in self._frames.values():
+            if frames.kind.has(line):
+                return frames
+        return None
+
+    def _frame(self, record: Record, frames: _Frames) -> Iterator[DecodedItem]:
         try:
-            logged = LoggedFrame(record.at_ns, record.interface, unpack(record.data))
-        except SocketCanError as error:
+            frame = frames.kind.unpack(record.data)
+        except ValueError as error:
             self.left_out.add(f"byte {record.offset}", str(error))
         else:
-            yield self._buses.decoded(logged, record.comment, record)
+            yield frames.decoded(record.at_ns, record.interface, frame, record.comment, record)
 
     def stream_of(self, record: Record) -> Hashable:
         """Key of the sequence that a record's bytes belong to: ``stream`` of its items. After ``feed``."""
-        if record.line.is_can or record.event not in (RecordKind.TX, RecordKind.RX):
+        if self._frames_of(record.line) or record.event not in (RecordKind.TX, RecordKind.RX):
             return record
         return self._terminals[record.line] if record.line.framing == RAW else self._line(record)
 
-    def feed_logged(self, frame: LoggedFrame) -> Iterator[DecodedItem]:
-        """Take a frame of a log of CAN."""
-        self._begin(frame.at_ns)
-        yield self._buses.decoded(frame)
+    def feed_logged(self, kind: LogKind, frame: LoggedFrame) -> DecodedItem:
+        """Take a frame of a log."""
+        self._begin(frame[0])
+        return self._frames[kind].decoded(*frame)
 
     def silence(self) -> Iterator[DecodedItem]:
         """Note that nothing follows for long; answers what that completes."""
@@ -295,14 +280,13 @@ def _event(record: Record) -> DecodedItem:
     )
 
 
-def decoded_log(frames: Iterable[LoggedFrame], decoder: Decoder) -> Iterator[DecodedItem]:
-    """Decode a log of CAN.
+def decoded_log(kind: LogKind, frames: Iterable[LoggedFrame], decoder: Decoder) -> Iterator[DecodedItem]:
+    """Decode a log.
 
     Raises:
         CaptureError: as who reads it.
     """
-    for each in frames:
-        yield from decoder.feed_logged(each)
+    return (decoder.feed_logged(kind, each) for each in frames)
 
 
 def decoded(records: Iterable[Record], decoder: Decoder) -> Iterator[DecodedItem]:

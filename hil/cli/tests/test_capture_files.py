@@ -16,6 +16,7 @@ from hil.cli.captures.capture_input import any_form, of_file
 from hil.cli.captures.decoded_item import DecodedItem, as_lines
 from hil.cli.captures.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.cli.captures.time_order import in_window
+from hil.discovery.named_kinds import find_logs
 from hil.wire.pcapng import (
     CaptureError,
     Interface,
@@ -218,7 +219,7 @@ def test_a_capture_that_comes_in_pieces_is_decoded_as_it_comes() -> None:
 
 def test_times_of_a_log_are_those_of_the_capture() -> None:
     rows = [LoggedFrame(at_ns, "can0", CanFrame(1)) for at_ns in (10**18, 10**18 + 1_234_567)]
-    assert [line[:13] for line in as_lines(decoded_log(rows, Decoder()))] == [
+    assert [line[:13] for line in as_lines(decoded_log(find_logs()[0], rows, Decoder()))] == [
         "    0.000000 ",
         "    0.001235 ",
     ]
