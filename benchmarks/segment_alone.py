@@ -17,7 +17,7 @@ from device_profiles.sac.framing import FRAMING
 from device_profiles.sac.packet import encode
 from hil.vocab.segment import HeardCharacter
 from hil.vocab.time import SimTimeNs
-from virtual_ports.rs485.segment import Segment
+from virtual_ports.rs485.segment import Rs485Segment
 
 BAUD = 1_000_000
 TURNS = 2_000 if "--quick" in sys.argv else 20_000
@@ -64,7 +64,7 @@ class Ear:
 
 def packets_a_second(nodes: int) -> float:
     timeline = Timeline()
-    segment = Segment(timeline, FRAMING)
+    segment = Rs485Segment(timeline, FRAMING)
     ears = {f"s{address}": Ear() for address in range(4, 4 + nodes)}
     for name, ear in ears.items():
         segment.join(name, ear)
@@ -91,7 +91,7 @@ def packets_a_second(nodes: int) -> float:
 def collision_ms(nodes: int) -> float:
     """CPU time of a collision in which so many nodes acknowledge at once."""
     timeline = Timeline()
-    segment = Segment(timeline, FRAMING)
+    segment = Rs485Segment(timeline, FRAMING)
     names = [f"s{address}" for address in range(4, 4 + nodes)]
     for name in names:
         segment.join(name, Ear())
@@ -106,7 +106,7 @@ def collision_ms(nodes: int) -> float:
 def busy_s(seconds: int) -> float:
     """CPU time of the last second of a line of 38400 baud on which two stations never stop."""
     timeline = Timeline()
-    segment = Segment(timeline, FRAMING)
+    segment = Rs485Segment(timeline, FRAMING)
     for name in "abcd":
         ear = Ear()
         ear.baud_now = 38400

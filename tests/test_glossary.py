@@ -23,21 +23,15 @@ TWICE = {
     "Axis": "an axis as its firmware, as runs and as the client for scripts see it",
     "Bench": "the faces of a bench in the client for scripts and in the test kit",
     "Options": "hil looks for it in each kind of port and bridge",
-    "Device": "the contract at run time, and the emulated board behind a twin",
     "Desk": "the contract, and what carries it out",
-    "Segment": "the contract, and what carries it out",
     "RunAxis": "an axis of a run, and what a real board is to one",
     "Command": "a row in the table of a board's commands, a request in a bridge: none is seen outside",
-    "Entry": "a run in its queue, a line in a board's menu: none is seen outside",
     "Fault": "a fault, and the numbers under which C knows what an axis can be told",
     "Memory": "a device's, and how one board's firmware sees it",
     "Parameter": "what a verb takes, and a row of a board's own screen",
-    "Pause": "of a program, and of the dialogue with a real drive: none is seen outside both",
-    "Place": "of a bench, of a value in a drive's registers, of a word in a program: none has another place",
     "Progress": "how far a dialogue has come, and a run",
     "Refused": "a change of a bench that is not made, and a Modbus request that is not done",
     "Request": "what has come to a bridge, and what a Modbus client asks",
-    "Switch": "of a motor's axis, and what a program turns on and off",
 }
 """Names of classes that the product has twice, and why they may be."""
 

@@ -10,7 +10,7 @@ from bridges.can.canopen.node.communication_entries import Identity
 from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.cards.can_tap import CanTap
 from bridges.can.cards.canopen_card import CanOpenCard, CardSpec
-from bridges.can.cards.card_motor import Cam, CardMotor, PinSwitch, Rating, Switch
+from bridges.can.cards.card_motor import Cam, CardMotor, DriveSwitch, PinSwitch, Rating
 from hil.config import BenchConfig, Catalogue
 from hil.config.station_names import CANOPEN, node_name
 from hil.core import AxisKind
@@ -35,13 +35,13 @@ def _add_bus(
     bench: BenchRuntime, name: str, of: CanConfig, config: BenchConfig, catalogue: Catalogue
 ) -> None:
     members = of.members()
-    group = bench.roster.group_of(members[0]) if members else bench.open_group()
+    group = bench.parts.group_of(members[0]) if members else bench.open_group()
     bus = BenchBus(name, group, of.bit_rate)
-    bench.roster.add_wire(name, bus, group)
+    bench.parts.add_wire(name, bus, group)
     for axis, node in of.nodes.items():
         _add_node(bench, axis, node, bus, group, _rating(config, catalogue, axis))
     for tap in of.taps:
-        bench.roster.add_tap(CanTap(str(Address(name, tap)), bus.bus, group), group)
+        bench.parts.add_tap(CanTap(str(Address(name, tap)), bus.bus, group), group)
 
 
 def _add_node(
@@ -73,12 +73,12 @@ def _rating(config: BenchConfig, catalogue: Catalogue, axis: str) -> Rating:
     return Rating(current_A, torque_Nm, int(parameters["rotor_teeth"]))
 
 
-def _switches(config: CanNodeConfig, kind: AxisKind) -> Mapping[str, Switch]:
+def _switches(config: CanNodeConfig, kind: AxisKind) -> Mapping[str, DriveSwitch]:
     given: Mapping[str, SwitchConfig | None] = dict(config.switches)
     return {name: _switch(switch, kind) for name, switch in given.items() if switch}
 
 
-def _switch(config: SwitchConfig, kind: AxisKind) -> Switch:
+def _switch(config: SwitchConfig, kind: AxisKind) -> DriveSwitch:
     if config.pin is not None:
         field = kind.level_field(config.pin)
         assert field is not None, f"the configuration's check wants a pin that tells: {config.pin}"

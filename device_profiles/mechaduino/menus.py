@@ -11,7 +11,7 @@ from device_profiles.mechaduino.serial_usb import SerialUSB, Steps
 from hil.vocab.firmware import Axis
 
 
-class Entry(NamedTuple):
+class GainRow(NamedTuple):
     """Editable gain. ``row`` is the menu's text before the value."""
 
     letter: str
@@ -22,28 +22,28 @@ class Entry(NamedTuple):
 
 class Menu(NamedTuple):
     title: str
-    entries: tuple[Entry, ...]
+    entries: tuple[GainRow, ...]
 
 
 POSITION = Menu(
     "Edit position loop gains:",
     (
-        Entry("p", "p ----- pKp = ", "pKp", True),
-        Entry("i", "i ----- pKi = ", "pKi", True),
-        Entry("d", "d ----- pKd = ", "pKd", True),
-        Entry("l", "l----- LPF = ", "pLPF", True),
+        GainRow("p", "p ----- pKp = ", "pKp", True),
+        GainRow("i", "i ----- pKi = ", "pKi", True),
+        GainRow("d", "d ----- pKd = ", "pKd", True),
+        GainRow("l", "l----- LPF = ", "pLPF", True),
     ),
 )
 VELOCITY = Menu(
     "Edit velocity loop gains:",
     (
-        Entry("p", "p ----- vKp = ", "vKp", False),
-        Entry("i", "i ----- vKi = ", "vKi", False),
-        Entry("d", "d ----- vKd = ", "vKd", False),
-        Entry("l", "l ----- vLPF = ", "vLPF", True),
+        GainRow("p", "p ----- vKp = ", "vKp", False),
+        GainRow("i", "i ----- vKi = ", "vKi", False),
+        GainRow("d", "d ----- vKd = ", "vKd", False),
+        GainRow("l", "l ----- vLPF = ", "vLPF", True),
     ),
 )
-OTHER = Menu("Edit other parameters:", (Entry("p", "p ----- PA = ", "PA", False),))
+OTHER = Menu("Edit other parameters:", (GainRow("p", "p ----- PA = ", "PA", False),))
 
 
 def edit_parameters(axis: Axis, serial: SerialUSB) -> Steps:

@@ -138,7 +138,7 @@ def bench_runtime(
     bench, joined = empty_bench(config, catalogue, store, around), joined_devices(config)
     for index, (name, device) in enumerate(config.twins.items()):
         memory, seed = memories.get(name, {}), axis_seed(config, index)
-        group = bench.roster.group_of(joined[name]) if name in joined else bench.open_group()
+        group = bench.parts.group_of(joined[name]) if name in joined else bench.open_group()
         bench.add(group, make_device(bench, name, device, catalogue, memory, seed, group))
     join_devices(bench, config, catalogue)
     return bench
@@ -168,7 +168,7 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
     """Join devices of the bench by wires, segments and buses; those that are joined are in one group."""
     for wire in config.wires:
         (source, output), (target, input_name) = wire.ends()
-        axis = bench.roster.axis
+        axis = bench.parts.axis
         bench.core.wire((axis(source), output), (axis(target), input_name))
     for segment_name, wire_config in config.segments.items():
         _add_segment(bench, segment_name, wire_config, catalogue)
@@ -179,11 +179,11 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
 
 def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalogue: Catalogue) -> None:
     stations, members = config.addresses(), config.members()
-    group = bench.roster.group_of(members[0]) if members else bench.open_group()
+    group = bench.parts.group_of(members[0]) if members else bench.open_group()
     framings = (bench.devices[device].framing for device, _ in stations)
     framing = framing_of(config, framings, catalogue)
     segment = make_segment(name, group, framing, FORMATS[config.format])
-    bench.roster.add_wire(name, segment, group)
+    bench.parts.add_wire(name, segment, group)
     bauds = [config.baud] if config.baud else []
     for device, part in stations:
         uarts = bench.devices[device].uarts
@@ -199,5 +199,5 @@ def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalo
         label = str(Address(name, tap_name))
         made = Tap(label, segment, group, baud, only_listens=tap.listen, is_real=tap.real)
         segment.join(label, made)
-        bench.roster.add_tap(made, group)
+        bench.parts.add_tap(made, group)
         segment.set_echo(label, tap.hears_itself)

@@ -133,7 +133,7 @@ def replay_log(read: InputLog) -> Replayed:
         config, catalogue, read.memories, _LoggedStore(read.inputs), BenchHooks(guard=stops)
     )
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices}, stops)
-    groups = {name: runtime.roster.group_of(name) for name in runtime.devices}
+    groups = {name: runtime.parts.group_of(name) for name in runtime.devices}
     missing = Counter(groups[sent.device] for sent in read.sent if sent.device in groups)
     ends: dict[Group, SimTimeNs] = {}
 
@@ -159,7 +159,7 @@ def replay_log(read: InputLog) -> Replayed:
         if isinstance(logged.input, Stopped) or (
             isinstance(logged.input, CommitDone) and logged.input.at_once
         ):
-            runtime.roster.group_of(logged.device).advance(logged.at_ns)
+            runtime.parts.group_of(logged.device).advance(logged.at_ns)
             continue
         with suppress(VerbRefused):  # it was refused then, too
             runtime.apply_input(logged.device, logged.input, logged.at_ns)
@@ -177,7 +177,7 @@ def replay_log(read: InputLog) -> Replayed:
 def _problem(runtime: BenchRuntime, logged: Logged) -> str | None:
     if problem := input_problem(runtime, logged.device, logged.input):
         return problem
-    reached_ns = runtime.roster.group_of(logged.device).now_ns
+    reached_ns = runtime.parts.group_of(logged.device).now_ns
     if logged.at_ns < reached_ns:
         return f"time goes back: {logged.at_ns} ns, and {logged.device} was at {reached_ns} ns already"
     return None

@@ -3,7 +3,7 @@
 from math import atan2, hypot, sqrt, tau
 
 from hil.gcode.block import Block
-from hil.gcode.canonical import PLANE_AXES, Arc, Feed, Place, Point
+from hil.gcode.canonical import PLANE_AXES, Arc, Feed, Point, TextPlace
 from hil.gcode.expressions import WHOLE
 from hil.gcode.state import ArcTolerance, ProgramState
 from hil.gcode.words import AXES
@@ -66,7 +66,7 @@ def check_centre(begin: Spot, end: Spot, centre: Spot, within: ArcTolerance) -> 
 
 
 def arc_of(
-    block: Block, state: ProgramState, place: Place, end: Point, feed: Feed, *, is_clockwise: bool
+    block: Block, state: ProgramState, place: TextPlace, end: Point, feed: Feed, *, is_clockwise: bool
 ) -> Arc:
     """Arc from where the axes are to ``end``. Raises ``ArcMistake``, for words that are missing, too."""
     first, second, across = PLANE_AXES[state.plane]

@@ -3,7 +3,7 @@
 import re
 from typing import NamedTuple
 
-from hil.gcode.expressions import COMMENT, BadValue, Fault, Values
+from hil.gcode.expressions import COMMENT, BadValue, Mistake, Values
 from hil.gcode.state import ProgramState
 from hil.gcode.words import AXES, G_WORDS, M_WORDS, PLAIN, REFUSED_LETTERS, Group, Word
 from hil.vocab.near_words import did_you_mean
@@ -45,14 +45,14 @@ class Block:
     ``settings`` are parameters, their new values and where they are set, in order.
     """
 
-    __slots__ = ("codes", "faults", "indices", "numbers", "settings")
+    __slots__ = ("codes", "indices", "mistakes", "numbers", "settings")
 
     def __init__(self) -> None:
         self.numbers: dict[str, float] = {}
         self.indices: dict[str, int] = {}
         self.codes: dict[Group, CodeWord] = {}
         self.settings: list[tuple[int | str, float, int]] = []
-        self.faults: list[Fault] = []
+        self.mistakes: list[Mistake] = []
 
     def has(self, name: str) -> CodeWord | None:
         """The word of this name, for example ``G53``, if the line has it."""
@@ -73,8 +73,8 @@ def read_block(code: str, parameters: ProgramState) -> Block:
         while values.index < len(code):
             _word(block, values)
     except BadValue as wrong:
-        values.fault(wrong.at, wrong.message, wrong.remedy)
-    block.faults = values.faults
+        values.mistake(wrong.at, wrong.message, wrong.remedy)
+    block.mistakes = values.mistakes
     return block
 
 
@@ -110,7 +110,7 @@ def _word(block: Block, values: Values) -> None:
             block.settings.append((key, 0.0, begin))  # it is there for the lines that follow
             raise
         if not -LARGEST < value < LARGEST:
-            values.fault(begin, f"the parameter becomes {value:.3g}", f"the most is {LARGEST:.0e}")
+            values.mistake(begin, f"the parameter becomes {value:.3g}", f"the most is {LARGEST:.0e}")
             value = 0.0
         block.settings.append((key, value, begin))
     elif letter in PLAIN:
@@ -145,61 +145,61 @@ def _plain_word(block: Block, values: Values, begin: int, letter: str) -> None:
     name = letter.upper()
     value = values.value() if letter not in _WHOLE else float(values.whole(_WHOLE[letter]))
     if letter in REFUSED_LETTERS:
-        values.fault(begin, f"{name} has no meaning here", REFUSED_LETTERS[letter])
+        values.mistake(begin, f"{name} has no meaning here", REFUSED_LETTERS[letter])
         return
     if letter in block.numbers:
-        values.fault(begin, f"{name} stands twice in the line", "keep one, or make two lines")
+        values.mistake(begin, f"{name} stands twice in the line", "keep one, or make two lines")
         return
     if not -LIMIT < value < LIMIT:
-        values.fault(
+        values.mistake(
             begin, f"{name} is {value:.4g}, which is too large", "numbers are below a thousand million"
         )
         value = 0.0
     if value < 0 and letter in _NOT_NEGATIVE:
-        values.fault(begin, f"{_NOT_NEGATIVE[letter]} is {value:g}", "it must not be below 0")
+        values.mistake(begin, f"{_NOT_NEGATIVE[letter]} is {value:g}", "it must not be below 0")
         value = 0.0
     block.numbers[letter] = value
     block.indices[letter] = begin
 
 
 def _g_word(block: Block, values: Values, begin: int) -> None:
-    faults = len(values.faults)
+    mistakes = len(values.mistakes)
     value = values.value()
-    if len(values.faults) > faults:
+    if len(values.mistakes) > mistakes:
         return
     tenths = 10 * min(max(value, -LIMIT), LIMIT)
     number = round(tenths)
     word = G_WORDS.get(number) if abs(tenths - number) <= _TENTH else None
     if word is None:
         name = f"G{value:g}"
-        values.fault(begin, f"there is no word {name}", _near(name, _NAMES_OF_G))
+        values.mistake(begin, f"there is no word {name}", _near(name, _NAMES_OF_G))
     else:
         _add(block, values, begin, word)
 
 
 def _m_word(block: Block, values: Values, begin: int) -> None:
-    faults = len(values.faults)
+    mistakes = len(values.mistakes)
     number = values.whole("the number behind M")
-    if len(values.faults) > faults:
+    if len(values.mistakes) > mistakes:
         return
     word = M_WORDS.get(number)
     if word is None:
-        values.fault(begin, f"there is no word M{number}", _near(f"M{number}", _NAMES_OF_M))
+        values.mistake(begin, f"there is no word M{number}", _near(f"M{number}", _NAMES_OF_M))
     else:
         _add(block, values, begin, word)
         if sum(code.word.name[0] == "M" for code in block.codes.values()) > MOST_M_WORDS:
-            values.fault(begin, f"the line has more than {MOST_M_WORDS} M words", "make two lines")
+            values.mistake(begin, f"the line has more than {MOST_M_WORDS} M words", "make two lines")
 
 
 def _add(block: Block, values: Values, begin: int, word: Word) -> None:
     if word.use == "refused":
-        values.fault(begin, f"{word.name} ({word.meaning}) is not done", word.remedy)
+        values.mistake(begin, f"{word.name} ({word.meaning}) is not done", word.remedy)
         return
     other = block.codes.get(word.group)
     # M7 and M8 exclude each other in a line, as in RS-274/NGC: they are one group.
     if other:
         both = f"{other.word.name} and {word.name}" if other.word is not word else f"{word.name} twice"
-        values.fault(begin, f"the line has {both}", f"both are of the group {word.group!r}: make two lines")
+        values.mistake(begin, f"the line has {both}", f"both are of the group {word.group!r}: make two lines")
     else:
         block.codes[word.group] = CodeWord(word, begin)
 

@@ -19,7 +19,7 @@ PLANE_AXES: Mapping[Plane, tuple[int, int, int]] = {"xy": (0, 1, 2), "xz": (2, 0
 right-handed set: x y z, z x y, y z x."""
 
 
-class Place(NamedTuple):
+class TextPlace(NamedTuple):
     """Place in a program's text. Both count from 1; a column counts characters."""
 
     line: int
@@ -55,7 +55,7 @@ class Feed(NamedTuple):
 class Straight(NamedTuple):
     """Straight line from where the motion before ended. ``feed`` is None for a rapid."""
 
-    place: Place
+    place: TextPlace
     is_rapid: bool
     end: Point
     feed: Feed | None
@@ -71,7 +71,7 @@ class Arc(NamedTuple):
     tolerance of the language.
     """
 
-    place: Place
+    place: TextPlace
     plane: Plane
     end: Point
     centre: tuple[float, float]
@@ -82,7 +82,7 @@ class Arc(NamedTuple):
 class Dwell(NamedTuple):
     """Wait of ``seconds``, 0 or more."""
 
-    place: Place
+    place: TextPlace
     seconds: float
 
 
@@ -90,7 +90,7 @@ class Switch(NamedTuple):
     """Spindle or coolant on or off. The spindle's states are ``off``, ``cw`` and ``ccw``, with ``speed_rpm``
     (0 or more), which is None for all others."""
 
-    place: Place
+    place: TextPlace
     name: SwitchName
     state: SwitchState
     speed_rpm: float | None
@@ -99,14 +99,14 @@ class Switch(NamedTuple):
 class Pause(NamedTuple):
     """Wait until somebody resumes: M0, M6; M1 is optional."""
 
-    place: Place
+    place: TextPlace
     is_optional: bool
 
 
 class PathMode(NamedTuple):
     """Mode of passing corners from here on. ``tolerance_mm`` belongs to ``blend``: None leaves it open."""
 
-    place: Place
+    place: TextPlace
     kind: PathModeKind
     tolerance_mm: float | None
 
@@ -114,14 +114,14 @@ class PathMode(NamedTuple):
 class Message(NamedTuple):
     """Text for the person at the machine: ``(MSG, text)``."""
 
-    place: Place
+    place: TextPlace
     text: str
 
 
 class End(NamedTuple):
     """End of the program: M2, M30."""
 
-    place: Place
+    place: TextPlace
 
 
 Canonical = Straight | Arc | Dwell | Switch | Pause | PathMode | Message | End

@@ -70,7 +70,7 @@ class BadValue(Exception):
         self.remedy = remedy
 
 
-class Fault(NamedTuple):
+class Mistake(NamedTuple):
     """Mistake after which the rest of a line can be read. ``at`` is the index of a character."""
 
     at: int
@@ -84,7 +84,7 @@ class Values:
     def __init__(self, text: str, parameters: ProgramState) -> None:
         self.text = text
         self.index = 0
-        self.faults: list[Fault] = []
+        self.mistakes: list[Mistake] = []
         self._parameters = parameters
         self._depth = 0
 
@@ -93,7 +93,7 @@ class Values:
         return self.text[self.index : self.index + 1]
 
     def value(self) -> float:
-        """Read a value. A fault counts as 0. Raises ``BadValue``."""
+        """Read a value. A mistake counts as 0. Raises ``BadValue``."""
         is_negative = False
         while (character := self.peek()) in ("-", "+"):
             if _NUMBER.match(self.text, self.index):
@@ -109,7 +109,7 @@ class Values:
         value = self.value()
         whole = round(value)
         if abs(value - whole) > WHOLE:
-            self.fault(begin, f"{what} is {value:g}", "it must be a whole number")
+            self.mistake(begin, f"{what} is {value:g}", "it must be a whole number")
         return whole
 
     def key(self) -> int | str:
@@ -129,12 +129,12 @@ class Values:
         number = self.whole("the number of a parameter")
         self._depth -= 1
         if not 1 <= number <= LAST_PARAMETER:
-            self.fault(begin, f"there is no parameter #{number}", f"they are #1 to #{LAST_PARAMETER}")
+            self.mistake(begin, f"there is no parameter #{number}", f"they are #1 to #{LAST_PARAMETER}")
             return 1
         return number
 
-    def fault(self, index: int, message: str, remedy: str) -> None:
-        self.faults.append(Fault(index, message, remedy))
+    def mistake(self, index: int, message: str, remedy: str) -> None:
+        self.mistakes.append(Mistake(index, message, remedy))
 
     def _enter(self, index: int) -> None:
         self._depth += 1
@@ -173,7 +173,7 @@ class Values:
             return self._parameters.numbered(key)
         value = self._parameters.named(key)
         if value is None:
-            self.fault(begin, f"there is no parameter #<{key}> yet", f"set it before: #<{key}> = 1")
+            self.mistake(begin, f"there is no parameter #<{key}> yet", f"set it before: #<{key}> = 1")
             return 0.0
         return value
 
@@ -211,13 +211,13 @@ class Values:
         try:
             value = applied(operator, left, right)
         except ZeroDivisionError:
-            self.fault(index, f"{left:g} {operator.upper()} {right:g} divides by 0", "change the divisor")
+            self.mistake(index, f"{left:g} {operator.upper()} {right:g} divides by 0", "change the divisor")
         except ValueError:
-            self.fault(
+            self.mistake(
                 index, f"{left:g} is below 0, and {right:g} is no whole power", "change the base or the power"
             )
         except OverflowError:
-            self.fault(index, f"{left:g} {operator.upper()} {right:g} is too large", "use smaller values")
+            self.mistake(index, f"{left:g} {operator.upper()} {right:g} is too large", "use smaller values")
         else:
             return value
         return 0.0
@@ -237,7 +237,7 @@ class Values:
         try:
             return function(name, x)
         except (ValueError, OverflowError):
-            self.fault(begin, f"{name}[{x:g}] has no value", f"{FUNCTIONS[name]}: change the argument")
+            self.mistake(begin, f"{name}[{x:g}] has no value", f"{FUNCTIONS[name]}: change the argument")
             return 0.0
 
     def _exists(self) -> float:

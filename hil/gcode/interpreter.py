@@ -81,25 +81,25 @@ class Interpreter:
         block = read_block(line.code, self.state)
         if line.code:
             self._carry_out(block)
-        if (line.problem or block.faults) and _MEANINGS.search(line.code):
+        if (line.problem or block.mistakes) and _MEANINGS.search(line.code):
             self._lose()
-        if line.problem or block.faults:
+        if line.problem or block.mistakes:
             self.doubts.update(AXES, ["feed"] if "f" in line.code or "g9" in line.code else [])
             self.doubts.update(["motion"] if "g" in line.code else [])
 
     def _carry_out(self, block: Block) -> None:
         before = len(self.problems)
-        for fault in block.faults:
-            self._problem(*fault)
+        for mistake in block.mistakes:
+            self._problem(*mistake)
         for key, value, index in block.settings:
             if self.state.is_read_only(key):
                 self._problem(index, "the parameter is read only", "set another one")
             else:
                 self.state.assign(key, value)
         intent = intent_of(block, self.state)
-        if not block.faults:
-            for fault in conflicts(block, intent, self.state, is_in_doubt="motion" in self.doubts):
-                self._problem(*fault)
+        if not block.mistakes:
+            for mistake in conflicts(block, intent, self.state, is_in_doubt="motion" in self.doubts):
+                self._problem(*mistake)
         self._is_silent = len(self.problems) > before
         if self._is_silent:
             self.doubts.update(AXES)

@@ -3,7 +3,7 @@
 import re
 from typing import NamedTuple
 
-from hil.gcode.canonical import Place
+from hil.gcode.canonical import TextPlace
 from hil.vocab.problem import Problem
 
 LONGEST = 256
@@ -42,7 +42,7 @@ def lines_of(text: bytes, file: str) -> tuple[list[str], list[Problem]]:
 class Comment(NamedTuple):
     """Comment that is a message: ``text`` behind its comma, in the place of its bracket."""
 
-    place: Place
+    place: TextPlace
     text: str
 
 
@@ -90,8 +90,8 @@ class CodeLine:
             at += 1
         return len(self._raw.rstrip()) + 1
 
-    def place(self, index: int) -> Place:
-        return Place(self.number, self.column(index))
+    def place(self, index: int) -> TextPlace:
+        return TextPlace(self.number, self.column(index))
 
     def _without_comments(self) -> str:
         kept, at = [], 0
@@ -106,7 +106,7 @@ class CodeLine:
                 self.problem = (found.start() + 1, *_UNCLOSED[found["closed"]])
                 return "".join(kept).translate(_TO_CODE)
             if message := _MESSAGE.match(found["text"] or ""):
-                place = Place(self.number, found.start() + 1)
+                place = TextPlace(self.number, found.start() + 1)
                 self.messages.append(Comment(place, _printable(found["text"][message.end() :].strip())))
         return "".join((*kept, self._raw[at:])).translate(_TO_CODE)
 

@@ -2,7 +2,7 @@
 
 import re
 
-from hil.gcode.canonical import End, Place, Point, Program, Settings, Straight
+from hil.gcode.canonical import End, Point, Program, Settings, Straight, TextPlace
 from hil.gcode.expressions import NUMBER
 from hil.gcode.interpreter import NOWHERE, SLOWEST, Interpreter
 from hil.gcode.program_text import LONGEST, CodeLine, lines_of
@@ -54,7 +54,7 @@ def _read_lines(lines: list[str], interpreter: Interpreter) -> int:
         if is_marked and raw.strip() == "%":
             if number == first:
                 continue
-            interpreter.motions.append(End(Place(number, raw.index("%") + 1)))
+            interpreter.motions.append(End(TextPlace(number, raw.index("%") + 1)))
             interpreter.has_ended = True
         else:
             interpreter.do(CodeLine(number, raw))
@@ -108,7 +108,7 @@ def _do_usual_line(interpreter: Interpreter, number: int, raw: str) -> bool:
     if position[:3] != [x_mm, y_mm, z_mm]:
         position[:3] = x_mm, y_mm, z_mm
         begin = min(found.start(group) for group in (1, 2, 3, 4) if found[group] is not None)
-        place = Place(number, begin + (1 if g is not None else 0))
+        place = TextPlace(number, begin + (1 if g is not None else 0))
         is_rapid = motion == "G0"
         end = Point(*position)
         interpreter.motions.append(Straight(place, is_rapid, end, None if is_rapid else state.linear_feed))

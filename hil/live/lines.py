@@ -10,7 +10,7 @@ from hil.vocab.time import FOREVER, NS_PER_S, SimTimeNs
 _MIN_RELEASE_S = 0.0005  # asyncio's timers are no finer; bytes due sooner go together
 
 
-class Line(Protocol):
+class PacedLine(Protocol):
     """End whose bytes have times."""
 
     def flush(self) -> None:
@@ -24,7 +24,7 @@ class Line(Protocol):
 
 
 @dataclass(eq=False)
-class Lines:
+class PacedLines:
     """Paced lines of a bench: of hundreds, only those with something on them cost time. ``now_ns``: the
     bench's time, which goes ``speed`` times as fast as the wall's."""
 
@@ -33,21 +33,21 @@ class Lines:
     speed: float = 1.0
     _is_handing_on: bool = field(default=False, init=False)
     _timer: asyncio.TimerHandle | None = field(default=None, init=False)
-    _fresh: list[Line] = field(default_factory=list, init=False)
+    _fresh: list[PacedLine] = field(default_factory=list, init=False)
     """Lines that have sent something since the last ``flush``."""
-    _busy: dict[Line, None] = field(default_factory=dict, init=False)
-    _held: dict[Line, None] = field(default_factory=dict, init=False)
+    _busy: dict[PacedLine, None] = field(default_factory=dict, init=False)
+    _held: dict[PacedLine, None] = field(default_factory=dict, init=False)
 
-    def has_sent(self, line: Line) -> None:
+    def has_sent(self, line: PacedLine) -> None:
         """Note that a line has something to ``flush`` when the present turn is over."""
         self._fresh.append(line)
 
-    def schedule(self, line: Line) -> None:
+    def schedule(self, line: PacedLine) -> None:
         """Note that a line has something to do at a time that its ``release`` says."""
         self._busy[line] = None
         self._release()
 
-    def hold(self, line: Line, is_held: bool) -> None:
+    def hold(self, line: PacedLine, is_held: bool) -> None:
         """Keep a line's port from reading for now, or no more."""
         if is_held:
             self._held[line] = None
@@ -102,7 +102,7 @@ class Lines:
             self._timer.cancel()
             self._timer = None
 
-    def forget(self, line: Line) -> None:
+    def forget(self, line: PacedLine) -> None:
         """Remove a line: what is on it is lost."""
         self._busy.pop(line, None)
         self._held.pop(line, None)

@@ -20,7 +20,7 @@ from hil.live.devices.bench_devices import DeviceAxes, Devices
 from hil.live.devices.twin_device import TwinHome
 from hil.live.fault_registry import FaultRegistry
 from hil.live.guard import BREADCRUMB, StepGuard
-from hil.live.lines import Lines
+from hil.live.lines import PacedLines
 from hil.live.log_file import LogFile, as_simulated
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
@@ -113,7 +113,7 @@ def make_live(
     stack.push_async_callback(places.close)
     guard = StepGuard(at.state / BREADCRUMB, config.speed)
     stack.callback(guard.close)
-    lines = Lines(loop, lambda: sim.now_ns, config.speed)
+    lines = PacedLines(loop, lambda: sim.now_ns, config.speed)
     stack.callback(lines.close)
     commits = Commits(files, loop)
     stack.push_async_callback(commits.end)  # its answers to commits are inputs, for the log too

@@ -4,7 +4,7 @@ import asyncio
 from collections import deque
 from dataclasses import dataclass, field
 
-from hil.live.lines import Lines
+from hil.live.lines import PacedLines
 from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
@@ -29,7 +29,7 @@ class UartBackend:
     processor is on the USB, and resets at ``TOUCH_BAUD``."""
 
     bench: BenchRuntime
-    lines: Lines
+    lines: PacedLines
     link: "PortLink[UartBackend]"
     device: Twin
     name: str = ""
@@ -190,7 +190,7 @@ class TapBackend:
     """Backend at a tap, which stays on its segment while clients of the port come and go."""
 
     def __init__(
-        self, bench: BenchRuntime, lines: Lines, link: "PortLink[TapBackend]", tap: ClientTap
+        self, bench: BenchRuntime, lines: PacedLines, link: "PortLink[TapBackend]", tap: ClientTap
     ) -> None:
         self.tap = tap
         self._bench = bench

@@ -41,7 +41,7 @@ class Watches:
         for axis in self.sampler.watched():
             if owner_of(axis) not in names:
                 continue
-            if axis in self._bench.roster.axes:
+            if axis in self._bench.parts.axes:
                 self.sampler.exchanged(axis)
             else:
                 self.sampler.gone(axis)

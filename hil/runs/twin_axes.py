@@ -38,7 +38,7 @@ class TwinAxes:
         return self._bench.now_ns
 
     def axes(self) -> dict[str, AxisNow]:
-        return {address: self[address].now() for address in self._bench.roster.axes}
+        return {address: self[address].now() for address in self._bench.parts.axes}
 
     def __getitem__(self, axis: str) -> "TwinAxis":
         return TwinAxis(self._bench, self._sampler, axis)
@@ -64,7 +64,7 @@ class TwinAxis:
 
     @property
     def _axis(self) -> CoreAxis:
-        return self._bench.roster.axis(self._name)
+        return self._bench.parts.axis(self._name)
 
     @property
     def _follows_paths(self) -> bool:

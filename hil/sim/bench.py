@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any, ClassVar, Protocol
 
 from hil.core import Core, Snapshot
+from hil.sim.bench_parts import BenchParts
 from hil.sim.card import Card
 from hil.sim.client_tap import ClientTap
 from hil.sim.faults.in_force import Faults
@@ -20,7 +21,6 @@ from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
 from hil.sim.real_time_clock import RealTimeClock
-from hil.sim.roster import Roster
 from hil.sim.twin import Home, Twin
 from hil.sim.verb_calls import Answer, axes_of
 from hil.vocab.address import address_of
@@ -114,12 +114,12 @@ class BenchRuntime:
     def __init__(self, name: str, core: Core, store: Store, around: BenchHooks) -> None:
         self.name = name
         self.core = core
-        self.roster = Roster()
-        self.devices: Mapping[str, Twin] = self.roster.devices
-        self.taps: Mapping[str, ClientTap] = self.roster.taps
-        self.cards: Mapping[str, Card] = self.roster.cards
-        self.wires: Mapping[str, Wire] = self.roster.wires
-        self.faults = Faults(self.roster)
+        self.parts = BenchParts()
+        self.devices: Mapping[str, Twin] = self.parts.devices
+        self.taps: Mapping[str, ClientTap] = self.parts.taps
+        self.cards: Mapping[str, Card] = self.parts.cards
+        self.wires: Mapping[str, Wire] = self.parts.wires
+        self.faults = Faults(self.parts)
         self._groups: dict[int, Group] = {}
         self.real_time = RealTimeClock(core, self._groups, around.turn_over, around.turn)
         self.log = around.log
@@ -173,24 +173,24 @@ class BenchRuntime:
     def add(self, group: Group, device: Twin) -> None:
         """Add a device to its group; its firmware starts now."""
         group.add(device)
-        self.roster.add_device(device, group)
+        self.parts.add_device(device, group)
 
     def add_card(self, card: Card) -> None:
         """Add the card of an axis, which is on a wire in its device's group."""
-        self.roster.add_card(card)
+        self.parts.add_card(card)
         if self.log:
             card.listeners.append(partial(self.log.sent, card.device, address_of(card.name).part))
 
     def set_going(self, device: Twin) -> None:
         """Start a device that was added to a bench that runs: its firmware starts at the present, and in real
         time the core's thread gets its group."""
-        group, now_ns = self.roster.group_of(device.name), self.now_ns
+        group, now_ns = self.parts.group_of(device.name), self.now_ns
         self.core.native.advance(group.id, now_ns, now_ns)  # so far nothing has happened in it
         self.real_time.hand_over([group], now_ns)
 
     def remove(self, name: str) -> None:
         """Remove a device that has a group of its own, with its faults."""
-        device, group = self.roster.remove_device(name)
+        device, group = self.parts.remove_device(name)
         with self.real_time.owning(group):
             self.faults.forget(name, device.axes.values())
             device.power.close()
@@ -199,7 +199,7 @@ class BenchRuntime:
     def _commit(self, device: Twin, sections: Mapping[str, bytes]) -> bool | None:
         durable = self._store.commit(device, sections, partial(self._answered, device))
         if durable is not None:
-            now_ns = self.roster.group_of(device.name).now_ns
+            now_ns = self.parts.group_of(device.name).now_ns
             self._note(device, now_ns, CommitDone(durable, at_once=True))
         return durable
 
@@ -234,7 +234,7 @@ class BenchRuntime:
         Raises:
             VerbRefused: a verb or a path was not carried out.
         """
-        group = self.roster.group_of(target)
+        group = self.parts.group_of(target)
         with self.real_time.owning(group):
             group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.real_time.turn())
             at_ns = group.now_ns
@@ -251,7 +251,7 @@ class BenchRuntime:
             self.faults.apply(target, given, at_ns)
             return {}
         if isinstance(given, Attach):
-            self.roster.attach(target, given.node).apply(given, at_ns)
+            self.parts.attach(target, given.node).apply(given, at_ns)
             return {}
         if target in self.taps:
             self.taps[target].apply(given, at_ns)
@@ -306,19 +306,19 @@ class BenchRuntime:
         Raises:
             VerbRefused: as ``apply_input``.
         """
-        group = self.roster.group_of(target)
+        group = self.parts.group_of(target)
         return self._apply(group, target, given, group.now_ns, lambda refusal: None)
 
     # ---- looking ----
 
     def watch(self, axis: str, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
         """Sample the axis at an address from now on; ``CoreAxis.watch``."""
-        with self.real_time.looking_at(self.roster.group_of(axis)):
-            self.roster.axis(axis).watch(slot, interval_ns, capacity)
+        with self.real_time.looking_at(self.parts.group_of(axis)):
+            self.parts.axis(axis).watch(slot, interval_ns, capacity)
 
     def snapshot(self, axis: str) -> Snapshot:
         """State of the axis at an address. Raises KeyError: there is none."""
-        group, at = self.roster.group_of(axis), self.roster.axis(axis)
+        group, at = self.parts.group_of(axis), self.parts.axis(axis)
         with self.real_time.owning(group):
             group.advance(self.now_ns, self.real_time.turn())
             return at.snapshot()
@@ -326,13 +326,13 @@ class BenchRuntime:
     def take_samples(self, axis: str, slot: int) -> tuple[list[bytes], int]:
         """Samples of the axis at an address since the last call, in the binary layout, and the losses since
         ``watch``."""
-        with self.real_time.looking_at(self.roster.group_of(axis)):
-            at = self.roster.axis(axis)
+        with self.real_time.looking_at(self.parts.group_of(axis)):
+            at = self.parts.axis(axis)
             return at.take_samples(slot), at.lost_samples(slot)
 
     def known_ns(self, name: str) -> SimTimeNs:
         """Time up to which the traffic at a tap is decided: its group may be behind the present."""
-        group = self.roster.group_of(name)
+        group = self.parts.group_of(name)
         with self.real_time.owning(group):
             return group.wait_until(self.now_ns)
 

@@ -78,7 +78,7 @@ def _fault_problem(bench: BenchRuntime, target: str, given: inputs.Inject | inpu
     active = bench.faults.active
     if isinstance(given, inputs.Clear):
         known = active.get(given.number)
-        if bench.roster.place(target) is None or (known and known.target != target):
+        if bench.parts.place(target) is None or (known and known.target != target):
             return f"fault {given.number} is not on {target[:_SHOWN]!r}"
         return None
     if given.number in active:

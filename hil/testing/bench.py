@@ -114,7 +114,7 @@ class Bench:
         }
         self._axes = {
             address: AxisFace(runtime, device, axis, self._record)
-            for address, (device, axis) in runtime.roster.axes.items()
+            for address, (device, axis) in runtime.parts.axes.items()
         }
         self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
         self._wires = WireFaces(self, runtime, catalogue.wire_kinds)
@@ -188,7 +188,7 @@ class Bench:
     def axis(self, name: str) -> AxisFace:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""
         __tracebackhide__ = True
-        return NamedThings("axis", self._axes)[self._runtime.roster.axis_address(name) or name]
+        return NamedThings("axis", self._axes)[self._runtime.parts.axis_address(name) or name]
 
     def device(self, name: str) -> DeviceFace:
         """Twin by its name. Raises KeyError: there is none."""

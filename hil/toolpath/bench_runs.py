@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
 
-from hil.gcode.canonical import Dwell, Pause, Place, Switch
+from hil.gcode.canonical import Dwell, Pause, Switch, TextPlace
 from hil.runs.path_rows import ROWS
 from hil.runs.run_axis import LIMITS
 from hil.runs.run_document import DOCUMENT_BYTES, STEPS
@@ -54,7 +54,7 @@ class _Part:
     at_s: float = 0.0
     timeline: list[tuple[float, int]] = field(default_factory=list)
 
-    def begin(self, place: Place) -> None:
+    def begin(self, place: TextPlace) -> None:
         """Note that a line of the program begins."""
         if not self.timeline or self.timeline[-1][1] != place.line:
             self.timeline.append((round(self.at_s, 4), place.line))
@@ -221,7 +221,7 @@ class BenchRuns:
         is_on = item.state != "off"
         part.steps.append({"pins": {switch.pin: switch.level if is_on else 1 - switch.level}})
 
-    def _remark(self, place: Place, what: str, remedy: str) -> None:
+    def _remark(self, place: TextPlace, what: str, remedy: str) -> None:
         if what not in self._said:
             self._said.add(what)
             self.remarks.append(Problem(self._plan.file, *place, what, remedy))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hil.toolpath.machine import Machine
-from hil.toolpath.path_speeds import Segment
+from hil.toolpath.path_speeds import StreamSegment
 from hil.vocab.path_planning import NodeCommand
 
 WAITING = 28
@@ -40,7 +40,7 @@ def command_s(machine: Machine) -> float:
     return COMMAND_CHARACTERS * BITS_OF_CHARACTER / machine.text.baud + machine.text.latency_ms / 1000
 
 
-def line_load(machine: Machine, begin: tuple[float, ...], segments: Sequence[Segment]) -> LineLoad:
+def line_load(machine: Machine, begin: tuple[float, ...], segments: Sequence[StreamSegment]) -> LineLoad:
     """Calculate the load by a stretch that begins there."""
     each_s = command_s(machine)
     counts, starts_s = _commands(machine, begin, segments)
@@ -68,7 +68,7 @@ def can_be_sent(machine: Machine, commands: Sequence[NodeCommand]) -> bool:
 
 
 def _commands(
-    machine: Machine, begin: tuple[float, ...], segments: Sequence[Segment]
+    machine: Machine, begin: tuple[float, ...], segments: Sequence[StreamSegment]
 ) -> tuple[list[int], list[float]]:
     """Number of commands of each segment, and the times at which the segments begin."""
     counts, starts_s, at_s = [], [], 0.0

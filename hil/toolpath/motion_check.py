@@ -10,10 +10,10 @@ from hil.gcode.canonical import (
     Canonical,
     Feed,
     PathMode,
-    Place,
     Point,
     Straight,
     Switch,
+    TextPlace,
 )
 from hil.toolpath.machine import LETTERS, Machine, MachineAxis
 from hil.toolpath.path_items import Chord, Item, Position, Stretch, joined
@@ -193,7 +193,7 @@ class MotionCheck:
         length: float,
         measure: int,
         asked_per_s: float,
-        place: Place,
+        place: TextPlace,
         *,
         is_arc: bool,
     ) -> None:
@@ -225,7 +225,7 @@ class MotionCheck:
             self._chords = []
         self._stretch_begin = self._position(self._here)
 
-    def _check_tolerance(self, place: Place, tolerance: float) -> None:
+    def _check_tolerance(self, place: TextPlace, tolerance: float) -> None:
         """Say once of a tolerance that whole pulses cannot keep it."""
         if tolerance < (least := PULSES * self._pulse) and tolerance not in self._tolerances_said:
             self._tolerances_said.add(tolerance)
@@ -251,7 +251,7 @@ class MotionCheck:
         measure = next((kind for kind, square in enumerate(squares) if square), _LINEAR)
         return measure, sqrt(squares[measure])
 
-    def _asked_per_s(self, place: Place, feed: Feed | None, length: float) -> float | None:
+    def _asked_per_s(self, place: TextPlace, feed: Feed | None, length: float) -> float | None:
         """Speed that a motion asks for, along its path."""
         if feed is None:
             return self._rapid_per_s
@@ -268,7 +268,7 @@ class MotionCheck:
 
     # ---- what is wrong ----
 
-    def _can_be_at(self, place: Place, end: Point) -> bool:
+    def _can_be_at(self, place: TextPlace, end: Point) -> bool:
         is_good = True
         here = self._here
         for index in self._others:
@@ -301,17 +301,17 @@ class MotionCheck:
                 is_good = False
         return is_good
 
-    def _outside(self, place: Place, axis: MachineAxis, position: float, verb: str) -> None:
+    def _outside(self, place: TextPlace, axis: MachineAxis, position: float, verb: str) -> None:
         what = f"{axis.letter.upper()} {verb} {position:.6g} {axis.unit}"
         self._find(place, what, f"its range is {axis.minimum:g} to {axis.maximum:g}")
 
-    def _full(self, place: Place) -> None:
+    def _full(self, place: TextPlace) -> None:
         if not self.is_full:
             self.is_full = True
             what = f"the path up to here needs over {self._most_chords} straight pieces"
             self._find(place, what, "allow a larger tolerance, or make several programs of it")
 
-    def _find(self, place: Place, message: str, remedy: str) -> None:
+    def _find(self, place: TextPlace, message: str, remedy: str) -> None:
         self.path.problems.append(Problem(self._file, place.line, place.column, message, remedy))
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from hil.gcode.canonical import Place
+from hil.gcode.canonical import TextPlace
 from hil.toolpath.line_load import can_be_sent, line_load
 from hil.toolpath.machine import Machine
 from hil.toolpath.path_items import Chord, Item, Position, Stretch
 from hil.toolpath.path_plan import PathPlan, PlannedStretch, planned
-from hil.toolpath.path_speeds import Segment, limits_of
+from hil.toolpath.path_speeds import StreamSegment, limits_of
 from hil.toolpath.stream_phrase import (
     LONGEST_REST_S,
     PlacedCommand,
@@ -30,7 +30,7 @@ class LinePhrase:
     duration_s: float
     begin: Pulses
     end: Pulses
-    place: Place
+    place: TextPlace
 
     def brake(self) -> bool:
         """A ramp that has begun is the board's."""
@@ -132,7 +132,7 @@ class NodePhrases:
             here = part[-1].end
         return None
 
-    def _moving(self, here: Position, segments: Sequence[Segment]) -> Iterator[list[str]]:
+    def _moving(self, here: Position, segments: Sequence[StreamSegment]) -> Iterator[list[str]]:
         before = self.pulses_at(here)
         for segment in segments:
             there = self.pulses_at(segment.end)
@@ -140,9 +140,9 @@ class NodePhrases:
             before = there
 
 
-def _parts(segments: Sequence[Segment], moving: Iterator[list[str]]) -> Iterator[list[Segment]]:
+def _parts(segments: Sequence[StreamSegment], moving: Iterator[list[str]]) -> Iterator[list[StreamSegment]]:
     """Divide segments before an axis moves that has rested for longer than ``LONGEST_REST_S``."""
-    part: list[Segment] = []
+    part: list[StreamSegment] = []
     moved_s: dict[str, float] = {}
     at_s = 0.0
     for segment, letters in zip(segments, moving, strict=True):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from hil.gcode.canonical import Dwell, End, Message, Pause, Place, Switch
+from hil.gcode.canonical import Dwell, End, Message, Pause, Switch, TextPlace
 
 Position = tuple[float, ...]
 """Positions of a machine's axes, in the order of ``Machine.axes``: millimetres, degrees."""
@@ -22,7 +22,7 @@ class Chord(NamedTuple):
     """Axes that the length is measured over: 0 for X Y Z, 1 for U V W, 2 for A B C."""
     asked_per_s: float
     """Speed that is asked for; infinite: as fast as the axes can."""
-    place: Place
+    place: TextPlace
     is_arc: bool
 
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from hil.gcode.canonical import Arc, Canonical, Dwell, Place, Point, Program, Straight
+from hil.gcode.canonical import Arc, Canonical, Dwell, Point, Program, Straight, TextPlace
 from hil.toolpath.line_load import LineLoad, line_load
 from hil.toolpath.machine import Machine
 from hil.toolpath.motion_check import LONGEST_S, MOST_CHORDS, check_motions
 from hil.toolpath.path_items import Item, Position, Stretch
-from hil.toolpath.path_speeds import ChordSpeed, Segment, limits_of, segments, stops_s, stretch_speeds
+from hil.toolpath.path_speeds import ChordSpeed, StreamSegment, limits_of, segments, stops_s, stretch_speeds
 from hil.vocab.problem import Problem
 
 ORIGIN = Point()
@@ -34,11 +34,11 @@ class PlannedStretch:
     duration_s: float
     override: float = 1.0
 
-    def segments(self, machine: Machine) -> Iterator[Segment]:
+    def segments(self, machine: Machine) -> Iterator[StreamSegment]:
         """Segments of constant speed of this machine's axes."""
         return segments(self.stretch, self.speeds, machine.segment_s, machine.axes)
 
-    def samples(self, every_s: float) -> Iterator[tuple[float, Position, Place]]:
+    def samples(self, every_s: float) -> Iterator[tuple[float, Position, TextPlace]]:
         """Time, position and place in the program at the beginning, at every multiple of ``every_s``, and at
         the end; of a stretch that is not streamed only if it is one chord."""
         here, before_s, number = self.stretch.begin, 0.0, 0
@@ -135,7 +135,7 @@ def _too_long(plan: PathPlan) -> Iterator[Problem]:
     """Problems of a program longer than a day, and of stretches that are too long to be streamed to nodes."""
     left_s, segment_s = LONGEST_S, plan.machine.segment_s
     for item in plan.items:
-        place: Place | None = None
+        place: TextPlace | None = None
         if isinstance(item, Dwell):
             place, lasts_s = item.place, item.seconds
         elif isinstance(item, PlannedStretch):
@@ -155,7 +155,7 @@ def _too_long(plan: PathPlan) -> Iterator[Problem]:
         left_s -= lasts_s
 
 
-def _place_at(planned: PlannedStretch, at_s: float) -> Place:
+def _place_at(planned: PlannedStretch, at_s: float) -> TextPlace:
     """Place in the program of what a stretch does at a time, if it is streamed."""
     for chord, speed in zip(planned.stretch.chords, planned.speeds, strict=True):
         at_s -= speed.duration_s

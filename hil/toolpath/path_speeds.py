@@ -156,7 +156,7 @@ def stops_s(stretch: Stretch, axes: Sequence[MachineAxis], override: float = 1.0
     return total_s
 
 
-class Segment(NamedTuple):
+class StreamSegment(NamedTuple):
     """Segment of constant speed of a stream, and the chord that it is of."""
 
     duration_s: float
@@ -180,7 +180,7 @@ def cruise_segments(chord: Chord, speed: ChordSpeed, axes: Sequence[MachineAxis]
 
 def segments(
     stretch: Stretch, speeds: Sequence[ChordSpeed], segment_s: float, axes: Sequence[MachineAxis]
-) -> Iterator[Segment]:
+) -> Iterator[StreamSegment]:
     """Segments of a stretch, one after the other; none goes beyond the end of a chord."""
     here = stretch.begin
     for number, (chord, speed) in enumerate(zip(stretch.chords, speeds, strict=True)):
@@ -189,7 +189,7 @@ def segments(
         for at_s in looks_s[:-1]:
             part = speed.part_at(at_s)
             place = tuple(a + part * b for a, b in zip(here, chord.way, strict=True))
-            yield Segment(at_s - before_s, place, number, at_s)
+            yield StreamSegment(at_s - before_s, place, number, at_s)
             before_s = at_s
-        yield Segment(looks_s[-1] - before_s, chord.end, number, looks_s[-1])
+        yield StreamSegment(looks_s[-1] - before_s, chord.end, number, looks_s[-1])
         here = chord.end

@@ -5,12 +5,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
-from hil.gcode.canonical import Place
+from hil.gcode.canonical import TextPlace
 from hil.toolpath.machine import Machine
 from hil.toolpath.path_items import Stretch
 from hil.toolpath.path_plan import PlannedStretch
 from hil.toolpath.path_rest import brake_from
-from hil.toolpath.path_speeds import Segment, segments
+from hil.toolpath.path_speeds import StreamSegment, segments
 from hil.vocab.path_planning import NodeCommand, PathPlanner
 
 LONGEST_REST_S = 10.0
@@ -27,7 +27,7 @@ class PlacedCommand(NamedTuple):
     """Command of a phrase, and the place in the program that it is of."""
 
     command: NodeCommand
-    place: Place
+    place: TextPlace
 
 
 class _Waiting(NamedTuple):
@@ -53,7 +53,7 @@ class StreamPhrase:
         planner: PathPlanner,
         planned: PlannedStretch,
         begin: Sequence[float],
-        parts: Sequence[Segment],
+        parts: Sequence[StreamSegment],
         ahead: int,
     ) -> None:
         self.ahead = ahead

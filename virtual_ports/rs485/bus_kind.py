@@ -11,7 +11,7 @@ from virtual_ports.rs485.segment_reports import REPORTS
 def _make(clock: Clock, framing: Framing, line_format: LineFormat, name: str) -> Segment:
     from virtual_ports.rs485 import segment  # most benches have none
 
-    return segment.Segment(clock, framing, line_format, name)
+    return segment.Rs485Segment(clock, framing, line_format, name)
 
 
 BUS = BusKind(segments=SegmentKind(REPORTS, _make))

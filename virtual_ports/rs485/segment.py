@@ -59,7 +59,7 @@ class _Clean(NamedTuple):
     before: Splitter
 
 
-class Segment:
+class Rs485Segment:
     """Segment: stations on one wire, as ``hil.vocab.segment`` has it. Nobody senses the line before it sends:
     two that send at once collide. ``framing`` says what on it is a packet, and for whom; ``line_format`` is
     that of all stations' characters.

@@ -18,7 +18,7 @@ from hil.vocab.path_planning import Path
 from hil.vocab.verbs import Verb, VerbRefused
 
 
-class Switch(Protocol):
+class DriveSwitch(Protocol):
     """Switch of a drive."""
 
     def level(self, shot: Snapshot) -> int:
@@ -79,7 +79,7 @@ class CardMotor:
         part: str,
         group: Group,
         carry_out: Callable[[Input], Answer],
-        switches: Mapping[str, Switch],
+        switches: Mapping[str, DriveSwitch],
         rating: Rating,
     ) -> None:
         self._device, self._part, self._group, self._carry_out = device, part, group, carry_out

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from bridges.can.canopen.master.drive_units import UnitsUnknown
-from bridges.can.canopen.master.greeting import DriveKnown, Nmt, Pause, Step, Unfit, greet
+from bridges.can.canopen.master.greeting import DriveKnown, GreetingPause, Nmt, Step, Unfit, greet
 from bridges.can.canopen.master.node_watch import HEARTBEAT_NS
 from bridges.can.canopen.master.sdo_transfer import SdoTransfer
 from bridges.can.drives.can_drive import CanDrive
@@ -92,7 +92,7 @@ class CanSession:
                 return await self._drive.transfer(step, None)
             case Nmt():
                 self._drive.command(step.command)
-            case Pause():
+            case GreetingPause():
                 await asyncio.sleep(step.ns / 1e9)
         return b""
 

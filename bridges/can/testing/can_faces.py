@@ -122,7 +122,7 @@ class CanBusFace:
         self.heard: list[HeardFrame] = []
         """All frames so far."""
         self._runtime = runtime
-        self._group = runtime.roster.group_of(of.name)
+        self._group = runtime.parts.group_of(of.name)
         self._node = str(Address(of.name, TESTER))
         self._read = 0
         self.bus.join(self._node, self, mailboxes=_MAILBOXES)

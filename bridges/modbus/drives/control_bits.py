@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bridges.modbus.protocol.pdu import Table
-from bridges.modbus.registers.drive_map import DriveMap, Place
+from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class RegisterWrite:
     words: tuple[int, ...]
 
 
-def value_write(of: DriveMap, place: Place, value: float) -> RegisterWrite:
+def value_write(of: DriveMap, place: RegisterPlace, value: float) -> RegisterWrite:
     """Write of a value. Raises ValueError: its registers cannot hold it."""
     if not place.holds(value):
         raise ValueError(f"the registers of the drive cannot hold {value:g}")

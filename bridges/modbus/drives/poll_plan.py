@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from bridges.modbus.protocol.pdu import Span, Table
-from bridges.modbus.registers.drive_map import DriveMap, Place
+from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 from hil.drives.drive_link import Reading
 
 GAP_REGISTERS = 8
@@ -18,7 +18,7 @@ Words = dict[Table, dict[int, int]]
 """Registers, or bits, by table and address."""
 
 
-def spans_of(places: Iterable[Place], gap: int = GAP_REGISTERS) -> tuple[Span, ...]:
+def spans_of(places: Iterable[RegisterPlace], gap: int = GAP_REGISTERS) -> tuple[Span, ...]:
     """Reads that have all of these places, few and short. ``gap``: maximum of registers between two that are
     read with them; 0 for a drive that refuses registers that it has not."""
     wanted = sorted({(list(Table).index(place.table), place.address, place.width) for place in places})
@@ -43,8 +43,8 @@ class PollPlan:
     which not every drive lets be read."""
 
     of: DriveMap
-    told: Mapping[str, Place]
-    kept: Mapping[str, Place]
+    told: Mapping[str, RegisterPlace]
+    kept: Mapping[str, RegisterPlace]
 
     @classmethod
     def of_map(cls, of: DriveMap) -> "PollPlan":

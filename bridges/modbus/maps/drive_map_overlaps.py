@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from bridges.modbus.protocol.pdu import Table
-from bridges.modbus.registers.drive_map import Place
+from bridges.modbus.registers.drive_map import RegisterPlace
 from hil.config.document import Finding, KeyPath
 
 _WORDS = {
@@ -14,10 +14,12 @@ _WORDS = {
 }
 
 
-def overlap_findings(places: Mapping[KeyPath, Place], lines: Mapping[KeyPath, int]) -> Iterator[Finding]:
+def overlap_findings(
+    places: Mapping[KeyPath, RegisterPlace], lines: Mapping[KeyPath, int]
+) -> Iterator[Finding]:
     """Findings of entries that share a register or a bit with one before them. ``places``: in file order;
     ``lines``: where they are in the file."""
-    taken: dict[tuple[Table, int], list[tuple[KeyPath, Place]]] = {}
+    taken: dict[tuple[Table, int], list[tuple[KeyPath, RegisterPlace]]] = {}
     for path, place in places.items():
         registers = range(place.address, place.address + place.width)
         clashes = (
@@ -34,13 +36,13 @@ def overlap_findings(places: Mapping[KeyPath, Place], lines: Mapping[KeyPath, in
             taken.setdefault((place.table, register), []).append((path, place))
 
 
-def _share(one: Place, other: Place) -> bool:
+def _share(one: RegisterPlace, other: RegisterPlace) -> bool:
     """True if two entries can be in one register: as two of its bits."""
     return one.bit is not None and other.bit is not None and one.bit != other.bit
 
 
 def _told(
-    path: KeyPath, place: Place, register: int, other_path: KeyPath, other: Place, line: int
+    path: KeyPath, place: RegisterPlace, register: int, other_path: KeyPath, other: RegisterPlace, line: int
 ) -> tuple[KeyPath, str, str]:
     word = _WORDS[place.table]
     whose = ".".join(map(str, other_path)) + (f" (line {line})" if line else "")

@@ -16,7 +16,7 @@ from bridges.modbus.registers.drive_map import (
     IDENTITY,
     STATUS,
     DriveMap,
-    Place,
+    RegisterPlace,
 )
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.document_kinds import DRIVE_MAP, check_kind
@@ -70,7 +70,7 @@ def map_findings(
     except ValidationError as error:
         findings += findings_of(error, MapText, at, document)
     entries = dict(_entries(given))
-    places: dict[KeyPath, Place] = {}
+    places: dict[KeyPath, RegisterPlace] = {}
     found: list[Finding] = []
     for path, entry in entries.items():
         wrong = list(_entry_findings(path, entry))
@@ -94,7 +94,7 @@ def drive_map_of(of: MapText) -> DriveMap:
     """Map that a text without findings is."""
     places = {path: _place(path, entry) for path, entry in _entries(of.model_dump(exclude_none=True))}
 
-    def room(name: str) -> dict[str, Place]:
+    def room(name: str) -> dict[str, RegisterPlace]:
         return {str(path[1]): place for path, place in places.items() if path[0] == name and len(path) == 2}
 
     identity = {key: text for key in IDENTITY if (text := getattr(of.identity, key))}
@@ -149,7 +149,7 @@ def _entry_findings(path: KeyPath, entry: PlaceText) -> Iterator[Finding]:
         what = f"{path[-1]} is no command, which {', '.join(COMMANDS)} are"
         yield Finding((*path, "on_write"), what, "remove it", at_key=True)
     address = getattr(entry, table)
-    if not is_bit and address + Place(TABLES[table], 0, entry.type).width > ADDRESSES:
+    if not is_bit and address + RegisterPlace(TABLES[table], 0, entry.type).width > ADDRESSES:
         yield Finding(
             (*path, table),
             f"{entry.type} takes two registers, and behind {address} there is none",
@@ -164,12 +164,12 @@ def _allowed(path: KeyPath) -> list[str]:
     return [word for word in TABLES if (is_bit or word not in _BIT_TABLES) and (is_told or word in _WRITABLE)]
 
 
-def _place(path: KeyPath, entry: PlaceText) -> Place:
+def _place(path: KeyPath, entry: PlaceText) -> RegisterPlace:
     (table,) = entry.tables
     address = getattr(entry, table)
     if path[0] in ("status", "control"):
-        return Place(TABLES[table], address, BIT, bit=entry.bit, on_write=entry.on_write)
-    return Place(TABLES[table], address, entry.type, entry.scale)
+        return RegisterPlace(TABLES[table], address, BIT, bit=entry.bit, on_write=entry.on_write)
+    return RegisterPlace(TABLES[table], address, entry.type, entry.scale)
 
 
 def _unknown_parameters(entries: Collection[KeyPath], known: Collection[str] | None) -> Iterator[Finding]:

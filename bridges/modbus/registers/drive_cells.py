@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Table
 from bridges.modbus.registers.cells import Cell
-from bridges.modbus.registers.drive_map import CONTROL, STATUS, DriveMap, Place
+from bridges.modbus.registers.drive_map import CONTROL, STATUS, DriveMap, RegisterPlace
 from bridges.modbus.registers.register_map import crc_of
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.drive_words import TAKEN, TOLD
@@ -23,7 +23,7 @@ class MapEntry(NamedTuple):
     """Entry of a map. ``name``: without its room's; ``is_taken``: a client may write it."""
 
     name: str
-    place: Place
+    place: RegisterPlace
     is_taken: bool
     is_parameter: bool
 

@@ -34,7 +34,7 @@ COMMANDS = ("start", "stop", "reset")
 
 
 @dataclass(frozen=True)
-class Place:
+class RegisterPlace:
     """Place of a value or a bit. ``type``: one of ``TYPES``, or bit; ``scale``: factor from the number in the
     registers to the value; ``bit``: of a register, from 0 on; None: a value, or a bit of a table of bits;
     ``on_write``: each write of 1 is a command, and the bit clears itself."""
@@ -92,10 +92,10 @@ class DriveMap:
     word_order: str = "high_first"
     identity: Mapping[str, str] = field(default_factory=dict)
     """Texts of ``IDENTITY``, those that are given."""
-    values: Mapping[str, Place] = field(default_factory=dict)
-    status: Mapping[str, Place] = field(default_factory=dict)
-    control: Mapping[str, Place] = field(default_factory=dict)
-    parameters: Mapping[str, Place] = field(default_factory=dict)
+    values: Mapping[str, RegisterPlace] = field(default_factory=dict)
+    status: Mapping[str, RegisterPlace] = field(default_factory=dict)
+    control: Mapping[str, RegisterPlace] = field(default_factory=dict)
+    parameters: Mapping[str, RegisterPlace] = field(default_factory=dict)
 
     @property
     def is_low_first(self) -> bool:
@@ -103,7 +103,7 @@ class DriveMap:
         return self.word_order == "low_first"
 
     @property
-    def places(self) -> Mapping[str, Place]:
+    def places(self) -> Mapping[str, RegisterPlace]:
         """All places by their dotted names, as ``control.enable``."""
         rooms = {"status": self.status, "control": self.control, "parameters": self.parameters}
         named = {f"{room}.{name}": place for room, each in rooms.items() for name, place in each.items()}

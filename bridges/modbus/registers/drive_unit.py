@@ -11,7 +11,7 @@ from math import hypot, isfinite
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
 from bridges.modbus.registers.cells import Halves, WrittenWords
 from bridges.modbus.registers.drive_cells import DriveCells, MapEntry
-from bridges.modbus.registers.drive_map import DriveMap, Place
+from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
@@ -118,7 +118,7 @@ class DriveUnit:
         value = self._field(look, first.name) if first.is_parameter else values.get(first.name, 0.0)
         return dict(enumerate(self._words(place, value), place.address))
 
-    def _words(self, place: Place, value: float) -> tuple[int, ...]:
+    def _words(self, place: RegisterPlace, value: float) -> tuple[int, ...]:
         finite = value if isfinite(value) else 0.0
         return place.words(finite, is_low_first=self._is_low_first)
 

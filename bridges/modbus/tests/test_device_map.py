@@ -7,7 +7,7 @@ import pytest
 
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.cells import BIT
-from bridges.modbus.registers.drive_map import DriveMap, Place
+from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 from hil.compose import find_catalogue
 from hil.config import BenchConfig, ConfigError, diff, from_dict, parse
 from hil.live.log_file import as_simulated
@@ -42,10 +42,10 @@ def test_a_file_is_looked_up_from_the_configurations_folder(read: Read) -> None:
     of = CATALOGUE.own_map(read(BENCH).devices["x1"], PROFILE)
     assert of == DriveMap(
         values={
-            "position_deg": Place(Table.INPUT_REGISTERS, 0, "i32"),
-            "set_point_deg": Place(Table.HOLDING_REGISTERS, 0),
+            "position_deg": RegisterPlace(Table.INPUT_REGISTERS, 0, "i32"),
+            "set_point_deg": RegisterPlace(Table.HOLDING_REGISTERS, 0),
         },
-        control={"enable": Place(Table.COILS, 0, BIT), "start": Place(Table.COILS, 1, BIT)},
+        control={"enable": RegisterPlace(Table.COILS, 0, BIT), "start": RegisterPlace(Table.COILS, 1, BIT)},
     )
 
 

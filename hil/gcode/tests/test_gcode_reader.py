@@ -10,12 +10,12 @@ from hil.gcode.canonical import (
     Message,
     PathMode,
     Pause,
-    Place,
     Point,
     Program,
     Settings,
     Straight,
     Switch,
+    TextPlace,
 )
 from hil.gcode.interpreter import MOST_REMARKS
 from hil.gcode.reader import MOST_PROBLEMS, read_program
@@ -39,27 +39,27 @@ def test_a_program_is_motions_in_order() -> None:
     feed = Feed("per_minute", 120)
     assert program.problems == ()
     assert program.motions == (
-        Switch(Place(2, 1), "spindle", "cw", 1000),
-        Straight(Place(3, 1), True, Point(10), None),
-        Straight(Place(4, 1), False, Point(10, 5), feed),
-        Dwell(Place(5, 1), 1.5),
-        PathMode(Place(6, 1), "blend", 0.1),
-        Pause(Place(7, 1), True),
-        Switch(Place(8, 1), "spindle", "off", 0),
-        End(Place(8, 1)),
+        Switch(TextPlace(2, 1), "spindle", "cw", 1000),
+        Straight(TextPlace(3, 1), True, Point(10), None),
+        Straight(TextPlace(4, 1), False, Point(10, 5), feed),
+        Dwell(TextPlace(5, 1), 1.5),
+        PathMode(TextPlace(6, 1), "blend", 0.1),
+        Pause(TextPlace(7, 1), True),
+        Switch(TextPlace(8, 1), "spindle", "off", 0),
+        End(TextPlace(8, 1)),
     )
     assert program.line_count == 8
 
 
 def test_arcs_have_their_centre_in_the_machine() -> None:
-    arc = Arc(Place(3, 3), "xz", Point(22, 3, 10), (5, 17), -2, Feed("per_minute", 100))
+    arc = Arc(TextPlace(3, 3), "xz", Point(22, 3, 10), (5, 17), -2, Feed("per_minute", 100))
     program = read("G0 X12 Z0", "G18 F100 G91", "Y3G2 X10 Z10 I5 K5 P2")
-    assert program.motions[1] == arc._replace(place=Place(3, 3))
+    assert program.motions[1] == arc._replace(place=TextPlace(3, 3))
 
 
 def test_a_motion_stands_where_its_word_is() -> None:
     program = read("G0", "  N10 (one) X1 Y1", "n20 y2 g 0 1 f9")
-    assert [motion.place for motion in program.motions[:2]] == [Place(2, 13), Place(3, 8)]
+    assert [motion.place for motion in program.motions[:2]] == [TextPlace(2, 13), TextPlace(3, 8)]
 
 
 def test_inches_become_millimetres_and_angles_stay() -> None:
@@ -75,7 +75,9 @@ def test_inches_become_millimetres_and_angles_stay() -> None:
 
 def test_axes_beside_the_first_ones() -> None:
     program = read("G20 G10 L2 P1 U1", "G0 U1 V2 W5 B4 C5")
-    assert program.motions[0] == Straight(Place(2, 1), True, Point(0, 0, 0, 0, 4, 5, 50.8, 50.8, 127), None)
+    assert program.motions[0] == Straight(
+        TextPlace(2, 1), True, Point(0, 0, 0, 0, 4, 5, 50.8, 50.8, 127), None
+    )
 
 
 def test_the_machine_is_where_its_state_says() -> None:
@@ -119,10 +121,10 @@ def test_what_is_off_is_not_switched_off_again() -> None:
 def test_messages_and_tools() -> None:
     program = read("(MSG, Clamp it)(msg,twice)", "T3 M6", "(other)")
     assert program.motions[:4] == (
-        Message(Place(1, 1), "Clamp it"),
-        Message(Place(1, 16), "twice"),
-        Message(Place(2, 4), "change to tool 3"),
-        Pause(Place(2, 4), False),
+        Message(TextPlace(1, 1), "Clamp it"),
+        Message(TextPlace(1, 16), "twice"),
+        Message(TextPlace(2, 4), "change to tool 3"),
+        Pause(TextPlace(2, 4), False),
     )
 
 
@@ -224,7 +226,7 @@ def test_a_comment_does_not_join_what_it_parts() -> None:
 
 
 def test_messages_do_not_command_a_terminal() -> None:
-    assert read("(MSG, a\x1b[2Jb\x07)").motions[0] == Message(Place(1, 1), "a\ufffd[2Jb\ufffd")
+    assert read("(MSG, a\x1b[2Jb\x07)").motions[0] == Message(TextPlace(1, 1), "a\ufffd[2Jb\ufffd")
 
 
 def test_an_axis_that_goes_nowhere_stays() -> None:

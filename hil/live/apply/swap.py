@@ -11,7 +11,7 @@ from hil.live.board_backend import BoardBackend
 from hil.live.configured import Configured
 from hil.live.devices.bench_devices import Devices
 from hil.live.fault_registry import FaultRegistry
-from hil.live.lines import Lines
+from hil.live.lines import PacedLines
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.refusals import Refused
@@ -35,7 +35,7 @@ class Swap:
     stage: Stage
     places: Places
     devices: Devices
-    lines: Lines
+    lines: PacedLines
     commits: Commits
     faults: FaultRegistry
     watches: Watches

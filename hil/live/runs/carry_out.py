@@ -28,7 +28,7 @@ class NotBegun(Exception):
 
 
 @dataclass
-class Entry:
+class QueuedRun:
     """Accepted run that has not ended. ``names``: devices here, by their names in the run;
     ``ends_deg``: where it leaves them. Of the document only the text is kept: read, a long one takes forty
     times the room."""
@@ -66,7 +66,7 @@ class CarryingOut:
         self._tell = tell
         self._releasing: set[asyncio.Task[None]] = set()
 
-    async def run(self, entry: Entry) -> None:
+    async def run(self, entry: QueuedRun) -> None:
         """Carry out one run, from its plan to its end. Raises NotBegun: nothing has moved."""
         if entry.is_shared:
             await self._lead(entry)
@@ -81,7 +81,7 @@ class CarryingOut:
         execution.lead_ns = lead_ns + round(PACE_WALL_NS * self._configured.config.speed)
         await self.follow(entry, execution)
 
-    async def _lead(self, entry: Entry) -> None:
+    async def _lead(self, entry: QueuedRun) -> None:
         """Carry out a run that spans benches."""
         together: Together | None = None
         try:
@@ -108,7 +108,7 @@ class CarryingOut:
             together.leave()
 
     async def follow(
-        self, entry: Entry, execution: Execution, each: Callable[[], None] = lambda: None
+        self, entry: QueuedRun, execution: Execution, each: Callable[[], None] = lambda: None
     ) -> None:
         """Follow an execution until nothing is left to do; ``each`` is called at every look at it."""
         entry.execution = execution

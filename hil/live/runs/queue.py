@@ -21,7 +21,7 @@ from hil.live.configured import Configured
 from hil.live.core_thread import WallClock
 from hil.live.off_loop import SHORT
 from hil.live.reservations import Reservations
-from hil.live.runs.carry_out import CarryingOut, Entry, NotBegun
+from hil.live.runs.carry_out import CarryingOut, NotBegun, QueuedRun
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.planning import Planning
 from hil.runs import Execution, Plan, Progress
@@ -45,7 +45,7 @@ WAITING_CHARACTERS = 32 << 20
 ERROR_OF_OURS = "an error of hil; its log has more"
 
 
-Doing = Callable[[Entry], Coroutine[Any, Any, None]]
+Doing = Callable[[QueuedRun], Coroutine[Any, Any, None]]
 """Work on a run; not begun where it is cancelled before."""
 
 
@@ -68,7 +68,7 @@ class RunQueue:
         self._reservations = reservations
         self._planning = Planning(axes, configured, wall, others)
         self._carrying_out = CarryingOut(axes, self._planning, configured, self._tell)
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, QueuedRun] = {}
         self._is_closed = False
         self._starts_soon = False
         self.progress: dict[str, Progress] = {}
@@ -179,7 +179,7 @@ class RunQueue:
     ) -> None:
         """Begin a part now; ``each`` is called at every look at it."""
         ends_deg = {device: execution.plan.ends_deg[axis] for axis, device in names.items()}
-        entry = Entry(text, "<run>", source, names, ends_deg, execution.progress, True, execution)
+        entry = QueuedRun(text, "<run>", source, names, ends_deg, execution.progress, True, execution)
         self._remember(entry)
         self._begin(entry, lambda entry: self._carrying_out.follow(entry, execution, each))
 
@@ -220,11 +220,11 @@ class RunQueue:
         ends_deg = {device: plan.ends_deg[axis] for axis, device in names.items()}
         name = self._fresh(plan.run.run) if fresh else plan.run.run
         progress = Progress(name, steps=plan.steps)
-        self._remember(Entry(text, file, source, names, ends_deg, progress, is_shared))
+        self._remember(QueuedRun(text, file, source, names, ends_deg, progress, is_shared))
         self._start_what_can()
         return progress
 
-    def _remember(self, entry: Entry) -> None:
+    def _remember(self, entry: QueuedRun) -> None:
         """Remember a run in the place of one of its name that has ended."""
         self.progress.pop(entry.name, None)
         self._entries[entry.name], self.progress[entry.name] = entry, entry.progress
@@ -244,10 +244,10 @@ class RunQueue:
                 self._begin(entry, self._carrying_out.run)
             taken |= entry.devices
 
-    def _begin(self, entry: Entry, doing: Doing) -> None:
+    def _begin(self, entry: QueuedRun, doing: Doing) -> None:
         entry.task = asyncio.get_running_loop().create_task(self._attend(entry, doing))
 
-    async def _attend(self, entry: Entry, doing: Doing) -> None:
+    async def _attend(self, entry: QueuedRun, doing: Doing) -> None:
         try:
             await doing(entry)
         except NotBegun as error:
@@ -258,14 +258,14 @@ class RunQueue:
         else:
             self._over(entry)
 
-    def _end(self, entry: Entry, state: str, why: str) -> None:
+    def _end(self, entry: QueuedRun, state: str, why: str) -> None:
         """End a run that did not come to its end by itself."""
         progress = entry.progress
         progress.state, progress.why = state, why
         progress.ended_at_ns = self._axes.now_ns
         self._over(entry)
 
-    def _over(self, entry: Entry) -> None:
+    def _over(self, entry: QueuedRun) -> None:
         """Clear up after a run that has ended; others may begin."""
         del self._entries[entry.name]
         self._reservations.release(entry.name)
@@ -289,7 +289,7 @@ def no_run(name: str, known: Iterable[str]) -> VerbRefused:
     return VerbRefused("no_run", f"there is no run {name!r}; {meant(name, [*known], there)}")
 
 
-def _refuse(text: str, waiting: Collection[Entry]) -> None:
+def _refuse(text: str, waiting: Collection[QueuedRun]) -> None:
     if len(text) > DOCUMENT_BYTES:
         raise VerbRefused("bad_request", f"{len(text)} characters; a run has at most {DOCUMENT_BYTES}")
     characters = sum(len(entry.text) for entry in waiting)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from session_bench import Bench, Echo, MemoryPort
 
-from hil.live.lines import Lines
+from hil.live.lines import PacedLines
 from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
 from hil.live.sim_backends import UartBackend
 from hil.sim.bench import BenchHooks
@@ -30,8 +30,8 @@ def loop() -> Iterator[asyncio.AbstractEventLoop]:
     loop.close()
 
 
-def lines_of(bench: Bench) -> Lines:
-    return Lines(asyncio.get_event_loop(), lambda: bench.runtime.now_ns)
+def lines_of(bench: Bench) -> PacedLines:
+    return PacedLines(asyncio.get_event_loop(), lambda: bench.runtime.now_ns)
 
 
 def joined(

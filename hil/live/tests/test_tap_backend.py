@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 from session_bench import MemoryPort
 
-from hil.live.lines import Lines
+from hil.live.lines import PacedLines
 from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
 from hil.live.sim_backends import TapBackend
 from hil.testing import Bench
@@ -25,7 +25,7 @@ def link() -> Iterator[PortLink[TapBackend]]:
     with Bench(CONFIG) as bench:
         bench.run(1100)
         link = PortLink[TapBackend]("bus0.m", MemoryPort())
-        lines = Lines(loop, lambda: bench._runtime.now_ns)
+        lines = PacedLines(loop, lambda: bench._runtime.now_ns)
         link.occupy(TapBackend(bench._runtime, lines, link, bench._runtime.taps["bus0.m"]))
         yield link
         lines.close()

@@ -40,7 +40,7 @@ class Ring:
 
 def ringed(bench: Bench) -> BenchRuntime:
     sim, ring = bench._runtime, Ring()
-    sim.roster.add_wire("r", ring, sim.roster.group_of("m1"))  # type: ignore[arg-type]
+    sim.parts.add_wire("r", ring, sim.parts.group_of("m1"))  # type: ignore[arg-type]
     return sim
 
 

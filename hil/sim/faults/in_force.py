@@ -4,11 +4,11 @@ from collections.abc import Iterable
 from functools import partial
 
 from hil.core import CoreAxis
+from hil.sim.bench_parts import BenchParts, FaultPlace
 from hil.sim.faults import node
 from hil.sim.faults.physics import AxisFaults
 from hil.sim.inputs import Clear, Inject
 from hil.sim.load_limit import load_problem
-from hil.sim.roster import Place, Roster
 from hil.vocab.address import owner_of
 from hil.vocab.faults import FAULT_KINDS, TARGETS, Fault, FaultRefused
 from hil.vocab.near_words import meant
@@ -21,10 +21,10 @@ LOAD = "shaft_load"
 class Faults:
     """Faults that were injected into a bench, by their numbers."""
 
-    def __init__(self, roster: Roster) -> None:
-        self._roster = roster
+    def __init__(self, parts: BenchParts) -> None:
+        self._parts = parts
         self._count = 0
-        self._in_force: dict[int, tuple[Fault, Place]] = {}
+        self._in_force: dict[int, tuple[Fault, FaultPlace]] = {}
         """Faults in force, in the order in which they began."""
         self._axes = AxisFaults()
         self.active: dict[int, Fault] = {}
@@ -43,14 +43,14 @@ class Faults:
             raise FaultRefused(f"there is no fault {number}; there are: {active}")
         return self.active[number]
 
-    def place(self, target: str) -> Place:
+    def place(self, target: str) -> FaultPlace:
         """Place that a fault can be at.
 
         Raises:
             FaultRefused: there is none of this name.
         """
-        if (place := self._roster.place(target)) is None:
-            raise FaultRefused(f"there is no {target!r}; {meant(target, list(self._roster.targets()))}")
+        if (place := self._parts.place(target)) is None:
+            raise FaultRefused(f"there is no {target!r}; {meant(target, list(self._parts.targets()))}")
         return place
 
     def check(self, fault: Fault, *, with_others: bool) -> None:
@@ -63,7 +63,7 @@ class Faults:
         place = self.place(fault.target)
         wanted = FAULT_KINDS[fault.kind].target
         if not place.has(wanted):
-            places = {name: self._roster.place(name) for name in self._roster.targets()}
+            places = {name: self._parts.place(name) for name in self._parts.targets()}
             choice = ", ".join(name for name, p in places.items() if p and p.has(wanted))
             there = f", as {choice}; not on {fault.target}" if choice else "; this bench has none"
             raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}{there}")
@@ -86,7 +86,7 @@ class Faults:
     def _loads_Nm(self, axis: CoreAxis) -> list[float]:
         """Loads of the faults on an axis, in force or still to begin."""
         loads = (
-            (fault, self._roster.place(fault.target)) for fault in self.active.values() if fault.kind == LOAD
+            (fault, self._parts.place(fault.target)) for fault in self.active.values() if fault.kind == LOAD
         )
         return [fault.number("torque_Nm") for fault, place in loads if place and place.axis is axis]
 
@@ -103,7 +103,7 @@ class Faults:
 
     def inject(self, number: int, fault: Fault, now_ns: SimTimeNs) -> None:
         """Begin a fault now or later, as an input. ``check`` has found it good."""
-        place = self._roster.place(fault.target)
+        place = self._parts.place(fault.target)
         assert place
         self.active[number] = fault
         begin_ns = SimTimeNs(now_ns + round(fault.number("start_s") * NS_PER_S))
@@ -126,7 +126,7 @@ class Faults:
         """Remove the faults of a device that goes, with its axes."""
         self._axes.forget(axes)
         for number, fault in list(self.active.items()):
-            if owner_of(fault.target) == name and fault.target not in self._roster.taps:
+            if owner_of(fault.target) == name and fault.target not in self._parts.taps:
                 self._unlist(number)
                 self._in_force.pop(number, None)
 
@@ -134,7 +134,7 @@ class Faults:
         self.active.pop(number, None)
         self.begin_ns.pop(number, None)
 
-    def _begin(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
+    def _begin(self, number: int, fault: Fault, place: FaultPlace, now_ns: SimTimeNs) -> None:
         if number not in self.active:
             return
         kind = FAULT_KINDS[fault.kind]
@@ -157,7 +157,7 @@ class Faults:
         elif place.device:
             self._renew(place, kind.layer, now_ns)
 
-    def _end(self, number: int, fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
+    def _end(self, number: int, fault: Fault, place: FaultPlace, now_ns: SimTimeNs) -> None:
         kind = FAULT_KINDS[fault.kind]
         if kind.layer in ("byte", "host"):
             for way in _ways(fault, place):
@@ -169,7 +169,7 @@ class Faults:
         elif place.device:
             self._renew(place, kind.layer, now_ns)
 
-    def _renew(self, place: Place, layer: str, now_ns: SimTimeNs) -> None:
+    def _renew(self, place: FaultPlace, layer: str, now_ns: SimTimeNs) -> None:
         """Renew a board's state after a fault of ``layer`` on it or one of its axes has begun or ended."""
         assert place.device
         here = {number: held for number, held in self._in_force.items() if held[1].device is place.device}
@@ -181,7 +181,7 @@ class Faults:
             node.run(place, now_ns)
 
 
-def _ways(fault: Fault, place: Place) -> list[dict[int, ByteFaults]]:
+def _ways(fault: Fault, place: FaultPlace) -> list[dict[int, ByteFaults]]:
     assert place.uart
     rx, tx = place.uart.rx_faults, place.uart.tx.faults
     if fault.kind == "host_close":

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 
+from hil.sim.bench_parts import FaultPlace
 from hil.sim.inputs import Reset
-from hil.sim.roster import Place
 from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
 
 
-def renew(place: Place, faults: Mapping[int, Fault], now_ns: SimTimeNs) -> None:
+def renew(place: FaultPlace, faults: Mapping[int, Fault], now_ns: SimTimeNs) -> None:
     """Set a board's state from all the faults that are in force on it, by their numbers."""
     assert place.device
     off = [number for number, fault in faults.items() if fault.kind == "node_brown_out"]
@@ -16,7 +16,7 @@ def renew(place: Place, faults: Mapping[int, Fault], now_ns: SimTimeNs) -> None:
     place.device.is_hung = any(fault.kind == "node_hang" for fault in faults.values())
 
 
-def happen(fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
+def happen(fault: Fault, place: FaultPlace, now_ns: SimTimeNs) -> None:
     """Carry out a fault that happens once, and is over."""
     assert place.device
     if fault.kind == "steps_lost":
@@ -27,7 +27,7 @@ def happen(fault: Fault, place: Place, now_ns: SimTimeNs) -> None:
     run(place, now_ns)
 
 
-def run(place: Place, now_ns: SimTimeNs) -> None:
+def run(place: FaultPlace, now_ns: SimTimeNs) -> None:
     assert place.device
     place.device.step(now_ns)
     place.group.note_due(place.device)

@@ -94,7 +94,7 @@ def test_a_century_can_be_broken_off(busy: Callable[[Bench], None]) -> None:
 def test_a_group_that_cannot_keep_up_has_its_turn_and_others_theirs() -> None:
     bench = Bench({"bench": "t", "devices": {"m1": SERVO}})
     trained(bench)
-    group = bench._runtime.roster.group_of("m1")
+    group = bench._runtime.parts.group_of("m1")
     begin_ns, asked = group.now_ns, 0
 
     def is_over() -> bool:

@@ -129,16 +129,16 @@ def test_each_uart_has_bytes_of_its_own(rig: Rig) -> None:
 
 
 def test_each_axis_has_an_address(rig: Rig) -> None:
-    assert list(rig.runtime.roster.axes) == ["arm", "arm.elbow", "arm.grip"]
-    assert rig.runtime.roster.axis_address("arm.shoulder") == "arm"
+    assert list(rig.runtime.parts.axes) == ["arm", "arm.elbow", "arm.grip"]
+    assert rig.runtime.parts.axis_address("arm.shoulder") == "arm"
     for wrong in ("arm.wrist", "arm.logger", "arm.", "pinger", "leg"):
-        assert rig.runtime.roster.axis_address(wrong) is None
+        assert rig.runtime.parts.axis_address(wrong) is None
 
 
 def test_what_is_for_an_axis_reaches_this_one_alone(rig: Rig) -> None:
     rig.runtime.apply_input("arm.elbow", SetField("load_torque_Nm", 0.01))
     rig.runtime.apply_to(rig.arm, Pin("D2", 1), "elbow")
-    loads = [rig.value(axis, "load_torque_Nm") for axis in rig.runtime.roster.axes]
+    loads = [rig.value(axis, "load_torque_Nm") for axis in rig.runtime.parts.axes]
     assert loads == [0.0, 0.01, 0.0]
     assert [line["device"] for line in rig.inputs()] == ["arm.elbow", "arm.elbow"]
     rig.run(1)
@@ -248,7 +248,7 @@ def test_a_board_without_axes_runs(rig: Rig) -> None:
         rig.runtime.snapshot("pinger")
     rig.runtime.remove("pinger")
     rig.runtime.remove("arm")
-    assert not rig.runtime.roster.axes
+    assert not rig.runtime.parts.axes
 
 
 def test_a_board_without_uarts_runs(rig: Rig) -> None:
@@ -271,7 +271,7 @@ def test_a_board_without_uarts_runs(rig: Rig) -> None:
             rig.runtime.inject(fault_refusal(kind, target, {}))
     for name in ("drive", "brick"):
         rig.runtime.remove(name)
-        assert rig.runtime.roster.place(name) is None
+        assert rig.runtime.parts.place(name) is None
 
 
 def test_a_firmware_that_looks_for_a_uart_that_is_not_there_stops_alone(rig: Rig) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from session_bench import Bench, MemoryPort
 
-from hil.live.lines import Lines
+from hil.live.lines import PacedLines
 from hil.live.port_link import PortLink
 from hil.live.sim_backends import UartBackend
 from hil.sim.bench import BenchHooks
@@ -44,7 +44,7 @@ class RealTime:
 
     def __init__(self, firmware: type[Clock] = Clock, *, hangs: bool = False) -> None:
         self.loop = asyncio.new_event_loop()
-        self.lines = Lines(self.loop, lambda: self.runtime.now_ns)
+        self.lines = PacedLines(self.loop, lambda: self.runtime.now_ns)
         bench = Bench(BenchHooks(turn_over=self.lines.turn_over))
         self.runtime = bench.runtime
         self.device = bench.add("m1", firmware, BAUD)

@@ -38,7 +38,7 @@ def test_a_turn_that_ends_with_an_interrupt_leaves_the_horizon_of_what_it_caused
     bench.port("s1").write(b"$O1\r")
     bench.run(100)
     bench.port("s1").write(b"m20\ry\r" * 3)
-    group = bench._runtime.roster.group_of("s1")
+    group = bench._runtime.parts.group_of("s1")
     native = Watched(group._native)
     group._native = native  # type: ignore[assignment]
     end_ns, turns = SimTimeNs(group.now_ns + HALF_A_MINUTE_NS), 0

@@ -125,7 +125,7 @@ def test_two_wrong_bits_in_one_character_pass_parity_and_one_does_not() -> None:
         node = bench._runtime.cards[NODE]
         got: list[bytes] = []
         node._receiver._ended = lambda now_ns, start_ns, raw: got.append(raw)
-        segment = bench._runtime.roster.wires["bus0"]
+        segment = bench._runtime.parts.wires["bus0"]
 
         class Noise:
             def __init__(self, data: bytes) -> None:
@@ -145,8 +145,8 @@ def test_a_collision_of_two_answers(line: Line) -> None:
     runtime = line.bench._runtime
     other = encode(2, 4, b"\0\0\0\1")
     runtime.apply_to(runtime.taps[MASTER], Play(((0, READ.hex()),)))
-    segment = runtime.roster.wires["bus0"]
-    runtime.roster.group_of("m2").at(
+    segment = runtime.parts.wires["bus0"]
+    runtime.parts.group_of("m2").at(
         line.bench.now_ns + 2_000_000,
         lambda now_ns: segment.transmit("m2.modbus", now_ns, other, 19200),
     )

@@ -77,7 +77,7 @@ def test_the_end_of_one_releases_the_sync_of_another() -> None:
 def test_wired_boards_share_one_time_and_others_do_not_wait() -> None:
     wires = [{"from": "s1.OP_SA", "to": "s3.sync"}, {"from": "s2.OP_SB", "to": "s3.Estop"}]
     with Bench(bench_of(wires, s1="sac", s2="sac", s3="sac", s4="sac")) as bench:
-        assert len({id(group) for group in bench._runtime.roster._groups.values()}) == 2
+        assert len({id(group) for group in bench._runtime.parts._groups.values()}) == 2
         bench.run(1500)
         for name in ("s1", "s2", "s3", "s4"):
             send(bench, name, "q")

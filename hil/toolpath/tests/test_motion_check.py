@@ -6,11 +6,11 @@ from math import cos, dist, hypot, pi, sin
 import pytest
 from small_mill import mill, motions_of, planned, said
 
-from hil.gcode.canonical import Arc, End, Feed, Place, Point, Straight
+from hil.gcode.canonical import Arc, End, Feed, Point, Straight, TextPlace
 from hil.toolpath.motion_check import MOST_PROBLEMS, arc_extremes, arc_points, check_motions
 from hil.toolpath.path_plan import plan_path
 
-PLACE, FEED = Place(1, 1), Feed("per_minute", 600.0)
+PLACE, FEED = TextPlace(1, 1), Feed("per_minute", 600.0)
 
 
 def test_each_problem_has_its_place():
@@ -83,7 +83,7 @@ def test_switches_that_the_machine_lacks_are_told_once():
 
 
 def test_problems_are_many_and_not_endless():
-    motions = [Straight(Place(line, 1), False, Point(x=999 + line), FEED) for line in range(1, 5000)]
+    motions = [Straight(TextPlace(line, 1), False, Point(x=999 + line), FEED) for line in range(1, 5000)]
     assert len(check_motions(motions, mill(), "d").problems) == MOST_PROBLEMS
 
 

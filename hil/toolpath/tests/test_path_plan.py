@@ -7,7 +7,7 @@ from time import process_time
 import pytest
 from small_mill import mill, planned, said
 
-from hil.gcode.canonical import Feed, Place, Point, Settings, Straight
+from hil.gcode.canonical import Feed, Point, Settings, Straight, TextPlace
 from hil.gcode.reader import read_program
 from hil.toolpath.line_load import line_load
 from hil.toolpath.path_plan import plan_path, plan_program
@@ -116,7 +116,7 @@ def test_three_axes_at_50_ms_keep_up_at_38400_baud():
 
 def test_ten_thousand_motions_in_a_second():
     motions = [
-        Straight(Place(n, 1), False, Point(x=n % 100 * 0.5, y=n % 7 * 0.3), Feed("per_minute", 1200.0))
+        Straight(TextPlace(n, 1), False, Point(x=n % 100 * 0.5, y=n % 7 * 0.3), Feed("per_minute", 1200.0))
         for n in range(1, 10_001)
     ]
     begin_s = process_time()

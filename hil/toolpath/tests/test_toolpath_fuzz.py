@@ -8,7 +8,7 @@ from math import isfinite
 from random import Random
 
 from device_profiles.sac.path_planner import PATHS
-from hil.gcode.canonical import Arc, Dwell, Feed, PathMode, Place, Point, Straight
+from hil.gcode.canonical import Arc, Dwell, Feed, PathMode, Point, Straight, TextPlace
 from hil.toolpath.line_load import line_load
 from hil.toolpath.machine import machine_from_data
 from hil.toolpath.node_phrases import NodePhrases
@@ -42,7 +42,7 @@ def random_machine(random):
 def random_motions(random, letters):
     here = Point()
     for line in range(1, random.randint(2, 25)):
-        place, size = Place(line, 1), random.choice(SIZES)
+        place, size = TextPlace(line, 1), random.choice(SIZES)
         feed = Feed("per_minute", 1e-9 if random.random() < 0.002 else random.choice((5, 60, 1200, 1e9)))
         kind = random.random()
         moved = {

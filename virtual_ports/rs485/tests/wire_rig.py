@@ -9,7 +9,7 @@ from device_profiles.sac.framing import FRAMING
 from device_profiles.sac.packet import PacketDecoder
 from hil.vocab.framing import Framing
 from hil.wire.serial_line import resample
-from virtual_ports.rs485.segment import Segment
+from virtual_ports.rs485.segment import Rs485Segment
 from virtual_ports.rs485.stations import Station
 
 BAUD = 38400
@@ -70,7 +70,7 @@ class Ear:
         return bytes(byte for _, byte in self.got)
 
 
-class Wire(Segment):
+class Wire(Rs485Segment):
     """Stations by their names, or by their names and bauds."""
 
     def __init__(self, *names: str, bauds: Iterable[int] = (), framing: Framing = FRAMING) -> None:

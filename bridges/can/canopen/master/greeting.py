@@ -40,14 +40,14 @@ class Nmt(NamedTuple):
     command: int
 
 
-class Pause(NamedTuple):
+class GreetingPause(NamedTuple):
     """Wait."""
 
     ns: int
 
 
 AS_IT_SAYS = GivenUnits()
-Step = SdoTransfer | Nmt | Pause
+Step = SdoTransfer | Nmt | GreetingPause
 Greeting = Generator[Step, bytes, "DriveKnown"]
 
 
@@ -127,7 +127,7 @@ def greet(spec: GreetSpec) -> Greeting:
             objects[index, subindex] = number
     units = units_of(objects, spec.given)
     yield Nmt(NmtCommand.PRE_OPERATIONAL)
-    yield Pause(SETTLES_NS)
+    yield GreetingPause(SETTLES_NS)
     error_control = yield from _error_control()
     watches = yield from _watch_of_master(spec.master)
     read = yield from _state_objects(has_current=units.current_A is not None)
@@ -136,7 +136,7 @@ def greet(spec: GreetSpec) -> Greeting:
     if told and modes & mode_bit(CYCLIC_POSITION):
         has_target = yield from _map_target(spec)
     yield Nmt(NmtCommand.START)
-    yield Pause(SETTLES_NS)
+    yield GreetingPause(SETTLES_NS)
     return DriveKnown(units, modes, identity, title, told, read, has_target, error_control, watches)
 
 

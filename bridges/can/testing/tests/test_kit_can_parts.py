@@ -63,7 +63,7 @@ def test_a_board_on_a_bus_and_on_a_segment_joins_all_of_both() -> None:
         "can": {"can0": {"nodes": {"m1": 1, "s1": 2}}, "can1": {"taps": {"a": {"port": "memory"}}}},
     }
     with Bench(setup) as bench:
-        group_of = bench._runtime.roster.group_of
+        group_of = bench._runtime.parts.group_of
         assert group_of("m1") is group_of("s1") is group_of("s2") is group_of("can0") is group_of("bus0")
         assert len({id(group_of(name)) for name in ("m1", "m2", "can1")}) == 3
         assert bench.canbus().expect(0x702, within_ms=10)

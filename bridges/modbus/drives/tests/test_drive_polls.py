@@ -13,7 +13,7 @@ from bridges.modbus.drives.register_drive import map_verbs
 from bridges.modbus.maps.drive_map_text import read_drive_map
 from bridges.modbus.protocol.pdu import Span, Table
 from bridges.modbus.registers.cells import BIT
-from bridges.modbus.registers.drive_map import DriveMap, Place
+from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 from hil.core.fields import OFFSETS
 from hil.drives.drive_fields import drive_fields, packed
 
@@ -41,7 +41,7 @@ def drive_map() -> DriveMap:
 
 def test_near_registers_are_read_together() -> None:
     def of(*addresses: int, width: str = "u16", gap: int = 8) -> list[tuple[int, int]]:
-        spans = spans_of([Place(INPUT, address, width) for address in addresses], gap)
+        spans = spans_of([RegisterPlace(INPUT, address, width) for address in addresses], gap)
         return [(span.address, span.count) for span in spans]
 
     assert of(0, 1, 2) == [(0, 3)]
@@ -52,7 +52,7 @@ def test_near_registers_are_read_together() -> None:
     assert of(0, 2, width="i32", gap=0) == [(0, 4)]
     assert of(*range(130)) == [(0, 125), (125, 5)]
     assert of(65534, width="i32") == [(65534, 2)]
-    places = [Place(INPUT, 0), Place(HOLDING, 1), Place(COIL, 2, "bit")]
+    places = [RegisterPlace(INPUT, 0), RegisterPlace(HOLDING, 1), RegisterPlace(COIL, 2, "bit")]
     assert set(spans_of(places)) == {Span(COIL, 2, 1), Span(HOLDING, 1, 1), Span(INPUT, 0, 1)}
 
 
@@ -64,7 +64,7 @@ def test_near_registers_are_read_together() -> None:
 def test_reads_have_every_place_and_are_never_too_long(rows: list[tuple[Table, int, bool]], gap: int) -> None:
     bits = (Table.COILS, Table.DISCRETE_INPUTS)
     places = [
-        Place(table, address, "bit" if table in bits else ("i32" if is_wide else "u16"))
+        RegisterPlace(table, address, "bit" if table in bits else ("i32" if is_wide else "u16"))
         for table, address, is_wide in rows
     ]
     spans = spans_of(places, gap)
@@ -108,8 +108,8 @@ def test_bits_of_a_register_are_switched_together_and_others_stay() -> None:
 
 
 def test_a_bit_that_clears_itself_is_written_only_to_command() -> None:
-    start = Place(HOLDING, 20, BIT, bit=1, on_write=True)
-    of = DriveMap(control={"enable": Place(HOLDING, 20, BIT, bit=0), "start": start})
+    start = RegisterPlace(HOLDING, 20, BIT, bit=1, on_write=True)
+    of = DriveMap(control={"enable": RegisterPlace(HOLDING, 20, BIT, bit=0), "start": start})
     assert bits_write(of, {"enable": True, "start": False}, {20: 0xFF03}) == (
         RegisterWrite(HOLDING, 20, (0xFF01,)),
     )

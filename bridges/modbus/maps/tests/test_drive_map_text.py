@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from bridges.modbus.maps.drive_map_text import read_drive_map
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.cells import BIT
-from bridges.modbus.registers.drive_map import DriveMap, Place
+from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 from hil.config import ConfigError
 
 CASES = sorted((Path(__file__).parent / "drive_maps").glob("*.yaml"))
@@ -41,27 +41,27 @@ def test_a_whole_map_is_read() -> None:
         word_order="low_first",
         identity={"vendor": "Acme", "product": "SV-20", "revision": "1.2"},
         values={
-            "position_deg": Place(INPUT, 0, "i32", 0.01),
-            "velocity_rpm": Place(INPUT, 2, "i16", 0.1),
-            "current_A": Place(INPUT, 3, "u16", 0.001),
-            "fault_code": Place(INPUT, 5),
-            "set_point_deg": Place(HOLDING, 10, "i32", 0.01),
-            "set_velocity_rpm": Place(HOLDING, 12),
-            "acceleration_rpm_per_s": Place(HOLDING, 13),
+            "position_deg": RegisterPlace(INPUT, 0, "i32", 0.01),
+            "velocity_rpm": RegisterPlace(INPUT, 2, "i16", 0.1),
+            "current_A": RegisterPlace(INPUT, 3, "u16", 0.001),
+            "fault_code": RegisterPlace(INPUT, 5),
+            "set_point_deg": RegisterPlace(HOLDING, 10, "i32", 0.01),
+            "set_velocity_rpm": RegisterPlace(HOLDING, 12),
+            "acceleration_rpm_per_s": RegisterPlace(HOLDING, 13),
         },
         status={
-            "enabled": Place(INPUT, 4, BIT, bit=0),
-            "moving": Place(INPUT, 4, BIT, bit=1),
-            "fault": Place(Table.DISCRETE_INPUTS, 7, BIT),
+            "enabled": RegisterPlace(INPUT, 4, BIT, bit=0),
+            "moving": RegisterPlace(INPUT, 4, BIT, bit=1),
+            "fault": RegisterPlace(Table.DISCRETE_INPUTS, 7, BIT),
         },
         control={
-            "enable": Place(HOLDING, 20, BIT, bit=0),
-            "start": Place(HOLDING, 20, BIT, bit=1),
-            "stop": Place(HOLDING, 20, BIT, bit=2),
-            "reset": Place(COILS, 3, BIT),
-            "follow": Place(HOLDING, 20, BIT, bit=4),
+            "enable": RegisterPlace(HOLDING, 20, BIT, bit=0),
+            "start": RegisterPlace(HOLDING, 20, BIT, bit=1),
+            "stop": RegisterPlace(HOLDING, 20, BIT, bit=2),
+            "reset": RegisterPlace(COILS, 3, BIT),
+            "follow": RegisterPlace(HOLDING, 20, BIT, bit=4),
         },
-        parameters={"pKp": Place(HOLDING, 65534, "f32")},
+        parameters={"pKp": RegisterPlace(HOLDING, 65534, "f32")},
     )
     assert read.is_low_first
     assert list(read.places)[-1] == "parameters.pKp"

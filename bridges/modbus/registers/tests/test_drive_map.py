@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bridges.modbus.protocol.pdu import Table
-from bridges.modbus.registers.drive_map import TYPES, Place
+from bridges.modbus.registers.drive_map import TYPES, RegisterPlace
 
 HOLDING = Table.HOLDING_REGISTERS
 
@@ -23,7 +23,7 @@ HOLDING = Table.HOLDING_REGISTERS
     ],
 )
 def test_a_value_has_these_words(type_name: str, scale: float, value: float, words: tuple[int, ...]) -> None:
-    place = Place(HOLDING, 0, type_name, scale)
+    place = RegisterPlace(HOLDING, 0, type_name, scale)
     assert place.words(value) == words
     assert place.value(words) == value
     assert place.words(value, is_low_first=True) == words[::-1]
@@ -33,7 +33,7 @@ def test_a_value_has_these_words(type_name: str, scale: float, value: float, wor
 
 @given(st.sampled_from(TYPES[:-1]), st.sampled_from((0.01, 0.001, 0.1, 1.0, 360.0, -0.05)), st.data())
 def test_words_come_back_whatever_the_scale(type_name: str, scale: float, data: st.DataObject) -> None:
-    place = Place(HOLDING, 0, type_name, scale)
+    place = RegisterPlace(HOLDING, 0, type_name, scale)
     words = tuple(data.draw(st.integers(0, 65535)) for _ in range(place.width))
     value = place.value(words)
     assert place.holds(value)
@@ -44,7 +44,7 @@ def test_words_come_back_whatever_the_scale(type_name: str, scale: float, data: 
 
 @given(st.sampled_from(TYPES), st.floats(allow_nan=False, allow_infinity=False))
 def test_a_value_that_does_not_fit_is_known_and_becomes_the_nearest(type_name: str, value: float) -> None:
-    place = Place(HOLDING, 0, type_name, 0.5)
+    place = RegisterPlace(HOLDING, 0, type_name, 0.5)
     words = place.words(value)
     if place.holds(value):
         assert place.value(words) == pytest.approx(value, rel=1e-6, abs=0.25 if type_name != "f32" else 1e-44)
@@ -54,5 +54,7 @@ def test_a_value_that_does_not_fit_is_known_and_becomes_the_nearest(type_name: s
 
 def test_what_is_no_number_fits_nowhere() -> None:
     assert not any(
-        Place(HOLDING, 0, kind).holds(value) for kind in TYPES for value in (float("nan"), float("inf"))
+        RegisterPlace(HOLDING, 0, kind).holds(value)
+        for kind in TYPES
+        for value in (float("nan"), float("inf"))
     )

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
 from bridges.modbus.registers.cells import BIT
-from bridges.modbus.registers.drive_map import TYPES, DriveMap, Place
+from bridges.modbus.registers.drive_map import TYPES, DriveMap, RegisterPlace
 from bridges.modbus.registers.map_rows import FORMATS, formatted, map_rows
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.registers_protocol import device_identity
@@ -29,24 +29,24 @@ FIELDS = {
 MAP = DriveMap(
     identity={"vendor": "Acme", "product": "SV"},
     values={
-        "position_deg": Place(INPUT, 0, "i32", 0.01),
-        "velocity_rpm": Place(INPUT, 2, "i16", 0.1),
-        "current_A": Place(INPUT, 3, "u16", 0.001),
-        "fault_code": Place(INPUT, 5),
-        "set_point_deg": Place(HOLDING, 10, "i32", 0.01),
-        "set_velocity_rpm": Place(HOLDING, 12),
+        "position_deg": RegisterPlace(INPUT, 0, "i32", 0.01),
+        "velocity_rpm": RegisterPlace(INPUT, 2, "i16", 0.1),
+        "current_A": RegisterPlace(INPUT, 3, "u16", 0.001),
+        "fault_code": RegisterPlace(INPUT, 5),
+        "set_point_deg": RegisterPlace(HOLDING, 10, "i32", 0.01),
+        "set_velocity_rpm": RegisterPlace(HOLDING, 12),
     },
     status={
-        "enabled": Place(INPUT, 4, BIT, bit=0),
-        "moving": Place(HOLDING, 20, BIT, bit=15),
-        "fault": Place(DISCRETE, 7, BIT),
+        "enabled": RegisterPlace(INPUT, 4, BIT, bit=0),
+        "moving": RegisterPlace(HOLDING, 20, BIT, bit=15),
+        "fault": RegisterPlace(DISCRETE, 7, BIT),
     },
     control={
-        "enable": Place(HOLDING, 20, BIT, bit=0),
-        "start": Place(HOLDING, 20, BIT, bit=1),
-        "reset": Place(COILS, 3, BIT),
+        "enable": RegisterPlace(HOLDING, 20, BIT, bit=0),
+        "start": RegisterPlace(HOLDING, 20, BIT, bit=1),
+        "reset": RegisterPlace(COILS, 3, BIT),
     },
-    parameters={"pKp": Place(HOLDING, 30, "f32")},
+    parameters={"pKp": RegisterPlace(HOLDING, 30, "f32")},
 )
 
 
@@ -144,7 +144,7 @@ def test_another_map_has_another_crc() -> None:
 @given(st.data(), st.booleans())
 def test_values_come_back_from_anywhere_whatever_their_form(data: st.DataObject, is_low_first: bool) -> None:
     """A write in any pieces asks for the value once, when all of it is there."""
-    place = Place(
+    place = RegisterPlace(
         HOLDING,
         data.draw(st.integers(0, 65534)),
         data.draw(st.sampled_from(TYPES)),

@@ -25,7 +25,7 @@ class ModuleEar:
         self._spoiled: set[int] = set()
         self._due_ns: int = FOREVER
 
-    def take(self, flight: Flight) -> None:
+    def hear(self, flight: Flight) -> None:
         """Take characters that are complete from now on."""
         self._times_ns += flight.times_ns
         self._data += flight.data

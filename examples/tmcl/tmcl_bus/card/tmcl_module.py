@@ -79,11 +79,11 @@ class TmclModule:
         self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
     ) -> None:
         if flight := heard(start_ns, data, baud, self._spec.baud):
-            self._ear.take(flight)
+            self._ear.hear(flight)
 
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
         if characters:
-            self._ear.take(flight_of(tuple(characters)))
+            self._ear.hear(flight_of(tuple(characters)))
 
     def retract(self, after_ns: SimTimeNs) -> None:
         self._ear.retract(after_ns)

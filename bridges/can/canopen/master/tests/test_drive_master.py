@@ -7,9 +7,9 @@ from bridges.can.canopen.master.drive_state import EmergencyLog, emergency_text,
 from bridges.can.canopen.master.drive_units import DriveUnits, GivenUnits, UnitsUnknown, units_of
 from bridges.can.canopen.master.greeting import (
     DriveKnown,
+    GreetingPause,
     GreetSpec,
     Nmt,
-    Pause,
     Unfit,
     greet,
     interpolation_time,
@@ -216,7 +216,7 @@ def greeted(
         try:
             if not isinstance(step, SdoTransfer):
                 done += [step] if isinstance(step, Nmt) else []
-                assert isinstance(step, Nmt | Pause)
+                assert isinstance(step, Nmt | GreetingPause)
                 step = steps.send(b"")
             elif (step.index, step.subindex) not in objects or (step.data and step.index in refused):
                 step = steps.throw(TransferAborted(0x0602_0000, str(step)))

@@ -14,7 +14,7 @@ from hil.vocab.wire import Wire
 
 
 @dataclass(frozen=True)
-class Place:
+class FaultPlace:
     """Meaning of a target's name."""
 
     group: Group
@@ -50,7 +50,7 @@ class Place:
         return faults is not None and target == faults.target
 
 
-class Roster:
+class BenchParts:
     """Names of a bench's parts. No two share one."""
 
     def __init__(self) -> None:
@@ -110,23 +110,23 @@ class Roster:
         device, name = self.axes[self.axis_address(address) or address]
         return device.axes[name]
 
-    def place(self, target: str) -> Place | None:
+    def place(self, target: str) -> FaultPlace | None:
         """Meaning of a name; None: nothing has it."""
         if target in self.wires:
-            return Place(self._groups[target], wire=self.wires[target])
+            return FaultPlace(self._groups[target], wire=self.wires[target])
         name, part = address_of(target)
         if target in self.taps:
-            return Place(self._groups[target], wire=self.wires.get(name), station=target)
+            return FaultPlace(self._groups[target], wire=self.wires.get(name), station=target)
         if card := self.cards.get(target):
-            return Place(self._groups[name], wire=card.wire, station=target, card=card)
+            return FaultPlace(self._groups[name], wire=card.wire, station=target, card=card)
         if (device := self.devices.get(name)) is None:
             return None
         uart, axis = device.uarts.get(part), device.axes.get(part)
         if uart is None and part:
-            return Place(self._groups[name], device, axis=axis) if axis else None
+            return FaultPlace(self._groups[name], device, axis=axis) if axis else None
         if len(device.axes) == 1:  # a target of a board with one axis has that axis's shaft
             axis = device.axes[""]
-        place = Place(self._groups[name], device, uart, axis, is_board=True)
+        place = FaultPlace(self._groups[name], device, uart, axis, is_board=True)
         link = uart.station if uart else None
         return replace(place, wire=link.segment, station=link.name) if link else place
 
