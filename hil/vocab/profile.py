@@ -17,6 +17,10 @@ from hil.vocab.path_planning import PathPlanner
 from hil.vocab.recorded_session import SessionPlan
 from hil.vocab.verbs import Verb, table_of
 
+AskBench = Callable[..., Any]
+"""Asks the bench that a command means for an operation, with arguments by name, and answers its answer. Where
+that fails it says why, and ends the command."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class UartSpec:

@@ -1,7 +1,9 @@
-"""Commands of profiles that talk to a board: the choice of the board, and the serial port in between.
+"""Commands of profiles that talk to a board, the choice of the board, and the serial port in between; and
+commands of bridges.
 
 Functions of ``Profile.commands``, which answer a ``Task``, become ``hil <profile> <command>`` with the
-options that say which board.
+options that say which board. Those of a bridge's ``cli.py`` that have a parameter ``ask``, an ``AskBench``,
+have the options that say which bench, and answer what is told: for programs, and as text.
 """
 
 import inspect
@@ -18,7 +20,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
-from hil.cli.framework.command_answers import telling
+from hil.cli.framework.command_answers import CommandAnswer, telling
 from hil.cli.framework.command_classes import Below, OneCommand
 from hil.cli.framework.interrupts import noted
 from hil.host.new_file import write_file
@@ -63,7 +65,7 @@ class BoardOptions(NamedTuple):
 
 @cache
 def others() -> Mapping[str, Any]:
-    """Commands of boards, and of bridges: ``app`` of their ``cli.py``."""
+    """Commands of boards, and of bridges."""
     from hil.discovery.board_loading import Boards
     from hil.discovery.board_places import find_places
 
@@ -72,14 +74,26 @@ def others() -> Mapping[str, Any]:
     for name in boards:
         if name not in found.refused:
             _mount_profile(app, name, boards)
-    for name in _with_commands(BRIDGES):
-        of_bridge = import_module(f"{BRIDGES}.{name}.cli").app
-        for info in of_bridge.registered_commands:
-            info.cls = OneCommand
-        app.add_typer(of_bridge, cls=Below)
-    return typer.main.get_group(app).commands
+    bridges = {name: of_bridge(name) for name in _with_commands(BRIDGES)}
+    return {**typer.main.get_group(app).commands, **bridges}
 
 
+@cache
+def of_bridge(name: str) -> Any:
+    """Commands of a bridge, ``app`` of its ``cli.py``; None: there is no such bridge, or it has none."""
+    if name not in _with_commands(BRIDGES):
+        return None
+    app = typer.Typer(rich_markup_mode=None)
+    commands = import_module(f"{BRIDGES}.{name}.cli").app
+    for info in commands.registered_commands:
+        info.cls = OneCommand
+        if "ask" in inspect.signature(info.callback).parameters:
+            info.callback = _asking(info.callback)
+    app.add_typer(commands, cls=Below)
+    return typer.main.get_group(app).commands[name]
+
+
+@cache
 def _with_commands(package: str) -> list[str]:
     spec = find_spec(package)
     roots = spec.submodule_search_locations or [] if spec else []
@@ -120,10 +134,27 @@ def _command(profile: str, function: Callable[..., Task], usual_baud: int) -> Ca
         except DialogueError as error:
             raise fail(f"hil: {error}") from None
 
+    return _told(run, function, BoardOptions)
+
+
+def _asking(function: Callable[..., tuple[Any, str]]) -> Callable[..., None]:
+    """Add the options that say which bench to a function."""
+
+    def run(which: BenchOptions, **arguments: Any) -> CommandAnswer:
+        return CommandAnswer(*function(ask=which.ask, **arguments))
+
+    return _told(run, function, BenchOptions)
+
+
+def _told(run: Callable[..., Any], function: Callable[..., Any], options: type[Any]) -> Callable[..., None]:
+    """Make a command that runs a function, whose own parameters it has, and ``options`` as ``which``."""
     own = inspect.signature(function).parameters.values()
-    which = inspect.Parameter("which", inspect.Parameter.KEYWORD_ONLY, annotation=BoardOptions)
-    keyword_only = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in own]
-    run.__signature__ = inspect.Signature([*keyword_only, which])  # type: ignore[attr-defined]
+    which = inspect.Parameter("which", inspect.Parameter.KEYWORD_ONLY, annotation=options)
+    keyword_only = [each.replace(kind=which.kind) for each in own if each.name != "ask"]
+    answer = inspect.signature(run).return_annotation
+    run.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [*keyword_only, which], return_annotation=answer
+    )
     run.__name__, run.__doc__ = function.__name__, function.__doc__
     told: Callable[..., None] = telling(run)
     return told

@@ -28,9 +28,9 @@ class AllCommands(Quick, TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if row := COMMANDS.get(cmd_name):
             return _made(row)
-        from hil.cli.framework.board_commands import others
+        from hil.cli.framework.board_commands import of_bridge, others
 
-        return others().get(cmd_name)
+        return of_bridge(cmd_name) or others().get(cmd_name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands of each group below its name, each with its whole summary."""

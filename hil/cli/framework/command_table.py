@@ -79,8 +79,6 @@ _ROWS = (
     CommandRow("mother watch", WIRE, "lines.mother_nodes:watch"),
     CommandRow("mother queue", WIRE, "lines.mother_queue:queue"),
     CommandRow("mother gcode", WIRE, "gcode.mother_gcode:gcode"),
-    CommandRow("can", WIRE, about="CANopen nodes."),
-    CommandRow("can eds", WIRE, "boards.can_commands:eds"),
     CommandRow("fault", FAULTS, about="Inject, list and clear faults."),
     CommandRow("fault kinds", FAULTS, "boards.fault_commands:kinds"),
     CommandRow("fault inject", FAULTS, "boards.fault_commands:inject"),
