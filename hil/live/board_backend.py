@@ -29,6 +29,7 @@ class _Way:
         self._free_s = 0.0
 
     def carry(self, data: bytes) -> None:
+        # What waits goes first, also when the fault that has delayed it is over.
         if not self.faults and not self.waiting_bytes:
             self._passed(data)
             return

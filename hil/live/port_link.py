@@ -64,6 +64,7 @@ class PortLink(Generic[BackendKind]):
 
     def occupy(self, backend: BackendKind) -> None:
         """Put this behind the port from now on."""
+        # Nothing behind a port means no room: it was not read.
         self._backend = backend
         self.is_held = False
         self.port.resume_reading()

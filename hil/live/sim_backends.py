@@ -168,6 +168,7 @@ class UartBackend:
         if framing or parity:
             self.link.tell_errors(framing=framing, parity=parity)
         due_ns = SimTimeNs(self._line[0][0]) if self._line else FOREVER
+        # At half, which `room_ns` has given the time of.
         if self.link.is_held and self._uart.room(now_ns) > USB_HELD_BYTES // 2:
             self.refresh()
         return min(due_ns, self._uart.room_ns(now_ns)) if self.link.is_held else due_ns
@@ -241,6 +242,7 @@ class TapBackend:
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
         due_ns = self.tap.next_ns
+        # Only what is decided: a collision would take back what is announced of a later time.
         if due_ns <= now_ns and (data := self.tap.drain(min(now_ns, self._bench.known_ns(self.tap.name)))):
             self._link.send(data)
         room_ns = self.tap.room_ns

@@ -204,6 +204,7 @@ class BenchRuntime:
         return durable
 
     def _answered(self, device: Twin, durable: bool) -> bool:
+        # A reload may have put another device in its place, under the same name.
         is_here = self.devices.get(device.name) is device
         if is_here:
             self.apply_to(device, CommitDone(durable))
@@ -238,6 +239,7 @@ class BenchRuntime:
         with self.real_time.owning(group):
             group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.real_time.turn())
             at_ns = group.now_ns
+            # Before it takes effect: one that is refused, or stops the device, is an input of a replay too.
             self._write(Logged(at_ns, target, given))
             try:
                 return at_ns, self._apply(group, target, given, at_ns, on_refused)

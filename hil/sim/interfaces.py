@@ -91,6 +91,7 @@ class Interfaces:
             if not uart.is_ready_for_packets:
                 return None
             if uart.incoming.flights:
+                # Of two it is the main program that decides which it reads first.
                 if found:
                     return None
                 found = uart

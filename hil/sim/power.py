@@ -97,6 +97,7 @@ class Power:
         reason = f"{type(error).__name__}: {error}"
         if isinstance(error, StopLogged):
             self._stop(error.stopped)
+        # These depend on the process: a replay has to be told of them.
         elif isinstance(error, FirmwareHung | MemoryError | RecursionError):
             self._stop(Stopped(self.sketch.turns, reason, self._interfaces.cut()))
         else:

@@ -118,6 +118,7 @@ class Twin:
         sketch, interfaces = self._sketch, self._interfaces
         runtime = sketch.runtime
         offered = None
+        # Not once the set-points' time is over: then `_go_on` stops the axis first.
         if runtime.takes and runtime.polls_from_ns <= now_ns < self.setpoints.due_ns:
             offered = interfaces.offered(now_ns, runtime.polls_from_ns)
         if not offered:

@@ -137,6 +137,7 @@ class DeviceUart:
     def halt(self) -> None:
         """Undo what a sketch that was stopped did here since its segment was told of it."""
         self.baud = self._power_up_baud
+        # On USB the host is held up instead (`room`): nothing is lost to a full buffer.
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
         self.address = self.station.told_address if self.station else None
         self.wake_on(None)

@@ -57,6 +57,7 @@ class Incoming:
         """Add a flight that is on the line."""
         self.flights.append(flight)
         first_ns = self.wakes.add(flight)
+        # It comes behind all others: where a time is known already, that one is earlier.
         if self.next_ns == FOREVER:
             if self.wakes.framing is None:
                 first_ns = flight.times_ns[0]

@@ -35,6 +35,7 @@ class PtyPort:
         self._title = f"pty port of {context.device}"
         self._name = context.runtime_dir / (options.path or context.device)
         self._traffic = Traffic()
+        # So one that dies before anybody was there is replaced as well, once.
         self._connects_before = -1
         self._pty: _Open | None = None
         self._reading = self._answering = False

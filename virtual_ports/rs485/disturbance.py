@@ -87,6 +87,7 @@ class Disturbance:
         character can be complete, and not sooner: of all that begins about then at once."""
         now_ns = SimTimeNs(burst.start_ns)
         self._drive(burst)
+        # All was taken back already, and is told anew at that time.
         if self._told_ns < self._tell_ns < FOREVER:
             return
         baud = 1

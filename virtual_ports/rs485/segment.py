@@ -237,6 +237,7 @@ class Rs485Segment:
             return
         for transform in sender.transforms.values():
             data = transform(data)
+        # What a fault of the sender has changed goes out with its own parity; noise on the wire breaks that.
         meant = data
         for noise in self.noise.values():
             data = b"".join(piece for _, piece in noise.apply(data))
@@ -247,6 +248,7 @@ class Rs485Segment:
         own = self.stats.stations[station]
         own.bursts += 1
         own.bytes += len(data)
+        # It has sent, and counts so, though nobody hears it.
         if sender.is_cut:
             return
         is_alone = self.stats.begin(station, len(data), now_ns, end_ns, burst.off_ns)
@@ -284,6 +286,7 @@ class Rs485Segment:
 
     def _bring(self, burst: Burst, meant: bytes) -> None:
         """Deliver a burst that nothing disturbs, so far. ``meant``: its bytes without noise."""
+        # If another burst disturbs this one, both are split again from here.
         before = self._splitter.copy()
         start_ns, data, baud = SimTimeNs(burst.start_ns), burst.data, burst.baud
         items, addresses, is_for_all, over_ns = self._splitter.burst(data, start_ns, baud)

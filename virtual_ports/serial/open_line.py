@@ -33,6 +33,7 @@ def open_serial(url: str, baud: int, rs485: bool = False) -> Any:
     port = serial.serial_for_url(url, baud, do_not_open=True)
     port.timeout = 0
     if "://" not in url:
+        # Two programs at one line would get a part each of what comes; only a device node can be locked.
         port.exclusive = True
         port.write_timeout = 0
     if rs485:
@@ -159,6 +160,7 @@ class ThreadLine:
         while self._open:
             self._may_read.wait()
             try:
+                # One byte first: a read of more waits until all of them are there, or its time is over.
                 data = self._port.read(1)
                 if data and (more := self._port.in_waiting):
                     data += self._port.read(more)
@@ -197,6 +199,7 @@ class ThreadLine:
             try:
                 self._port.write(data)
             except (OSError, TypeError, AttributeError) as error:
+                # On to the end of the queue: `close` puts there what ends this thread.
                 self._tell(self._die, why(error))
                 continue
             self._tell(self._written, len(data))

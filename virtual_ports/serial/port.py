@@ -120,6 +120,7 @@ class SerialPort:
         self._end_guard()
         self._lost.set()
         log.warning("%s: %s: %s; tried again each second", self._title, self.address, reason)
+        # What waited for the line is gone with it: who was held up by that goes on (`drained`).
         self._host.client_left(None)
         self._host.drained()
 

@@ -93,6 +93,8 @@ class CdcAcm:
         """
         for command in self._reader.read(data):
             self._device.handle(command)
+            # That a program opens or closes the tty is told by nothing else: the kernel asks for data
+            # meanwhile, and takes its requests back.
             is_polled = bool(self._notify.pending or self.to_host.pending)
             if isinstance(command, Unlink):
                 if self.is_open and not is_polled:

@@ -181,6 +181,7 @@ class BusNodes(dict[str, BusNode]):
 
     def join(self, node: BusNode) -> None:
         self[node.name] = node
+        # A slice: the place may be the one behind the last.
         self._of[node.index : node.index + 1] = [node]
         self.changed()
 
@@ -201,6 +202,7 @@ class BusNodes(dict[str, BusNode]):
         key = frame.id, frame.is_extended
         found = self._wanting.get(key)
         if found is None:
+            # A client may send ever new identifiers, of which 29 bits make half a billion.
             if len(self._wanting) >= _KEPT_IDENTIFIERS:
                 self._wanting.clear()
             found = self._wanting[key] = [node for node in self._of if node and node.wants(frame)]

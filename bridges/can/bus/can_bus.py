@@ -49,6 +49,7 @@ class BusLine:
     def offer(self, loader: BusNode) -> None:
         """Have a controller's next frame loaded: now, or when the frame on the wire is over."""
         now_ns = self._clock.now_ns
+        # Nothing can come of it before the frame on the wire has ended: a look ahead would be for nothing.
         if self._is_telling or (self._next_ns < FOREVER and now_ns > self._ahead.decided_ns):
             self._waiting[loader] = None
             return
@@ -94,6 +95,7 @@ class BusLine:
     def _reach(self, now_ns: SimTimeNs) -> None:
         if now_ns != self._next_ns:  # something came before
             return
+        # What was looked ahead at has come true; the other is room for the next look.
         self.wire, self._ahead = self._ahead, self.wire
         self._next_ns = FOREVER
         self._is_telling = True
@@ -315,5 +317,6 @@ class CanBus:
         with self._main.change() as main, line.change() as own:
             main.take(own, index, False)
             own.remove(index)
+            # To take a controller over starts it, and this one has no power.
             if not self.nodes[name].is_on:
                 main.remove(index)

@@ -67,6 +67,7 @@ class CanOpenCard:
         self._bus.join(name, self, filters=(), mailboxes=MAILBOXES, is_on=False)
         device.power.listeners.append(self._power)
         self._ups = device.power.ups
+        # Not at once: faults of the configuration, which may take the power, come behind this.
         clock.at(clock.now_ns, self._start)
 
     @property

@@ -80,6 +80,7 @@ class CanAdapter:
         """Open the bus. Raises PlaceLost: that cannot be done now."""
         opening = self._loop.run_in_executor(None, open_bus, self._place)
         try:
+            # Its thread cannot be stopped: what it opens after a cancellation is shut down then.
             bus = await asyncio.shield(opening)
         except asyncio.CancelledError:
             opening.add_done_callback(_shut_down_late)

@@ -59,7 +59,9 @@ void can_good(can_node *n)
     if (was_passive != can_is_passive(n)) n->happened |= CAN_CHANGED;
 }
 
-/* A bit that the wire has other than the sender; false if it is still in the frame, as one that has lost. */
+/* A bit that the wire has other than the sender; false if it is still in the frame, as one that has lost.
+   Arbitration is decided here, by the bits. Where nothing disturbs a frame, undisturbed_sender of can_wire.c decides it
+   by numbers; a property test holds both against each other. */
 static int step_contradicted(can_node *n)
 {
     /* From the identifier to RTR; with SRR and IDE, in which only extended frames are recessive. */
@@ -83,6 +85,7 @@ static int step_contradicted(can_node *n)
 static void step_crc_delimiter(can_node *n)
 {
     n->acks = !n->is_bad && !n->is_listening && !n->is_sender;
+    /* The frame is right for it all the same: the bit alone is missing. */
     if (n->acks && n->no_ack_most && can_draw(&n->no_ack_state) <= n->no_ack_most) n->acks = 2;
 }
 
@@ -131,6 +134,7 @@ static int step_tail(can_node *n, int level)
         return 0;
     }
     if (tail == 0) step_crc_delimiter(n);
+    /* Wherever it was found: the flag of a CRC error begins behind the ACK delimiter. */
     if (tail == 2 && n->is_bad && !n->is_sender) {
         can_wrong(n, CAN_CRC_ERROR);
         return 0;
@@ -141,6 +145,7 @@ static int step_tail(can_node *n, int level)
 static void step_frame(can_node *n, int level)
 {
     if (n->is_sender) {
+        /* In the ACK slot it drives recessive and hopes for the other: step_ack judges that. */
         if (level == n->drive || n->tail == 1) n->sent_bits++;
         else if (step_contradicted(n)) return;
     }
@@ -162,6 +167,7 @@ static void step_intermission(can_node *n, int level, int64_t now_ns)
         n->state = has_to_wait ? CAN_SUSPENDED : CAN_IDLE;
         n->count = 0;
         n->is_sender = 0;
+    /* 3.1.5: in the third bit it would be a start of frame. */
     } else if (n->count < 2) {
         can_overload(n);
     } else {

@@ -19,6 +19,7 @@ static void synchronise(can_wire *w, int others, int64_t now_ns)
     if (level) return;
     for (int i = 0; i < w->size; i++) {
         can_node *n = &w->nodes[i];
+        /* For one that drives dominant the edge may be its own. */
         if (!n->rate || !n->drive || !n->state) continue;
         n->origin_ns = now_ns;
         n->half_bits = 0;
@@ -55,6 +56,7 @@ static void half_bit(can_wire *w, can_node *n, int others, int64_t now_ns)
     uint8_t driven = n->drive;
     can_step(n, level_with_odd(w, others), now_ns);
     n->coming = n->drive;
+    /* What it has decided in the middle counts from its next bit on; off the bus it lets go at once. */
     n->drive = n->state == CAN_BUS_OFF ? 1 : driven;
     w->happened |= n->happened;
 }

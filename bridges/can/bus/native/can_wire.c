@@ -43,7 +43,9 @@ void can_wake(can_wire *w, int64_t now_ns)
 
 static int is_in_leap(const can_node *n) { return n->state != CAN_ABSENT && (n->state != CAN_BUS_OFF || n->recovers); }
 
-/* The one that wins the arbitration, if its frame will be good for all and nobody's state changes; else none. */
+/* The one that wins the arbitration, if its frame will be good for all and nobody's state changes; else none.
+   A number has the bits from the identifier to RTR: the lowest is of the one that step_contradicted of can_node.c leaves
+   as sender. */
 static can_node *undisturbed_sender(const can_wire *w)
 {
     can_node *best = 0;
@@ -57,9 +59,11 @@ static can_node *undisturbed_sender(const can_wire *w)
         if (n->state != CAN_IDLE && n->state != CAN_SUSPENDED) return 0;
         ackers += !n->is_listening;
         if (n->state != CAN_IDLE || !n->next_size) continue;
+        /* Two of one number go on side by side behind the arbitration: what comes of it is left to the bits. */
         is_tie = best ? (n->next_key == best->next_key || (is_tie && n->next_key > best->next_key)) : 0;
         if (!best || n->next_key < best->next_key) best = n;
     }
+    /* The sender is counted among them, and needs another one. */
     return is_tie || ackers < 2 ? 0 : best;
 }
 
@@ -72,6 +76,7 @@ static int is_spared(can_wire *w, int bits)
         for (int i = 0; i < bits; i++)
             if (can_draw(&states[j]) <= w->noise[j].most) return 0;
     }
+    /* As many draws as the bits make: noise hits the same ones, whether a frame is leapt over or not. */
     for (int j = 0; j < w->noises; j++) w->noise[j].state = states[j];
     return 1;
 }
@@ -162,6 +167,7 @@ static int drive(can_wire *w, int64_t now_ns, int *is_busy)
 void can_tick(can_wire *w, int64_t limit_ns)
 {
     forget_what_happened(w);
+    /* By whole seconds: a bit's time that is no whole number of nanoseconds leaves no rounding behind. */
     if (w->bit >= w->rate) {
         w->origin_ns += w->bit / w->rate * CAN_SECOND_NS;
         w->bit %= w->rate;

@@ -204,6 +204,7 @@ class NetworkManagement:
             self._begins = how
             self.services.lss.reset()
             self._on_routes({}, {})
+            # Not `is not`: each look at a method makes another object.
             if how != self._reset_communication:
                 self._reset_application(now_ns)
         else:

@@ -427,6 +427,8 @@ static int set(hil_axis *a, hil_field field, double value, int64_t now_ns)
 {
     (void)now_ns;
     walter_axis *w = a->own;
+    /* The kind's table refuses what is beyond; but an int of a double that does not fit is undefined, whoever sets
+       it. */
     if (field == HIL_FIELD_knob_counts) w->knob_counts = (int)fmin(fmax(value, 0), 1023);
     else if (field == HIL_FIELD_has_lights) w->has_lights = value != 0;
     else return -1;

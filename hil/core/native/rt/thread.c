@@ -239,6 +239,7 @@ int hil_rt_start(hil_core *c, const hil_rt_options *options)
     rt->options = *options;
     memset(&rt->live, 0, sizeof rt->live);
     rt->live.lock_errno = lock_memory(c);
+    /* Not before: to lock the memory takes its time, and no period is missed by it. */
     rt->anchor_ns = monotonic_ns();
     atomic_store(&rt->stop, 0);
     int error = spawn(c);
