@@ -5,4 +5,4 @@ No room knows a board, a port or a bridge by name: those live in the sibling pac
 a room's tests import from above it, its docstring names.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
