@@ -38,7 +38,7 @@ class BitWire:
         ``recovers``: it comes back from bus-off."""
 
     def remove(self, index: int) -> None: ...
-    def take(self, other: BitWire, index: int, with_time: bool) -> None:
+    def take_over(self, other: BitWire, index: int, with_time: bool) -> None:
         """Take a controller over: in the middle of whatever it does, with the other wire's time; or to wait
         until this wire has been recessive for 11 bits."""
 

@@ -98,7 +98,7 @@ cdef class BitWire:
         self.w.nodes[index].drive = self.w.nodes[index].coming = 1
         self.w.nodes[index].next_size = self.w.nodes[index].happened = 0
 
-    def take(self, BitWire other, int index, bint with_time):
+    def take_over(self, BitWire other, int index, bint with_time):
         cdef can_node *n = &self.w.nodes[index]
         n[0] = other.w.nodes[index]
         self.w.size = max(self.w.size, index + 1)
@@ -106,10 +106,12 @@ cdef class BitWire:
         self.w.stuck += n.is_stuck
         self.w.is_asleep = False
         n.happened = 0
+        # The wire is cut in the middle of its bit, and nothing else happens to it.
         if with_time:
             self.w.origin_ns, self.w.bit = other.w.origin_ns, other.w.bit
             self.w.decided_ns = other.w.decided_ns
             return
+        # It comes back as one that starts, and waits for 11 recessive bits; bus-off lasts.
         if n.state != CAN_BUS_OFF:
             n.state, n.is_sender = CAN_INTEGRATING, 0
         n.count = 0
@@ -122,6 +124,7 @@ cdef class BitWire:
         cdef const uint8_t *at = bits
         if size > CAN_BITS_MAX:
             raise ValueError(f"{size} bits are no frame")
+        # The frame that is on the wire keeps its bits until its end.
         n.next_place = 1 - n.place if n.state == CAN_FRAME and n.is_sender else 0
         n.next_size = <int>size
         n.next_key = key

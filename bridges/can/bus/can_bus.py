@@ -310,12 +310,12 @@ class CanBus:
         if is_cut:
             line = self._cut[name] = BusLine(self._clock, self.bit_rate, self.news.tell, self._main)
             with self._main.change() as main, line.change() as own:
-                own.take(main, index, True)
+                own.take_over(main, index, True)
                 main.remove(index)
             return
         line = self._cut.pop(name)
         with self._main.change() as main, line.change() as own:
-            main.take(own, index, False)
+            main.take_over(own, index, False)
             own.remove(index)
             # To take a controller over starts it, and this one has no power.
             if not self.nodes[name].is_on:
