@@ -161,6 +161,7 @@ class BoardBackend:
                     if isinstance(step, Send):
                         if not self.line.stats().clients:
                             raise DialogueError(f"{self.name}: {self.line.address} is away")
+                        # Through the line's faults, as a client's bytes.
                         self._to_board.carry(step.data)
                     elif isinstance(step, Listen):
                         answer = await self._listen(self._heard, step.timeout_ns)

@@ -59,6 +59,7 @@ class RealTimeClock:
         for group_id in self._core.take_due():
             group = self._groups[group_id]
             with group:
+                # Behind the wait for the group, in which the core's thread may have been.
                 now_ns = self.now_ns
                 due_ns = group.due_ns
                 if due_ns <= now_ns:

@@ -72,6 +72,7 @@ class Sketch:
         try:
             with self._guard(self):
                 return work(*given)
+        # A firmware may raise SystemExit too, and ends nobody but its own device.
         except BaseException as error:
             if isinstance(error, (KeyboardInterrupt, *passes)):
                 raise

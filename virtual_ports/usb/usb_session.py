@@ -56,6 +56,7 @@ class UsbSession(asyncio.Protocol):
         self._watch_touch()
         self._move()
         self._flush()
+        # What came before the mistake has counted, and is answered.
         if problem:
             self._die(problem)
 
@@ -103,6 +104,7 @@ class UsbSession(asyncio.Protocol):
             self._touch.cancel()
         if self._transport:
             abort(self._transport)
+        # Before the device forgets both.
         was_open, had_backlog = self.device.is_open, self.backlog_bytes > 0
         self.device.close()
         self._count()

@@ -89,6 +89,7 @@ class CanAdapter:
             raise PlaceLost(f"{self._place}: {reason(error)}") from None
         self._bus = bus
         self._ending.clear()
+        # Another one: the thread of the last time may still wait at its own.
         self._out = SimpleQueue()
         self._threads = [Thread(target=self._write, args=(bus, self._out), daemon=True, name="hil-can-out")]
         self._fd = _fd_of(bus)

@@ -107,6 +107,7 @@ class CanLine:
                 self._lost(f"{self.place}: an error of hil, see its log: {error!r}")
                 log.exception("the bus %s", self.place)
             await self._adapter.close()
+            # An adapter that opens and is lost before it was of use is not tried any sooner.
             if self._is_used:
                 self._waits.reset()
             self._is_used = False
@@ -114,6 +115,7 @@ class CanLine:
 
     def _beat(self) -> list[CanFrame]:
         """Frames of one beat: set-points, and a SYNC while somebody wants one; the master's heartbeat."""
+        # A copy: this is in the thread that sends, while drives come and go.
         members = [member for member in list(self.members.values()) if member.wants_sync]
         frames = [frame for member in members for frame in member.before_sync()]
         if members:

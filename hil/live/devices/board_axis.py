@@ -58,6 +58,7 @@ class BoardAxis:
     # ---- what is known of it ----
 
     def _line(self) -> tuple[int, int]:
+        # A board that has been away may have been reset meanwhile.
         return self.through.typed_bytes, self.through.line.stats().connects
 
     @property
@@ -125,6 +126,7 @@ class BoardAxis:
 
     def release(self) -> None:
         if self._task and not self._task.done():
+            # Programs' bytes would come in the middle of what is being typed.
             self._task.add_done_callback(lambda _: self.release())
         else:
             self.through.hold_clients(False)

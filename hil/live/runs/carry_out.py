@@ -95,6 +95,7 @@ class CarryingOut:
             raise NotBegun(f"it did not begin: {error}") from None
         except asyncio.CancelledError:
             if together:
+                # In a task of its own: this one is cancelled, and the others still hold their axes.
                 releasing = asyncio.get_running_loop().create_task(together.release())
                 self._releasing.add(releasing)
                 releasing.add_done_callback(self._releasing.discard)

@@ -77,6 +77,7 @@ class Parts:
                     part = self._part(name, token)
                     part.execution.stop(how, why, state)
                     return self._report(part)
+        # What another bench sends may have any shape.
         except (KeyError, TypeError, AttributeError) as error:
             raise VerbRefused("bad_request", f"no part of a run: {error!r}") from None
         raise VerbRefused("bad_request", "no part of a run: see run/<id>/part in the reference")
@@ -117,6 +118,7 @@ class Parts:
         execution = Execution(plan, self._axes, baton, names)
         now_s = asyncio.get_running_loop().time()
         part = _Part(token, leader, execution, baton, now_s, now_s)
+        # Those that the queue has forgotten go with this: nobody else ends them.
         self._parts = {each: p for each, p in self._parts.items() if each in self._queue.progress} | {
             name: part
         }

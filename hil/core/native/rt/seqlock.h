@@ -12,6 +12,7 @@ static inline void seqlock_write(seqlock *lock, _Atomic uint64_t *words, const u
 {
     uint32_t s = atomic_load_explicit(lock, memory_order_relaxed);
     atomic_store_explicit(lock, s + 1, memory_order_relaxed);
+    /* No word may be seen before the odd number is. */
     atomic_thread_fence(memory_order_release);
     for (int i = 0; i < n; i++) atomic_store_explicit(&words[i], from[i], memory_order_relaxed);
     atomic_store_explicit(lock, s + 2, memory_order_release);
@@ -23,6 +24,7 @@ static inline void seqlock_read(const seqlock *lock, const _Atomic uint64_t *wor
     do {
         before = atomic_load_explicit((seqlock *)lock, memory_order_acquire);
         for (int i = 0; i < n; i++) to[i] = atomic_load_explicit((_Atomic uint64_t *)&words[i], memory_order_relaxed);
+        /* Nor may the second look be before the words. */
         atomic_thread_fence(memory_order_acquire);
         after = atomic_load_explicit((seqlock *)lock, memory_order_relaxed);
     } while (before != after || (before & 1));

@@ -105,6 +105,7 @@ hil_watchdog *hil_watchdog_new(int signal_number, void (*interrupt)(int), const 
         return NULL;
     }
     struct sigaction action = {.sa_sigaction = ring, .sa_flags = SA_SIGINFO | SA_ONSTACK};
+    /* The timers are not armed yet: none rings before the handler is there. */
     if (add(w, WALL, CLOCK_MONOTONIC) || sigaction(signal_number, &action, &w->before)) {
         timer_delete(w->bells[CPU].timer);
         free(w->file);
