@@ -26,7 +26,6 @@ TWICE = {
     "Desk": "the contract, and what carries it out",
     "RunAxis": "an axis of a run, and what a real board is to one",
     "Command": "a row in the table of a board's commands, a request in a bridge: none is seen outside",
-    "Fault": "a fault, and the numbers under which C knows what an axis can be told",
     "Memory": "a device's, and how one board's firmware sees it",
     "Parameter": "what a verb takes, and a row of a board's own screen",
     "Progress": "how far a dialogue has come, and a run",

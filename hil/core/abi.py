@@ -85,7 +85,7 @@ class Event(IntEnum):
     """the last pulse of a train at a pin has ended; value: the pin"""
 
 
-class Fault(IntEnum):
+class AxisFault(IntEnum):
     """Faults of an axis that are set to a value; 0: right again."""
 
     jam = 0

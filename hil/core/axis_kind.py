@@ -90,8 +90,8 @@ class AxisKind:
     """Field of the frequency at its input for a clock; empty: it neither gives nor takes one (``CLOCK_OUT``,
     ``CLOCK_IN``)."""
     own_faults: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    """Kinds of fault that only it can have: what the core is told of each (``hil.core.abi.Fault``), by the
-    fault's parameters."""
+    """Kinds of fault that only it can have: what the core is told of each (``hil.core.abi.AxisFault``), by
+    the fault's parameters."""
     make: Callable[[NativeCore, int, "AxisKind"], Any]
     """Makes the axis: ``hil.core.core_axis.CoreAxis``, or a class that is more."""
     seen_as: str = ""

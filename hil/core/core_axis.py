@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from hil.core._native import NativeCore
-from hil.core.abi import Fault
+from hil.core.abi import AxisFault
 from hil.core.axis_kind import LOAD, AxisKind
 from hil.core.fields import INDEX, Snapshot
 from hil.vocab.path_planning import PathPiece
@@ -75,13 +75,13 @@ class CoreAxis:
         self._native.pin(self.id, self.pins[name], level)
 
     def fault(self, what: str, value: float) -> None:
-        """Begin a fault of ``hil.core.abi.Fault``, or end it (0).
+        """Begin a fault of ``hil.core.abi.AxisFault``, or end it (0).
 
         Raises:
             KeyError: there is no such fault.
             ValueError: this axis cannot have it.
         """
-        self._native.fault(self.id, Fault[what], value)
+        self._native.fault(self.id, AxisFault[what], value)
 
     def supply_V(self) -> float:
         """Supply of the full plant now, 0 for the simple one."""

@@ -11,12 +11,12 @@ log = logging.getLogger("hil")
 
 
 class Places(dict[str, PortLink[Any]]):
-    """Joints by address: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
+    """Links by address: ``m1`` and ``s1.network`` (a twin's UARTs), ``bus0.master`` (a tap), ``m2`` (a real
     board). In order as they came: of a start UARTs, taps, real boards. Only ``hil.live.apply`` changes
     them."""
 
     def of(self, owner: str) -> list[PortLink[Any]]:
-        """Joints of a device or a wire: of UARTs, or taps, that have a port."""
+        """Links of a device or a wire: of UARTs, or taps, that have a port."""
         return [link for label, link in self.items() if owner_of(label) == owner]
 
     def addresses(self) -> list[tuple[str, str]]:

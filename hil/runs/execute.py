@@ -2,7 +2,6 @@
 
 from bisect import bisect_right
 from collections.abc import Generator, Mapping
-from typing import Protocol
 
 from hil.runs.course import PhraseCourse
 from hil.runs.plan import Move, Phrase, Plan
@@ -31,32 +30,24 @@ LEAST_PACE = 0.001
 _STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an immediate stop"}
 
 
-class Baton(Protocol):
-    """Gives the start of each phrase. The phrase after the last is the end, which all axes reach together.
-    ``is_shared``: other benches have been told the same start."""
-
-    is_shared: bool
-
-    def start_ns(self, phrase: int) -> int | None:
-        """Start of a phrase in simulated time, still to come; None: not known yet. Asked when the phrases
-        before it have ended here."""
-
-
 class Soon:
-    """``Baton`` of one bench alone: each phrase begins ``lead_ns`` after the last has ended."""
+    """Starts of phrases on one bench alone: each begins ``lead_ns`` after the last has ended. The phrase
+    after the last is the end, which all axes reach together."""
 
     is_shared = False
+    """True if other benches have been told the same starts."""
 
     def __init__(self, clock: Axes, lead_ns: int) -> None:
         self._clock = clock
         self._lead_ns = lead_ns
 
     def start_ns(self, phrase: int) -> int:
+        """Start of a phrase in simulated time, still to come. Asked when those before it have ended here."""
         return self._clock.now_ns + self._lead_ns
 
 
 class Told:
-    """``Baton`` whose starts others tell: ``starts_ns`` by phrase."""
+    """Starts of phrases that others tell: ``starts_ns`` by phrase, in simulated time."""
 
     is_shared = True
 
@@ -64,6 +55,7 @@ class Told:
         self.starts_ns: dict[int, int] = {}
 
     def start_ns(self, phrase: int) -> int | None:
+        """Start of a phrase; None: not known yet."""
         return self.starts_ns.get(phrase)
 
 
@@ -78,7 +70,7 @@ class Execution:
         self,
         plan: Plan,
         axes: Axes,
-        baton: Baton,
+        baton: Soon | Told,
         devices: Mapping[str, str] | None = None,
         progress: Progress | None = None,
     ) -> None:

@@ -117,7 +117,7 @@ class PortStats:
 
 
 class PortHost(Protocol):
-    """Interface that a port calls: the joint between it and its device."""
+    """Interface that a port calls: the link between it and its device."""
 
     def received(self, data: bytes) -> None:
         """Take bytes from a client, in order, as they came. Never more than ``room()``."""

@@ -196,7 +196,7 @@ def read(data: CaptureBytes, left_out: LeftOut | None = None) -> Iterator[Record
     if data[:4] != SECTION_MARK[: len(data)]:
         raise CaptureError("this is no pcapng file")
     left_out = left_out or LeftOut()
-    at, order, lines = 0, "<", list[_Line]()
+    at, order, lines = 0, "<", list[_FileInterface]()
     while at < len(data):
         if len(data) - at < 12:
             raise CaptureError(cut_off(at))
@@ -299,7 +299,7 @@ def _interface(options: Mapping[int, bytes], order: str, number: int, is_can: bo
     return Interface(name or str(number), framing, baud, FORMATS.get(line_format, EIGHT_N_1))
 
 
-class _Line(NamedTuple):
+class _FileInterface(NamedTuple):
     """Interface of a file. ``ticks``: of its times, in a second; they count from ``since_s``."""
 
     interface: Interface
@@ -308,14 +308,14 @@ class _Line(NamedTuple):
     since_s: int
 
 
-def _line(body: bytes, order: str, number: int) -> _Line:
+def _line(body: bytes, order: str, number: int) -> _FileInterface:
     (link,) = struct.unpack_from(f"{order}H", body)
     options = dict(_read_options(body[8:], order))
     resolution = (options.get(_IF_TSRESOL) or b"\x06")[0]
     ticks = 1 << (resolution & 0x7F) if resolution & 0x80 else 10**resolution
     offset = options.get(_IF_TSOFFSET, b"")
     (since_s,) = struct.unpack(f"{order}q", offset) if len(offset) == 8 else (0,)
-    return _Line(_interface(options, order, number, link in CAN_LINKS), link, ticks, since_s)
+    return _FileInterface(_interface(options, order, number, link in CAN_LINKS), link, ticks, since_s)
 
 
 class _Packet(NamedTuple):
@@ -346,7 +346,7 @@ _PACKETS = {_PACKET: _enhanced, 2: _obsolete, 3: _simple}
 """Kinds of blocks that have a packet: those of today, of version 1.0's drafts, and those without a time."""
 
 
-def _record(packet: _Packet, order: str, lines: Sequence[_Line], at: int) -> Record:
+def _record(packet: _Packet, order: str, lines: Sequence[_FileInterface], at: int) -> Record:
     if packet.interface >= len(lines):
         raise ValueError("of an interface that the file does not have")
     line = lines[packet.interface]
