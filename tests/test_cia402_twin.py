@@ -7,7 +7,7 @@ from twin_motor import MECHADUINO, TwinDrive, TwinMotor
 
 from hil.sim.inputs import Follow
 from hil.testing import Bench
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 
 UNITS = 1000
 """User units of a degree."""

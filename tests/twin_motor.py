@@ -9,7 +9,7 @@ from bridges.can.canopen.node.application import Value
 from hil.sim.inputs import Do, Follow, Input
 from hil.testing import Bench
 from hil.vocab.axis import How
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.time import NS_PER_MS
 
 MECHADUINO: dict[str, Any] = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}

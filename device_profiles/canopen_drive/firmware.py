@@ -3,7 +3,7 @@
 from hil.firmware.closed_loop_drive import CURRENT, ENCODER, IDLE_NS, WATCH_NS, ClosedLoopDrive, DriveFault
 from hil.firmware.set_point_paths import at
 from hil.vocab.firmware import Delay, Main
-from hil.vocab.path_planning import DEG_PER_S, Path
+from hil.vocab.path import DEG_PER_S, Path
 
 POSITION, TORQUE = ord("x"), ord("t")
 

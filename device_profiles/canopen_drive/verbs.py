@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from device_profiles.canopen_drive.firmware import CanOpenServo
 from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import HOW_TO_STOP, Effect, Verb, VerbRefused
 
 ANGLE_DEG, RPM, RPM_PER_S = 1e6, (0.001, 3000.0), (0.01, 1e6)

@@ -11,7 +11,7 @@ from hil.firmware.listening import wait_until
 from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.vocab.axis import How
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send
-from hil.vocab.path_planning import DEG_PER_S, Path, PathPiece
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 _NUMBER = rb"(-?\d+\.\d\d)\r\n"

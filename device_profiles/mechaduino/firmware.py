@@ -14,7 +14,7 @@ from device_profiles.mechaduino.menus import edit_parameters
 from device_profiles.mechaduino.serial_usb import SerialUSB, Steps, delay_ms
 from hil.firmware.arduino import float32
 from hil.vocab.firmware import Board, CoreEvent, Main
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 
 STEP_DEG = float32(1.8)
 DEFAULT_LOOKUP_ADDRESS = 0xB900

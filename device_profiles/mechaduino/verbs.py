@@ -7,7 +7,7 @@ from device_profiles.mechaduino.firmware import Mechaduino
 from hil.firmware.set_point_paths import at, length_ns, to_rest, trapezoid
 from hil.vocab.axis import CONTROL_MODES
 from hil.vocab.parameters import Parameter
-from hil.vocab.path_planning import DEG_PER_S, Path, PathPiece
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import HOW_TO_STOP, Effect, Verb, VerbRefused
 

@@ -5,7 +5,7 @@ from device_profiles.modbus_drive.firmware import ModbusDrive
 from device_profiles.modbus_drive.registers import ANGLE_DEG, RPM, RPM_PER_S, Answer
 from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import HOW_TO_STOP, Effect, Verb, VerbRefused
 
 GAINS = ("pKp", "pKi", "pKd", "pLPF")

@@ -9,7 +9,7 @@ from hil.core._native import NativeCore
 from hil.core.abi import AxisFault
 from hil.core.axis_kind import LOAD, AxisKind
 from hil.core.fields import INDEX, Snapshot
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 
 
 class CoreAxis:

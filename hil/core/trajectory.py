@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Literal
 
 from hil.core import _trajectory
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_S
 
 Kind = Literal["trapezoid", "s_curve"]

@@ -14,7 +14,7 @@ from hil.drives.drive_motion import ARRIVED_DEG, DriveMotion
 from hil.drives.real_drive import OLD_NS, RealDrive
 from hil.runs import bounds_of
 from hil.vocab.axis import NOT_JOINED, TURNS_RPM, AxisNow, AxisState, How, Sample
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import VerbRefused
 

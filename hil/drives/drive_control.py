@@ -10,7 +10,7 @@ from hil.drives.drive_axis import DriveAxis
 from hil.drives.drive_fields import FOLLOW_RPM, FOLLOW_RPM_PER_S
 from hil.drives.drive_link import ASKING, LOST_AFTER, SharedLines
 from hil.firmware.set_point_paths import length_ns, trapezoid
-from hil.vocab.path_planning import DEG_PER_S
+from hil.vocab.path import DEG_PER_S
 from hil.vocab.verbs import VerbRefused
 
 TAKES_S = 2.0

@@ -14,7 +14,7 @@ from hil.drives.drive_link import ASKING, PlaceLost, Reading, Stale
 from hil.drives.real_drive import RealDrive
 from hil.firmware.set_point_paths import length_ns
 from hil.vocab.axis import How
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 
 ARRIVED_DEG = 0.5
 """Maximum distance from the target at which a motion has come to it."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from hil.firmware.set_point_paths import length_ns, to_rest, trapezoid
 from hil.vocab.firmware import Board, CoreEvent, Delay
-from hil.vocab.path_planning import DEG_PER_S, Path
+from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.time import NS_PER_MS
 from hil.vocab.verbs import VerbRefused
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import sqrt
 
-from hil.vocab.path_planning import Path, PathPiece
+from hil.vocab.path import Path, PathPiece
 from hil.vocab.time import NS_PER_S
 
 

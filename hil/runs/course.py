@@ -12,7 +12,7 @@ from math import ceil, sqrt
 
 from hil.runs.plan import Phrase
 from hil.runs.run_document import AxisRules
-from hil.vocab.path_planning import DEG_PER_S, Path, PathPiece
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_S
 
 BACK_NS = 50_000_000

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from hil.config.document import Document, Finding, KeyPath, Spot
 from hil.runs.run_document import AxisRules, TimedPath
-from hil.vocab.path_planning import DEG_PER_S, PathPiece
+from hil.vocab.path import DEG_PER_S, PathPiece
 from hil.vocab.time import NS_PER_S
 
 ROWS = 100_000

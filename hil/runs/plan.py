@@ -8,7 +8,7 @@ from struct import Struct
 from hil.core.trajectory import Trajectory
 from hil.runs.run_document import RunDocument, WaitUntil
 from hil.vocab.axis import Axis, AxisNow
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 
 _PIECE = Struct("<q4d")
 

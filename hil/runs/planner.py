@@ -33,7 +33,7 @@ from hil.runs.run_document import (
 from hil.vocab.address import no_input, pin_of
 from hil.vocab.axis import AxisNow
 from hil.vocab.parameters import plain
-from hil.vocab.path_planning import DEG_PER_S
+from hil.vocab.path import DEG_PER_S
 from hil.vocab.problem import ConfigError
 from hil.vocab.time import NS_PER_S
 

@@ -11,7 +11,7 @@ from hil.runs.progress import AxisReport, Ended
 from hil.runs.run_document import AxisRules, RunDocument
 from hil.vocab.axis import Axis, AxisNow, AxisState, How
 from hil.vocab.parameters import Parameter, plain
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import Verb, VerbRefused
 
 LIMITS = {"velocity_rpm": "rpm", "acceleration_rpm_per_s": "rpm/s"}

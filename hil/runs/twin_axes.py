@@ -13,7 +13,7 @@ from hil.telemetry import Sampler, Subscription
 from hil.vocab.address import owner_of
 from hil.vocab.axis import AxisNow, AxisState, How, Sample
 from hil.vocab.parameters import Parameter
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 
 SAMPLE_NS = 1_000_000

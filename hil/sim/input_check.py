@@ -22,7 +22,7 @@ from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.line_format import format_named
 from hil.vocab.parameters import plain
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 from hil.wire.step_dir import train_problem
 

@@ -8,7 +8,7 @@ from dataclasses import fields
 from typing import Any, get_type_hints
 
 from hil.sim.inputs import KINDS, Bytes, CommitDone, Do, Follow, InputLogError, Logged
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 from hil.wire.json_text import JsonError, read_json
 from hil.wire.step_dir import Edges, Train

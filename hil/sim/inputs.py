@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 from hil.wire.step_dir import MAX_NS, Train
 
@@ -160,8 +160,8 @@ class Do:
 
 @dataclass(frozen=True)
 class Follow:
-    """Path for the set-point to follow from ``start_ns`` on (``hil.vocab.path_planning``). ``is_joined``:
-    where that is past, the set-point goes on from where the path is now."""
+    """Path for the set-point to follow from ``start_ns`` on (``hil.vocab.path``). ``is_joined``: where that
+    is past, the set-point goes on from where the path is now."""
 
     start_ns: int
     path: tuple[PathPiece, ...]

@@ -9,7 +9,7 @@ from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.setpoints import Setpoints
 from hil.sim.sketch import Sketch
 from hil.vocab.address import DeviceParts, no_part
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 

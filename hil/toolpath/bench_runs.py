@@ -20,7 +20,7 @@ from hil.toolpath.path_plan import PathPlan, PlannedStretch, planned
 from hil.toolpath.path_speeds import ChordSpeed, limits_of, stretch_speeds
 from hil.vocab.axis import AxisNow
 from hil.vocab.parameters import plain
-from hil.vocab.path_planning import DEG_PER_S
+from hil.vocab.path import DEG_PER_S
 from hil.vocab.problem import Problem
 
 SPARE = 1.02

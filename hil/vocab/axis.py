@@ -7,11 +7,10 @@ fields are called.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol
 
-from hil.vocab.dialogue import Dialogue
 from hil.vocab.parameters import Parameter
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs
 
 How = Literal["grace", "prejudice"]
@@ -146,42 +145,3 @@ class Axes(Protocol):
 
     def __getitem__(self, device: str) -> Axis:
         """The axis of a device that can take part in runs; each run asks for its own."""
-
-
-class TerminalAxis(Protocol):
-    """Axis of one real board. Its dialogues are carried out one after the other; each may be broken off
-    between two of its steps."""
-
-    kind: ClassVar[Literal["servo", "stepper"]]
-    taken_by: ClassVar[str]
-    """The verb that ``acquire`` stands for."""
-    commanded_deg: float | None
-    """Set-point as the board confirmed it; None: unknown."""
-
-    def acquire(self) -> Dialogue[None]:
-        """Make the board ready for motion, at rest, and learn where it is."""
-
-    def stop(self, how: How, acceleration_rpm_per_s: float) -> Dialogue[None]:
-        """End all motion; the dialogue ends when the board stands."""
-
-
-class TerminalServo(TerminalAxis, Protocol):
-    """A board whose set-point can be typed."""
-
-    def follow(self, path: Path, start_ns: int, period_ns: int) -> Dialogue[None]:
-        """Type the set-points of a path, one each ``period_ns`` and the last exactly.
-
-        Raises:
-            DialogueError: one was not confirmed.
-        """
-
-
-class TerminalStepper(TerminalAxis, Protocol):
-    """A board that makes ramps of its own."""
-
-    def move_abs(self, position_deg: float, velocity_rpm: float, start_ns: int) -> Dialogue[None]:
-        """Begin a motion at a time; ends when the board stands.
-
-        Raises:
-            DialogueError: it did not take its command before the start, or does not come to its end.
-        """

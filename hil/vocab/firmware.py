@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 from hil.vocab.address import DeviceParts
 from hil.vocab.framing import Framing, Item
 from hil.vocab.motion import Motion
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 
 

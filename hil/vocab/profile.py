@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hil.vocab.axis import TerminalAxis
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.dialogue import Dialogue, Task, TextReader
 from hil.vocab.firmware import MAIN, Board, Firmware
@@ -15,6 +14,7 @@ from hil.vocab.framing import Framing
 from hil.vocab.line_node import LineNodes
 from hil.vocab.path_planning import PathPlanner
 from hil.vocab.recorded_session import SessionPlan
+from hil.vocab.terminal_axis import TerminalAxis
 from hil.vocab.verbs import Verb, table_of
 
 AskBench = Callable[..., Any]

@@ -14,7 +14,7 @@ from hil.sim.inputs import Do, Follow, Input
 from hil.sim.twin import Twin
 from hil.sim.verb_calls import Answer
 from hil.vocab.axis import AxisState, How
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import Verb, VerbRefused
 
 

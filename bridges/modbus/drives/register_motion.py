@@ -9,7 +9,7 @@ from hil.drives.drive_link import ASKING, URGENT, NoAnswer
 from hil.drives.drive_motion import DriveMotion
 from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.vocab.axis import How
-from hil.vocab.path_planning import DEG_PER_S, Path
+from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.verbs import VerbRefused
 
 PULSE_S = 0.05

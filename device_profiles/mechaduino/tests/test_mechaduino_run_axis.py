@@ -9,7 +9,7 @@ from hil.firmware.set_point_paths import at, length_ns, trapezoid
 from hil.testing import Bench
 from hil.testing.bench import LISTEN_SLICE_NS
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send
-from hil.vocab.path_planning import DEG_PER_S, Path
+from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.time import NS_PER_MS
 
 PERIOD_NS = 20 * NS_PER_MS

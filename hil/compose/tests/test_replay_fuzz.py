@@ -34,7 +34,7 @@ from hil.sim.inputs import (
     SetField,
 )
 from hil.testing.bench import MemoryStore
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.step_dir import generate
 

@@ -16,7 +16,7 @@ from hil.core.kinds.sac.core_motion import CoreMotion
 from hil.core.kinds.sac.kind import KIND as SAC
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 
 HIL = Path(__file__).parent.parent.parent
 MOTOR = {

@@ -17,7 +17,7 @@ from hil.core.kinds.sac.core_motion import CoreMotion
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import Pulses
 from hil.vocab.motion import CONTINUOUS_SLOT, ONE_SHOT_SLOT, MotionEntry, MotionSetup
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 
 SEEDS = int(os.environ.get("HIL_CUT_SEEDS", "60"))
 COMMANDS = 40

@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hil.firmware.set_point_paths import at, length_ns, to_rest, trapezoid
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_S
 
 positions = st.floats(-1e4, 1e4)

@@ -13,18 +13,10 @@ from typing import cast
 
 from hil.live.board_backend import BoardBackend
 from hil.sim.bench import BenchRuntime
-from hil.vocab.axis import (
-    NOT_JOINED,
-    AxisNow,
-    AxisState,
-    How,
-    Sample,
-    TerminalAxis,
-    TerminalServo,
-    TerminalStepper,
-)
+from hil.vocab.axis import NOT_JOINED, AxisNow, AxisState, How, Sample
 from hil.vocab.dialogue import Dialogue, DialogueError
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
+from hil.vocab.terminal_axis import TerminalAxis, TerminalServo, TerminalStepper
 from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")

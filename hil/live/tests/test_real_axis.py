@@ -9,7 +9,7 @@ from simulated_world import World, in_world
 from hil.firmware.set_point_paths import at
 from hil.runs import Execution, Progress, Soon, plan_run, run_from_data
 from hil.vocab.axis import Axis
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS
 from hil.vocab.verbs import VerbRefused
 

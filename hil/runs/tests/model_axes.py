@@ -6,7 +6,7 @@ from typing import Any
 
 from hil.firmware.set_point_paths import at, length_ns
 from hil.vocab.axis import Axis, AxisNow, AxisState, How, Sample
-from hil.vocab.path_planning import DEG_PER_S, Path, PathPiece
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 

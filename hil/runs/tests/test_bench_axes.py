@@ -7,7 +7,7 @@ import pytest
 from hil.runs import TwinAxes
 from hil.testing import Bench
 from hil.vocab.axis import Axis
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, ms
 from hil.vocab.verbs import VerbRefused
 

@@ -21,7 +21,7 @@ from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Main
 from hil.vocab.parameters import Parameter
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.vocab.verbs import Effect, Verb, VerbRefused, table_of
 

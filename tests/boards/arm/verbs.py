@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from hil.firmware.set_point_paths import to_rest
 from hil.vocab.parameters import Parameter
-from hil.vocab.path_planning import DEG_PER_S, Path
+from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.verbs import Effect, Verb
 
 from .firmware import Arm

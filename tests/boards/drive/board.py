@@ -7,7 +7,7 @@ from functools import cache
 from hil.firmware.set_point_paths import to_rest
 from hil.vocab.firmware import Board, Commit, CoreEvent, Delay, Main
 from hil.vocab.parameters import Parameter
-from hil.vocab.path_planning import DEG_PER_S, Path
+from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.profile import Profile
 from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import Effect, Verb

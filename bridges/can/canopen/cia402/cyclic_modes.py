@@ -10,7 +10,7 @@ from bridges.can.canopen.cia402.drive_context import DriveContext
 from bridges.can.canopen.cia402.movers import PathMover
 from bridges.can.canopen.cia402.operating_mode import IDLE_NS, OperatingMode
 from bridges.can.canopen.cia402_words import FOLLOWS_TARGET
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import FOREVER, NS_PER_MS
 
 TIME_OUT_PERIODS, LEAST_TIME_OUT_NS = 3, 50 * NS_PER_MS

@@ -15,7 +15,7 @@ from bridges.can.canopen.cia402.movers import MotionRules, Mover, PathMover, Ram
 from bridges.can.canopen.cia402.objects import LIMITED_JERK
 from bridges.can.canopen.node.application import Entry
 from bridges.can.canopen.node.canopen_node import CanOpenNode
-from hil.vocab.path_planning import DEG_PER_S
+from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 FACTORS = (0x6091, 0x6092, 0x6096, 0x6097, 0x607E)

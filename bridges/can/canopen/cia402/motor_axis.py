@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 from hil.vocab.axis import How
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 
 HOME, NEGATIVE, POSITIVE = "home", "negative", "positive"
 """Names of the switches among ``MotorLook.inputs``: homing, and the limit switches at both ends."""

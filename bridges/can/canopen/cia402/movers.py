@@ -12,7 +12,7 @@ from typing import Protocol, TypeVar
 from bridges.can.canopen.cia402.motor_axis import MotorAxis, MotorLook
 from hil.core.trajectory import AxisLimits, PlanError, PointState, plan_joint, plan_velocity
 from hil.firmware.set_point_paths import joined, length_ns, to_rest, trapezoid
-from hil.vocab.path_planning import DEG_PER_S, Path, PathPiece
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import FOREVER, NS_PER_MS, NS_PER_S
 from hil.vocab.verbs import VerbRefused
 

@@ -27,7 +27,7 @@ from bridges.can.canopen.cia402_words import (
 )
 from bridges.can.canopen.node.application import Access, Entry, SdoAbort, Value
 from bridges.can.canopen.node.canopen_node import CanOpenNode
-from hil.vocab.path_planning import DEG_PER_S
+from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 
 _INPUTS = 0x60FD

@@ -5,7 +5,7 @@ from math import copysign
 from bridges.can.canopen.cia402.drive_context import DriveContext
 from bridges.can.canopen.cia402.operating_mode import WATCH_NS, OperatingMode
 from bridges.can.canopen.cia402_words import TARGET_REACHED
-from hil.vocab.path_planning import DEG_PER_S
+from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import FOREVER, NS_PER_S
 
 

@@ -3,7 +3,7 @@
 from bridges.can.canopen.cia402.drive_context import DriveContext
 from bridges.can.canopen.cia402.operating_mode import IDLE_NS, WATCH_NS, OperatingMode, TimeWindow
 from bridges.can.canopen.cia402_words import STANDS, TARGET_REACHED
-from hil.vocab.path_planning import DEG_PER_S
+from hil.vocab.path import DEG_PER_S
 
 
 class ProfileVelocity(OperatingMode):

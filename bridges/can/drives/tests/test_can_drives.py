@@ -16,7 +16,7 @@ from scripted_can_drive import UNITS_PER_TURN, ScriptedDrive, virtual_bus
 from bridges.can.drives.can_drive import CanDrive
 from bridges.can.drives.can_drive_address import CanPlace
 from hil.drives.drive_control import DriveControl
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.verbs import VerbRefused
 
 pytestmark = pytest.mark.long

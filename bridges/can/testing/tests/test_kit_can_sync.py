@@ -8,7 +8,7 @@ from bridges.can.bus.bus_events import NodeState
 from bridges.can.frames.can_frame import CanFrame
 from bridges.can.testing.can_faces import CanBusFace, DriveFace
 from hil.sim.inputs import Follow
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
 DRIVES, CYCLES = 4, 500

@@ -9,7 +9,7 @@ from drive_world import in_drive_world
 from foreign_drives import ForeignDrives, drive_map
 from modbus_world import ModbusWorld
 
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS
 from hil.vocab.verbs import VerbRefused
 

@@ -11,7 +11,7 @@ from hil.sim.inputs import Do, Follow, Input
 from hil.sim.motion_end import BegunMotion, begun_motion
 from hil.sim.twin import Twin
 from hil.sim.verb_calls import Answer
-from hil.vocab.path_planning import DEG_PER_S, Path, PathPiece
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import Clock
 from hil.vocab.verbs import Verb, VerbRefused
 

@@ -5,7 +5,7 @@ import asyncio
 from hil.drives.drive_motion import DriveMotion
 from hil.drives.real_drive import SentSetPoint
 from hil.vocab.axis import How
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 from tmcl_bus.drives.tmcl_drive import MOST_ACCELERATION, MOST_SPEED, TmclDrive
 from tmcl_bus.frames import Command, Move

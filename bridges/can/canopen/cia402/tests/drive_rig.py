@@ -8,7 +8,7 @@ from bridges.can.canopen.cia402.motor_axis import MotorLook
 from bridges.can.canopen.cia402.profile_drive import ProfileDrive
 from bridges.can.canopen.node.application import Access, SdoAbort, Value
 from hil.firmware.set_point_paths import length_ns
-from hil.vocab.path_planning import DEG_PER_S, Path, PathPiece
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 from hil.vocab.verbs import VerbRefused
 

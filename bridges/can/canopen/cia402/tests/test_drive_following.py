@@ -2,7 +2,7 @@
 
 from drive_rig import DriveRig
 
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 
 REACHED = 0x400
 

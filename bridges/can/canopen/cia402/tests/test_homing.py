@@ -5,7 +5,7 @@ from drive_rig import STEPPER, DriveRig, SimpleAxis, Switch
 
 from bridges.can.canopen.cia402.homing import METHODS
 from bridges.can.canopen.node.application import SdoAbort
-from hil.vocab.path_planning import PathPiece
+from hil.vocab.path import PathPiece
 
 DONE, ATTAINED, ERROR = 0x1400, 0x1000, 0x2000
 BITS = 0x3400

@@ -14,7 +14,7 @@ from bridges.can.canopen.cia402.movers import (
     to_speed,
     to_target,
 )
-from hil.vocab.path_planning import Path
+from hil.vocab.path import Path
 
 angles = st.floats(-1e4, 1e4)
 rates = st.floats(-3000, 3000)
