@@ -19,7 +19,7 @@ from hil.vocab.axis import CONTROL_MODES
 
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
-    from hil.vocab.wire import WireView
+    from hil.vocab.wire import WireInfo, WireView
 
 RUNS = 5
 """Maximum number of runs that the status has."""
@@ -41,6 +41,8 @@ _WORDS: dict[str, Callable[[int], str]] = {
     "motion_state": lambda code: MOTION_STATES[code],
 }
 """Words for the values of fields that are codes."""
+_NO_WIRES = {"devices", "faults", "lag", "runs", "wake_latency"}
+"""Lists of a status that are of no wires."""
 _WIDEST = 10_000
 _BAR = "▁▂▃▄▅▆▇█"
 _HEALTH_STYLE = {"ok": "green", "late": "yellow"}
@@ -73,8 +75,6 @@ def device_table(listed: dict[str, Any]) -> RenderableType:
 
 
 def status_view(status: dict[str, Any]) -> RenderableType:
-    from hil.discovery.named_kinds import find_wire_infos
-
     ticks, missed = status["ticks"], status["missed"]
     head = Text.assemble(
         (f"bench {status['bench']}", "bold"),
@@ -102,10 +102,9 @@ def status_view(status: dict[str, Any]) -> RenderableType:
             table.add_row(name, "", "", "", "", *_motion(other), "")
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
     wires: list[RenderableType] = [] if status["segments"] else [Text()]
-    for told in find_wire_infos().values():
-        if rows := status.get(told.key):
-            wires += map(_wire_table, told.tables(rows))
-            remarks += [(row[told.label], row["notes"]) for row in rows]
+    for told, rows in _wires(status):
+        wires += map(_wire_table, told.tables(rows))
+        remarks += [(row[told.label], row["notes"]) for row in rows]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     under_way = [Text(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
     if (more := len(status["runs"]) - RUNS) > 0:
@@ -149,6 +148,14 @@ def _drive_line(drive: dict[str, Any]) -> str:
     counts = f"{drive['polls']} polls, {drive['time_outs']} time-outs, {drive['exceptions']} exceptions"
     who = ", ".join(f"{name} {value}" for name, value in drive["identity"].items())
     return f"{drive['state']}, {age}{trips}; {counts}, {drive['reconnects']} reconnects{who and '; '}{who}"
+
+
+def _wires(status: dict[str, Any]) -> Iterator[tuple["WireInfo", list[dict[str, Any]]]]:
+    """Reports on wires, by kind. Buses are looked for only if a wire is there: that is a third of a start."""
+    if any(rows and isinstance(rows, list) for key, rows in status.items() if key not in _NO_WIRES):
+        from hil.discovery.named_kinds import find_wire_infos
+
+        yield from ((told, rows) for told in find_wire_infos().values() if (rows := status.get(told.key)))
 
 
 def _wire_table(told: "WireView") -> Table:
