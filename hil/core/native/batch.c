@@ -4,6 +4,7 @@
 
 #include "batch_any.h"
 #include "batch_avx2.h"
+#include "group.h"
 #include "hil_core.h"
 #include "law/servo.h"
 
@@ -15,14 +16,13 @@
 
 #define WORTH_IT 4 /* axes: all lanes together take the time of three or four axes alone */
 
-/* Whether nothing but control steps is due in a group until then: an axis alone, its encoder on its shaft, no
-   step response to be printed, and nothing that a lane has no room for. The plant's node is at the latest
-   control step. */
-static int fits(const hil_group *g, const hil_axis *a)
+/* Whether nothing but control steps is due to an axis until then: its encoder on its shaft, no step response to be
+   printed, and nothing that a lane has no room for. The plant's node is at the latest control step. */
+static int fits(const hil_axis *a)
 {
     const servo *s = servo_of(a);
-    if (!s || a->next_in_group >= 0 || a->encoder.script_len || a->is_faulty || a->is_telling || s->follow.n ||
-        (a->encoder.previous_command & 0x3FFF) != SPI_ANGLE || ring_is_filling(&g->events) || !s->loop_steps)
+    if (!s || a->is_joined || a->encoder.script_len || a->is_faulty || a->is_telling || s->follow.n ||
+        (a->encoder.previous_command & 0x3FFF) != SPI_ANGLE || !s->loop_steps)
         return 0;
     int64_t since_ns = a->is_full ? a->full.node_ns : a->plant.node_ns, length_ns = a->law_next_ns - since_ns;
     if (length_ns != STEP_NS && length_ns != STEP_NS + 1) return 0;
@@ -50,38 +50,60 @@ static void fetch_axis(const hil_core *c, int axis)
 
 static void fetch_group(const hil_core *c, int group)
 {
-    if (c->groups[group].first_axis >= 0) fetch_axis(c, c->groups[group].first_axis);
+    if (c->groups[group].first_active >= 0) fetch_axis(c, c->groups[group].first_active);
 }
 
-/* As many control steps as all have to make. */
-static void run(hil_core *c, int is_full, const lane *lanes, int seated)
+/* Axes of either plant that wait for company. */
+typedef struct seating {
+    lane lanes[2][SEATS];
+    int seated[2];
+} seating;
+
+/* As many control steps as all of a plant have to make. Who has more to do keeps a seat. */
+static void run(hil_core *c, seating *s, int is_full)
 {
+    lane *lanes = s->lanes[is_full];
+    int seated = s->seated[is_full], left = 0;
     int64_t steps = lanes[0].steps;
     for (int i = 1; i < seated; i++) steps = least(steps, lanes[i].steps);
     (is_full ? HAVE(full_batch) : HAVE(simple_batch))(c, lanes, seated, steps);
+    for (int i = 0; i < seated; i++)
+        if (lanes[i].steps - steps > 1) lanes[left++] = (lane){lanes[i].axis, lanes[i].steps - steps};
+    s->seated[is_full] = left;
+}
+
+static void seat(hil_core *c, seating *s, hil_axis *a, int64_t end_ns)
+{
+    end_ns = least(end_ns, least(a->source.next_ns, a->watch_next_ns) - 1); /* what else happens comes in its turn */
+    if (a->law_next_ns > end_ns || !fits(a)) return;
+    int kind = a->is_full != 0;
+    /* As many as are due, or one less. */
+    s->lanes[kind][s->seated[kind]++] = (lane){a, (end_ns - a->law_next_ns) / (STEP_NS + 1) + 1};
+    if (s->seated[kind] == SEATS) run(c, s, kind);
+}
+
+static void seat_group(hil_core *c, seating *s, int group, int64_t end_ns)
+{
+    for (int i = c->groups[group].first_active, next; i >= 0; i = next) {
+        next = c->axes[i].next_active;
+        if (next >= 0) fetch_axis(c, next);
+        seat(c, s, &c->axes[i], end_ns);
+    }
 }
 
 void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
 {
-    lane lanes[2][SEATS]; /* of either plant */
-    int seated[2] = {0, 0};
+    seating s = {.seated = {0, 0}};
+    int64_t end_ns[BATCH_GROUPS];
     for (int k = 0; k < n && k < SEATS; k++) fetch_group(c, groups[k]);
     for (int k = 0; k < n; k++) {
         if (k + SEATS < n) fetch_group(c, groups[k + SEATS]);
-        hil_group *g = &c->groups[groups[k]];
-        if (g->first_axis < 0) continue;
-        hil_axis *a = &c->axes[g->first_axis];
-        int64_t end_ns = least(until_ns, g->horizon_ns);
-        end_ns = least(end_ns, least(a->source.next_ns, a->watch_next_ns) - 1); /* what else happens comes in its turn */
-        if (a->law_next_ns > end_ns || !fits(g, a)) continue;
-        int kind = a->is_full != 0;
-        /* As many as are due, or one less. */
-        lanes[kind][seated[kind]++] = (lane){a, (end_ns - a->law_next_ns) / (STEP_NS + 1) + 1};
-        if (seated[kind] < SEATS) continue;
-        run(c, kind, lanes[kind], SEATS);
-        seated[kind] = 0;
+        end_ns[k] = group_begin(c, groups[k], until_ns);
+        if (end_ns[k] < HIL_FOREVER) seat_group(c, &s, groups[k], end_ns[k]);
     }
     for (int kind = 0; kind < 2; kind++)
-        if (seated[kind] >= WORTH_IT) run(c, kind, lanes[kind], seated[kind]);
-    for (int k = 0; k < n; k++) hil_group_advance(c, groups[k], until_ns);
+        while (s.seated[kind] >= WORTH_IT) run(c, &s, kind);
+    for (int k = 0; k < n; k++)
+        if (end_ns[k] < HIL_FOREVER) group_end(c, groups[k], end_ns[k]);
+        else hil_group_advance(c, groups[k], until_ns);
 }

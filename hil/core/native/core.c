@@ -28,3 +28,13 @@ void core_stir(hil_core *c, int axis)
     a->next_active = g->first_active;
     g->first_active = axis;
 }
+
+void core_join(hil_core *c, int axis)
+{
+    hil_axis *a = &c->axes[axis];
+    hil_group *g = &c->groups[a->group];
+    if (a->is_joined) return;
+    a->is_joined = 1;
+    a->next_joined = g->first_joined;
+    g->first_joined = axis;
+}

@@ -5,6 +5,7 @@
 #include "state.h"
 
 void core_stir(hil_core *c, int axis); /* before anything is done to it: it may be idle no more */
+void core_join(hil_core *c, int axis); /* what it does may do something to another axis, or the other way round */
 void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value);
 
 /* *now_ns: its group's time. */

@@ -30,7 +30,7 @@ int hil_group_open(hil_core *c, int64_t now_ns)
     g->horizon_ns = now_ns; /* nothing runs before its firmware has said how far */
     g->reported = 1;
     g->open = 1;
-    g->first_axis = g->first_active = -1;
+    g->first_axis = g->first_active = g->first_joined = -1;
     if (atomic_load(&c->rt.running)) (void)rt_lock_group(c, group); /* what was refused was said at the start */
     if (group >= atomic_load(&c->groups_used)) atomic_store(&c->groups_used, group + 1);
     return group;
@@ -43,7 +43,7 @@ void hil_group_close(hil_core *c, int group)
        next, never enters it. It is free here if it was released before the thread stopped. */
     if (atomic_load(&g->owner) != GROUP_LOOP_THREAD) hil_group_acquire(c, group);
     for (int i = g->first_axis; i >= 0; i = c->axes[i].next_in_group) axis_close(&c->axes[i]);
-    g->first_axis = g->first_active = -1;
+    g->first_axis = g->first_active = g->first_joined = -1;
     g->open = 0;
     atomic_store(&c->due[group], 0);
 }
@@ -70,13 +70,31 @@ static int64_t run_active(hil_core *c, hil_group *g, int64_t span_ns, int64_t un
     return work;
 }
 
-/* The axis to which something happens next, -1 when nothing does up to and at until_ns; *at_ns is when. Of
+/* Axes that time has to be kept with, because they tell events or do something to others: all that are joined, and
+   those that tell something up to until_ns. */
+static void find_bound(hil_core *c, hil_group *g, int64_t until_ns)
+{
+    int *link = &g->first_bound;
+    for (int i = g->first_joined; i >= 0; i = c->axes[i].next_joined) {
+        *link = i;
+        link = &c->axes[i].next_bound;
+    }
+    for (int i = g->first_active; i >= 0; i = c->axes[i].next_active) {
+        hil_axis *a = &c->axes[i];
+        if (a->is_joined || !(a->is_telling || a->source.next_ns <= until_ns)) continue;
+        *link = i;
+        link = &a->next_bound;
+    }
+    *link = -1;
+}
+
+/* The bound axis to which something happens next, -1 when nothing does up to and at until_ns; *at_ns is when. Of
    several at the same time, the one that was opened first. */
-static int next_axis(const hil_core *c, int group, int64_t until_ns, int64_t *at_ns)
+static int next_bound(const hil_core *c, const hil_group *g, int64_t until_ns, int64_t *at_ns)
 {
     int next = -1;
     *at_ns = until_ns;
-    for (int i = c->groups[group].first_active; i >= 0; i = c->axes[i].next_active) {
+    for (int i = g->first_bound; i >= 0; i = c->axes[i].next_bound) {
         int64_t axis_ns = axis_next_ns(&c->axes[i]);
         if (axis_ns > *at_ns || axis_ns == HIL_FOREVER) continue;
         if (next >= 0 && axis_ns == *at_ns && c->axes[next].order < c->axes[i].order) continue;
@@ -86,29 +104,58 @@ static int next_axis(const hil_core *c, int group, int64_t until_ns, int64_t *at
     return next;
 }
 
-/* A group of one axis that will post no event. */
-static int is_quiet(const hil_core *c, const hil_group *g, int64_t until_ns)
-{
-    if (g->first_axis < 0) return 1;
-    const hil_axis *a = &c->axes[g->first_axis];
-    return a->next_in_group < 0 && !a->is_telling && a->source.next_ns > until_ns;
-}
-
 /* Whether events are waiting that time does not go past. */
 static int has_to_wait(const hil_group *g) { return g->stops | ring_is_filling(&g->events); }
+
+/* All that happens to bound axes, in time's order: what is left is each axis's own. Answers how far that was: less
+   where events are waiting. */
+static int64_t run_bound(hil_core *c, hil_group *g, int64_t until_ns, int64_t *work)
+{
+    int64_t at_ns;
+    find_bound(c, g, until_ns);
+    if (g->first_bound < 0) return until_ns;
+    for (int axis; (axis = next_bound(c, g, until_ns, &at_ns)) >= 0;) {
+        *work += axis_advance(c, &c->axes[axis], axis, at_ns);
+        if (has_to_wait(g)) until_ns = at_ns; /* what happens to the others at this time happens too */
+    }
+    return until_ns;
+}
 
 /* Less far where events are waiting. */
 static int64_t advance_slice(hil_core *c, int group, int64_t now_ns, int64_t until_ns, int64_t *work)
 {
     hil_group *g = &c->groups[group];
-    int64_t at_ns, span_ns = until_ns - now_ns;
-    for (int axis; !is_quiet(c, g, until_ns) && (axis = next_axis(c, group, until_ns, &at_ns)) >= 0;) {
-        *work += axis_advance(c, &c->axes[axis], axis, at_ns);
-        if (has_to_wait(g)) until_ns = at_ns; /* what happens to the others at this time happens too */
-    }
+    int64_t span_ns = until_ns - now_ns;
+    until_ns = run_bound(c, g, until_ns, work);
     *work += run_active(c, g, span_ns, until_ns);
     atomic_store_explicit(&g->now_ns, until_ns, memory_order_release);
     return until_ns;
+}
+
+/* Makes a group ready to go on from now_ns; 0: it may not, up to *until_ns or because events are waiting. */
+static int may_go_on(hil_group *g, int64_t now_ns, int64_t *until_ns)
+{
+    if (*until_ns > g->horizon_ns) *until_ns = g->horizon_ns;
+    if (*until_ns <= now_ns || ring_used(&g->events) >= (g->stops ? 1 : g->events.len / 2)) return 0;
+    g->stops = 0;
+    return 1;
+}
+
+int64_t group_begin(hil_core *c, int group, int64_t until_ns)
+{
+    hil_group *g = &c->groups[group];
+    int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed), work = 0;
+    if (!may_go_on(g, now_ns, &until_ns)) return HIL_FOREVER;
+    for (int i = g->first_active; i >= 0 && work < CALL_WORK; i = c->axes[i].next_active)
+        work += plant_work(&c->axes[i], until_ns - now_ns);
+    return work < CALL_WORK ? run_bound(c, g, until_ns, &work) : HIL_FOREVER;
+}
+
+void group_end(hil_core *c, int group, int64_t until_ns)
+{
+    hil_group *g = &c->groups[group];
+    (void)run_active(c, g, 0, until_ns);
+    atomic_store_explicit(&g->now_ns, until_ns, memory_order_release);
 }
 
 /* Whoever asks for years gets them in parts: between two calls signals are heard, and others have their turn. */
@@ -116,9 +163,7 @@ int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
 {
     hil_group *g = &c->groups[group];
     int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
-    if (until_ns > g->horizon_ns) until_ns = g->horizon_ns;
-    if (until_ns <= now_ns || ring_used(&g->events) >= (g->stops ? 1 : g->events.len / 2)) return now_ns;
-    g->stops = 0;
+    if (!may_go_on(g, now_ns, &until_ns)) return now_ns;
     for (int64_t work = 0; now_ns < until_ns && work < CALL_WORK && !has_to_wait(g);) {
         int is_short = until_ns - now_ns <= SLICE_NS || g->first_active < 0; /* nothing happens to idle axes */
         now_ns = advance_slice(c, group, now_ns, is_short ? until_ns : now_ns + SLICE_NS, &work);

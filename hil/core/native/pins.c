@@ -51,6 +51,8 @@ int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
     look(a, now_ns);
     if (outputs_join(o, &wire)) return -1;
     look(a, now_ns);
+    core_join(c, from_axis);
+    core_join(c, to_axis);
     core_stir(c, from_axis);
     pins_set(c, to_axis, to_pin, o->levels[from_pin], now_ns);
     return 0;

@@ -42,6 +42,8 @@ typedef struct hil_axis {
     int open, group, next_in_group; /* -1: the last of its group */
     int order;                  /* of its opening in the group, which decides ties */
     int is_active, next_active; /* -1: the last of the group's active ones */
+    int is_joined, next_joined; /* wired to another axis, or a part of a board with it, from then on; -1: the last such */
+    int next_bound;             /* of a list that lives in a call; -1: the last */
     int is_shown;               /* what is published is what it is, but for the time */
     const law *law;
     void *own;           /* the law's memory */
@@ -72,6 +74,7 @@ enum { GROUP_FREE, GROUP_LOOP_THREAD, GROUP_RT_THREAD };
 typedef struct hil_group {
     int open, first_axis; /* -1: none */
     int first_active;     /* of the axes that time does something to, in no order; -1: none */
+    int first_joined, first_bound; /* as first_active */
     _Atomic int owner;
     _Atomic int64_t now_ns;
     _Atomic int failed;

@@ -228,6 +228,7 @@ static int find_joints(hil_core *c, hil_axis *first)
         int place = a->order - first->order;
         if (place > WALTER_STEPPERS + 1) continue;
         of(a)->first = first;
+        core_join(c, i);
         if (place >= WALTER_STEPPERS || !of(a)->is_stepper) continue;
         of(first)->board.axes[place] = a;
         found++;

@@ -1,7 +1,9 @@
-/* Axes in lanes move as axes alone do, to the last bit: batch.c against hil_group_advance. */
+/* Axes in lanes move as axes alone do, to the last bit: batch.c against hil_group_advance, and against axes that keep
+   time with each other, step by step. */
 #include "../batch.h"
 #include "../batch_any.h"
 #include "../batch_avx2.h"
+#include "../core.h"
 #include "../law/servo.h"
 
 #include "fixture.h"
@@ -27,16 +29,48 @@ static hil_axis_params random_params(uint64_t *seed, int kind)
     return p;
 }
 
-static void open_axes(hil_core *c, uint64_t seed)
+static const hil_axis_params SAC = {
+    .law = HIL_LAW_SAC, .phase_current_A = 1, .inertia_kg_m2 = 5.4e-6, .viscous_Nm_s_per_rad = 0.0015,
+    .torque_constant_Nm_per_A = 0.155, .sense_resistor_ohm = 1, .rotor_teeth = 50,
+};
+static const motion_setup SETUP = {.steps_per_rev = 200, .slow_rpm = 10, .pulse_us = 30, .interrupt_overhead_us = 8,
+                                   .is_clock_internal = 1, .ops = 36, .external_clock_Hz = 1000000};
+
+static int is_servo(const hil_core *c, int axis) { return c->axes[axis].law == &mechaduino_law; }
+
+static void open_servo(hil_core *c, int group, uint64_t *seed)
 {
-    for (int i = 0; i < AXES; i++) {
-        hil_axis_params p = random_params(&seed, (int)random_below(&seed, 2));
-        int axis = hil_axis_open(c, open_group(c, 0), &p);
-        identity_table(hil_axis_table(c, axis));
-        for (int k = 0; k < HIL_TABLE_LEN; k++)
-            hil_axis_table(c, axis)[k] += (float)random_below(&seed, 100) / 1000;
-        hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
+    hil_axis_params p = random_params(seed, (int)random_below(seed, 2));
+    int axis = hil_axis_open(c, group, &p);
+    identity_table(hil_axis_table(c, axis));
+    for (int k = 0; k < HIL_TABLE_LEN; k++) hil_axis_table(c, axis)[k] += (float)random_below(seed, 100) / 1000;
+    hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
+}
+
+/* A SAC, wired to any axis of its group, itself too. */
+static void open_sac(hil_core *c, int group, int first, uint64_t *seed)
+{
+    static const motion_entry MOVE = {.steps = 40, .rpm = 120, .cycle_us = 2500, .acc_hundredths = 200, .dec_hundredths = 200};
+    int axis = hil_axis_open(c, group, &SAC), to = first + (int)random_below(seed, axis - first + 1);
+    hil_motion_setup(c, axis, &SETUP);
+    hil_motion_write(c, axis, 1, &MOVE);
+    hil_axis_do(c, axis, HIL_MOTION_REPORT, (double)random_below(seed, 2), 0, 0);
+    if (random_below(seed, 2)) hil_wire(c, axis, random_below(seed, 2) ? HIL_OUT_CLK : HIL_OUT_OP_SA, to, 1);
+}
+
+/* In groups of one to `most`. Answers how many groups. */
+static int open_axes(hil_core *c, uint64_t seed, int64_t most)
+{
+    int group = -1;
+    for (int i = 0, first = 0; i < AXES; i++) {
+        if (group < 0 || i - first == most || random_below(&seed, most) == 0) {
+            group = open_group(c, 0);
+            first = i;
+        }
+        if (most > 1 && random_below(&seed, 6) == 0) open_sac(c, group, first, &seed);
+        else open_servo(c, group, &seed);
     }
+    return group + 1;
 }
 
 /* Something new for one axis, of all that a firmware or a test can do. */
@@ -47,6 +81,11 @@ static void disturb(hil_core *c, int axis, uint64_t *seed)
     double number = (double)random_below(seed, 2000) - 1000;
     const hil_edges edges = {.at_ns = random_below(seed, 1000000), .pin = 1, .steps = 1 + random_below(seed, 300),
                              .duration_ns = 1 + random_below(seed, 20000000)};
+    if (!is_servo(c, axis)) {
+        if (random_below(seed, 3)) hil_axis_do(c, axis, HIL_MOTION_ENQUEUE, 1, 0, 0);
+        else hil_axis_do(c, axis, HIL_MOTION_STOP, -1, 0, 0);
+        return;
+    }
     switch (random_below(seed, 14)) {
     case 0: hil_axis_loop(c, axis, 0); break;
     case 1: hil_axis_set(c, axis, HIL_FIELD_mode, MODES[random_below(seed, 6)]); break;
@@ -66,7 +105,7 @@ static void disturb(hil_core *c, int axis, uint64_t *seed)
     if (random_below(seed, 3)) hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
 }
 
-static void check_same(hil_core *batched, hil_core *alone)
+static void check_same(hil_core *batched, hil_core *alone, int groups)
 {
     hil_event one, other;
     for (int i = 0; i < AXES; i++) {
@@ -74,51 +113,67 @@ static void check_same(hil_core *batched, hil_core *alone)
         hil_axis_snapshot(batched, i, &a);
         hil_axis_snapshot(alone, i, &b);
         CHECK(!memcmp(&a, &b, sizeof a));
-        while (hil_group_take_event(alone, i, &one)) {
-            CHECK_INT(hil_group_take_event(batched, i, &other), 1);
-            CHECK(one.at_ns == other.at_ns && one.value == other.value);
-        }
-        CHECK_INT(hil_group_take_event(batched, i, &other), 0);
         while (hil_axis_take_samples(alone, i, 0, &a, 1)) {
             CHECK_INT(hil_axis_take_samples(batched, i, 0, &b, 1), 1);
             CHECK(!memcmp(&a, &b, sizeof a));
         }
         CHECK_INT(hil_axis_take_samples(batched, i, 0, &b, 1), 0);
     }
+    for (int i = 0; i < groups; i++) {
+        while (hil_group_take_event(alone, i, &one)) {
+            CHECK_INT(hil_group_take_event(batched, i, &other), 1);
+            CHECK(one.at_ns == other.at_ns && one.value == other.value && one.axis == other.axis && one.kind == other.kind);
+        }
+        CHECK_INT(hil_group_take_event(batched, i, &other), 0);
+    }
+}
+
+/* One is moved in lanes, the other alone; if they are to keep time, all axes of a group in time's order. */
+static void compare(uint64_t round, int64_t most, int keeps_time)
+{
+    hil_core *batched = new_core(AXES), *alone = new_core(AXES);
+    int n = open_axes(batched, round, most), groups[AXES];
+    CHECK_INT(open_axes(alone, round, most), n);
+    uint64_t plan = round, a = 3, b = 3;
+    int64_t now_ns = 0;
+    for (int i = 0; i < n; i++) groups[i] = i;
+    for (int i = 0; i < AXES && keeps_time; i++) core_join(alone, i);
+    for (int i = 0; i < AXES; i++) { /* steps at times of their own */
+        now_ns += random_below(&plan, 100000);
+        for (int k = 0; k < n; k++) {
+            hil_group_advance(batched, k, now_ns);
+            hil_group_advance(alone, k, now_ns);
+        }
+        hil_axis_loop(batched, i, 1);
+        hil_axis_loop(alone, i, 1);
+    }
+    for (int turn = 0; turn < 400; turn++) {
+        now_ns += random_below(&plan, random_below(&plan, 20) ? 3000000 : 50000000);
+        batch_advance(batched, groups, n, now_ns);
+        for (int i = 0; i < n; i++) hil_group_advance(alone, i, now_ns);
+        check_same(batched, alone, n);
+        int axis = (int)random_below(&plan, AXES);
+        if (turn % 3) continue;
+        disturb(batched, axis, &a);
+        disturb(alone, axis, &b);
+    }
+    hil_core_free(batched);
+    hil_core_free(alone);
 }
 
 static void lanes_are_as_axes_alone(void)
 {
-    int groups[AXES];
-    for (int i = 0; i < AXES; i++) groups[i] = i;
-    for (uint64_t round = 1; round <= 6; round++) {
-        hil_core *batched = new_core(AXES), *alone = new_core(AXES);
-        open_axes(batched, round);
-        open_axes(alone, round);
-        uint64_t plan = round, a = 3, b = 3;
-        int64_t now_ns = 0;
-        for (int i = 0; i < AXES; i++) { /* steps at times of their own */
-            now_ns += random_below(&plan, 100000);
-            for (int k = 0; k < AXES; k++) {
-                hil_group_advance(batched, k, now_ns);
-                hil_group_advance(alone, k, now_ns);
-            }
-            hil_axis_loop(batched, i, 1);
-            hil_axis_loop(alone, i, 1);
-        }
-        for (int turn = 0; turn < 400; turn++) {
-            now_ns += random_below(&plan, 3000000);
-            batch_advance(batched, groups, AXES, now_ns);
-            for (int i = 0; i < AXES; i++) hil_group_advance(alone, i, now_ns);
-            check_same(batched, alone);
-            int axis = (int)random_below(&plan, AXES);
-            if (turn % 3) continue;
-            disturb(batched, axis, &a);
-            disturb(alone, axis, &b);
-        }
-        hil_core_free(batched);
-        hil_core_free(alone);
-    }
+    for (uint64_t round = 1; round <= 4; round++) compare(round, 1, 0);
+}
+
+static void lanes_of_a_group_are_as_axes_alone(void)
+{
+    for (uint64_t round = 1; round <= 3; round++) compare(round, 12, 0);
+}
+
+static void lanes_of_a_group_are_as_axes_in_times_order(void)
+{
+    for (uint64_t round = 4; round <= 6; round++) compare(round, AXES, 1);
 }
 
 /* Both kinds of code for lanes, whichever this processor would choose. */
@@ -165,5 +220,7 @@ static void narrow_and_wide_are_the_same(void)
 void batch_tests(void)
 {
     RUN(lanes_are_as_axes_alone);
+    RUN(lanes_of_a_group_are_as_axes_alone);
+    RUN(lanes_of_a_group_are_as_axes_in_times_order);
     RUN(narrow_and_wide_are_the_same);
 }
