@@ -1,8 +1,12 @@
 /* What an axis-tick costs in the core: AXES groups of one axis, each with its own table, in closed loop with
    set-points that move as in reference_axis.c. Taken a millisecond further at a time, as the real-time thread does.
 
-   axis_cost AXES TICKS simple|full       prints ns per axis-tick, wall's time; control steps of an axis; degrees of axis 0
-   axis_cost AXES SECONDS simple|full rt  prints the real-time thread's share of a core; control steps of axis 0 a second */
+   axis_cost AXES TICKS simple|full virtual [TOGETHER]   prints ns of CPU time per axis-tick; control steps of an axis;
+                                                         degrees of axis 0
+   axis_cost AXES SECONDS simple|full rt [TOGETHER]      prints the real-time thread's share of a core; control steps of
+                                                         axis 0 a second
+
+   TOGETHER: axes a group, 1 without it. */
 #define _GNU_SOURCE
 #include <pthread.h>
 #include <stdio.h>
@@ -39,19 +43,19 @@ static double seconds(clockid_t clock)
 static void move(hil_core *c, int axes, int64_t tick, int owned)
 {
     for (int i = 0; i < axes; i++) {
-        if (!owned) hil_group_acquire(c, i);
+        if (!owned) hil_group_acquire(c, c->axes[i].group);
         hil_axis_set(c, i, HIL_FIELD_r, (double)((tick / MOVE_TICKS + i) % 8 * 45));
-        if (!owned) hil_group_release(c, i);
+        if (!owned) hil_group_release(c, c->axes[i].group);
     }
 }
 
-static hil_core *build(int axes, hil_axis_params params)
+static hil_core *build(int axes, int together, hil_axis_params params)
 {
     int fd;
     hil_core *c = hil_core_new(axes, &fd);
     if (!c) exit(2);
     for (int i = 0; i < axes; i++) {
-        int group = hil_group_open(c, 0);
+        int group = i % together ? c->axes[i - 1].group : hil_group_open(c, 0);
         hil_group_set_horizon(c, group, HIL_FOREVER);
         params.seed = (uint64_t)i;
         if (hil_axis_open(c, group, &params) != i) exit(2);
@@ -64,18 +68,18 @@ static hil_core *build(int axes, hil_axis_params params)
 
 static void print_tick_ns(hil_core *c, int axes, int64_t ticks)
 {
-    int *groups = malloc((size_t)axes * sizeof *groups);
-    for (int i = 0; i < axes; i++) groups[i] = i;
+    int n = c->groups_used, *groups = malloc((size_t)n * sizeof *groups);
+    for (int i = 0; i < n; i++) groups[i] = i;
     int64_t now_ns = 0, moved = -1, done = 0;
-    double began_s = seconds(CLOCK_MONOTONIC);
+    double began_s = seconds(CLOCK_PROCESS_CPUTIME_ID);
     for (; done < ticks; done = (int64_t)hil_axis_get(c, 0, HIL_FIELD_control_steps)) {
         if (done / MOVE_TICKS != moved) move(c, axes, done, 1);
         moved = done / MOVE_TICKS;
         now_ns += WAKE_NS;
-        for (int i = 0; i < axes; i += BATCH_GROUPS)
-            batch_advance(c, groups + i, axes - i < BATCH_GROUPS ? axes - i : BATCH_GROUPS, now_ns);
+        for (int i = 0; i < n; i += BATCH_GROUPS)
+            batch_advance(c, groups + i, n - i < BATCH_GROUPS ? n - i : BATCH_GROUPS, now_ns);
     }
-    double took_s = seconds(CLOCK_MONOTONIC) - began_s;
+    double took_s = seconds(CLOCK_PROCESS_CPUTIME_ID) - began_s;
     free(groups);
     int64_t least = done, most = done;
     for (int i = 0; i < axes; i++) {
@@ -89,7 +93,7 @@ static void print_tick_ns(hil_core *c, int axes, int64_t ticks)
 
 static void print_real_time_share(hil_core *c, int axes, int64_t run_s)
 {
-    for (int i = 0; i < axes; i++) hil_group_release(c, i);
+    for (int i = 0; i < c->groups_used; i++) hil_group_release(c, i);
     hil_rt_options options = {.period_ns = WAKE_NS, .speed = 1, .priority = 10, .cpu = -1};
     if (hil_rt_start(c, &options)) exit(2);
     clockid_t clock;
@@ -112,7 +116,7 @@ static void print_real_time_share(hil_core *c, int axes, int64_t run_s)
     hil_rt_stats_read(c, &stats);
     hil_rt_stop(c);
     double lag_ns = 0;
-    for (int i = 0; i < axes; i++) {
+    for (int i = 0; i < c->groups_used; i++) {
         double behind_ns = (double)stats.elapsed_ns - (double)hil_group_now(c, i);
         lag_ns = behind_ns > lag_ns ? behind_ns : lag_ns;
     }
@@ -123,13 +127,11 @@ static void print_real_time_share(hil_core *c, int axes, int64_t run_s)
 
 int main(int argc, char **argv)
 {
-    if (argc < 4) return 2;
-    int axes = atoi(argv[1]);
-    hil_core *c = build(axes, strcmp(argv[3], "full") ? SIMPLE : FULL);
-    if (argc > 4)
-        print_real_time_share(c, axes, atoll(argv[2]));
-    else
-        print_tick_ns(c, axes, atoll(argv[2]));
+    if (argc < 5) return 2;
+    int axes = atoi(argv[1]), together = argc > 5 ? atoi(argv[5]) : 1;
+    hil_core *c = build(axes, together, strcmp(argv[3], "full") ? SIMPLE : FULL);
+    if (!strcmp(argv[4], "rt")) print_real_time_share(c, axes, atoll(argv[2]));
+    else print_tick_ns(c, axes, atoll(argv[2]));
     hil_core_free(c);
     return 0;
 }

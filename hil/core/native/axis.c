@@ -23,6 +23,13 @@ int64_t axis_next_ns(const hil_axis *a)
     return a->watch_next_ns < next_ns ? a->watch_next_ns : next_ns;
 }
 
+int64_t axis_tells_ns(const hil_axis *a)
+{
+    if (a->is_joined || !a->law->tells_ns) return axis_next_ns(a);
+    int64_t tells_ns = a->law->tells_ns(a);
+    return a->source.next_ns < tells_ns ? a->source.next_ns : tells_ns;
+}
+
 int64_t axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
 {
     int64_t work = 0;

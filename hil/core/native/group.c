@@ -88,14 +88,14 @@ static void find_bound(hil_core *c, hil_group *g, int64_t until_ns)
     *link = -1;
 }
 
-/* The bound axis to which something happens next, -1 when nothing does up to and at until_ns; *at_ns is when. Of
-   several at the same time, the one that was opened first. */
+/* The bound axis that others could hear of next, -1 when they hear of none up to and at until_ns; *at_ns is when, at the
+   earliest. Of several at the same time, the one that was opened first. */
 static int next_bound(const hil_core *c, const hil_group *g, int64_t until_ns, int64_t *at_ns)
 {
     int next = -1;
     *at_ns = until_ns;
     for (int i = g->first_bound; i >= 0; i = c->axes[i].next_bound) {
-        int64_t axis_ns = axis_next_ns(&c->axes[i]);
+        int64_t axis_ns = axis_tells_ns(&c->axes[i]);
         if (axis_ns > *at_ns || axis_ns == HIL_FOREVER) continue;
         if (next >= 0 && axis_ns == *at_ns && c->axes[next].order < c->axes[i].order) continue;
         next = i;

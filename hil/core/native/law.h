@@ -18,6 +18,7 @@ struct law {
     /* Does all that is due up to and at until_ns, which is not before law_next_ns. Returns the number of
        things done, less one. */
     int64_t (*step)(hil_core *c, hil_axis *a, int64_t until_ns);
+    int64_t (*tells_ns)(const hil_axis *a); /* it posts no event of its own before. NULL: before its next step */
     void (*drive)(hil_axis *a); /* at a node: the currents that it has told before, as a fault has begun or ended */
     void (*turn)(hil_axis *a); /* at a node, when is_turned: the currents of now. NULL: it never is */
     void (*pin)(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns); /* a level, which may be as it was */

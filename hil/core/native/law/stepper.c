@@ -118,6 +118,12 @@ static void settle(hil_core *c, hil_axis *a, counts was, int64_t at_ns)
     plan(a, at_ns);
 }
 
+static int64_t tells_ns(const hil_axis *a)
+{
+    const stepper *s = a->own;
+    return to_ns(motion_tells(&s->motion));
+}
+
 static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
 {
     stepper *s = a->own;
@@ -320,6 +326,7 @@ const law sac_law = {
     .close = close_stepper,
     .power_up = power_up,
     .step = step,
+    .tells_ns = tells_ns,
     .drive = drive,
     .turn = apply_currents,
     .pin = set_pin,

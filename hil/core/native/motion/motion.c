@@ -6,7 +6,8 @@
 #include "profile.h"
 #include "queue.h"
 
-enum { LOAD = 32, NO_RAMP = 99900 }; /* LOAD: 16 us to load a command that is no seamless continuation */
+/* LOAD: 16 us to load a command that is no seamless continuation; LEAST: of a pulse's period */
+enum { LOAD = 32, LEAST = 4, NO_RAMP = 99900 };
 
 static void rest(motion *m)
 {
@@ -102,20 +103,31 @@ static int64_t pulse_period(const motion *m)
 }
 
 /* From there to simulated time: the external clock's rate, and the calibration of each pulse. */
-static int64_t real_period(motion *m, int64_t period)
+static int64_t real_period(const motion *m, int64_t period, int64_t *rest)
 {
     const motion_setup *s = &m->setup;
     int64_t correction = 2 * (s->clock_correction_us - s->interrupt_overhead_us + 8);
     if (!s->is_clock_internal && m->clock_Hz >= 0) {
-        __int128 scaled = (__int128)period * s->external_clock_Hz + m->rest;
+        __int128 scaled = (__int128)period * s->external_clock_Hz + *rest;
         period = (int64_t)(scaled / m->clock_Hz);
-        m->rest = (int64_t)(scaled % m->clock_Hz);
+        *rest = (int64_t)(scaled % m->clock_Hz);
     }
     period += correction;
-    return period < 4 ? 4 : period;
+    return period < LEAST ? LEAST : period;
 }
 
 static int is_clock_dead(const motion *m) { return !m->setup.is_clock_internal && m->clock_Hz == 0; }
+
+int64_t motion_tells(const motion *m)
+{
+    int64_t next = motion_next(m), rest = 0;
+    if (!is_running(m) || m->preempt_at != MOTION_NEVER || next == MOTION_NEVER || is_clock_dead(m)) return next;
+    if (m->cruise_left < 0) return MOTION_NEVER;
+    /* A pulse is no shorter than its share of a cruise's step, or than all may be. */
+    int64_t period = real_period(m, 2 * profile_period(m, m->now.cycle_us) >> m->setup.microstep_exponent, &rest);
+    __int128 tells = next + (__int128)m->cruise_left * period + (__int128)(m->accel_left + m->decel_left) * LEAST;
+    return tells < MOTION_NEVER ? (int64_t)tells : MOTION_NEVER;
+}
 
 /* A pulse rises; m->next becomes the end of its period. */
 static void pulse(motion *m, int64_t now)
@@ -144,7 +156,7 @@ static void pulse(motion *m, int64_t now)
             m->period_us = profile_period(m, ramp_next_us(&m->decel));
         m->decel_left--;
     }
-    int64_t period = real_period(m, pulse_period(m));
+    int64_t period = real_period(m, pulse_period(m), &m->rest);
     m->pulse = (m->pulse + 1) & ((1 << j) - 1);
     m->fall_after = 2 * m->setup.pulse_us < period - 2 ? 2 * m->setup.pulse_us : period - 2;
     if (m->fall_after < 1) m->fall_after = 1;

@@ -11,6 +11,7 @@
 void motion_init(motion *m, const motion_setup *setup); /* power-up: an empty queue, standing by */
 void motion_configure(motion *m, const motion_setup *setup, int64_t now); /* ends all motion */
 int64_t motion_next(const motion *m); /* when something happens next; MOTION_NEVER: not by itself */
+int64_t motion_tells(const motion *m); /* no command begins or ends before; MOTION_NEVER: none does by itself */
 int motion_run(motion *m);            /* what happens then; 1: a pulse */
 
 void motion_enqueue(motion *m, int slot, int64_t now);

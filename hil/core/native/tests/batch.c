@@ -50,12 +50,20 @@ static void open_servo(hil_core *c, int group, uint64_t *seed)
 /* A SAC, wired to any axis of its group, itself too. */
 static void open_sac(hil_core *c, int group, int first, uint64_t *seed)
 {
-    static const motion_entry MOVE = {.steps = 40, .rpm = 120, .cycle_us = 2500, .acc_hundredths = 200, .dec_hundredths = 200};
     int axis = hil_axis_open(c, group, &SAC), to = first + (int)random_below(seed, axis - first + 1);
-    hil_motion_setup(c, axis, &SETUP);
-    hil_motion_write(c, axis, 1, &MOVE);
-    hil_axis_do(c, axis, HIL_MOTION_REPORT, (double)random_below(seed, 2), 0, 0);
-    if (random_below(seed, 2)) hil_wire(c, axis, random_below(seed, 2) ? HIL_OUT_CLK : HIL_OUT_OP_SA, to, 1);
+    motion_setup setup = SETUP;
+    motion_entry move = {.rpm = 100 + (uint32_t)random_below(seed, 900), .acc_hundredths = 20000, .dec_hundredths = 200};
+    move.cycle_us = 300000 / move.rpm;
+    move.steps = (uint32_t)random_below(seed, 12);
+    move.is_pulses = random_below(seed, 2) != 0;
+    move.is_linear = random_below(seed, 2) != 0;
+    setup.microstep_exponent = (int32_t)random_below(seed, 5);
+    setup.is_clock_internal = random_below(seed, 2) != 0;
+    hil_motion_setup(c, axis, &setup);
+    hil_axis_set(c, axis, HIL_FIELD_clock_Hz, 900000 + (double)random_below(seed, 200000));
+    hil_motion_write(c, axis, 1, &move);
+    hil_axis_do(c, axis, HIL_MOTION_REPORT, (double)random_below(seed, 4), 0, 0);
+    if (random_below(seed, 3) == 0) hil_wire(c, axis, random_below(seed, 2) ? HIL_OUT_CLK : HIL_OUT_OP_SA, to, 1);
 }
 
 /* In groups of one to `most`. Answers how many groups. */
@@ -82,8 +90,9 @@ static void disturb(hil_core *c, int axis, uint64_t *seed)
     const hil_edges edges = {.at_ns = random_below(seed, 1000000), .pin = 1, .steps = 1 + random_below(seed, 300),
                              .duration_ns = 1 + random_below(seed, 20000000)};
     if (!is_servo(c, axis)) {
-        if (random_below(seed, 3)) hil_axis_do(c, axis, HIL_MOTION_ENQUEUE, 1, 0, 0);
-        else hil_axis_do(c, axis, HIL_MOTION_STOP, -1, 0, 0);
+        if (random_below(seed, 3) == 0) hil_axis_do(c, axis, HIL_MOTION_STOP, -1, 0, 0);
+        for (int i = 0; i < AXES; i++) /* so that several end in one turn */
+            if (!is_servo(c, i)) hil_axis_do(c, i, HIL_MOTION_ENQUEUE, 1, 0, 0);
         return;
     }
     switch (random_below(seed, 14)) {
@@ -153,7 +162,7 @@ static void compare(uint64_t round, int64_t most, int keeps_time)
         for (int i = 0; i < n; i++) hil_group_advance(alone, i, now_ns);
         check_same(batched, alone, n);
         int axis = (int)random_below(&plan, AXES);
-        if (turn % 3) continue;
+        if (turn % 3 && is_servo(alone, axis)) continue;
         disturb(batched, axis, &a);
         disturb(alone, axis, &b);
     }
