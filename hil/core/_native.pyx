@@ -86,8 +86,38 @@ cdef class NativeCore:
         cdef int64_t now_ns
         hil_group_set_horizon(self.core, group, horizon_ns)
         with nogil:
-            now_ns = hil_group_advance(self.core, group, until_ns)
+            hil_groups_advance(self.core, &group, 1, until_ns)
+        now_ns = hil_group_now(self.core, group)
         return now_ns, hil_group_has_news(self.core, group) != 0
+
+    def advance_groups(self, list groups, list horizons, int64_t until_ns):
+        """As ``advance`` for several groups at once. Answers the places in ``groups`` of those that have come to
+        their horizon, have something to look at, or have further to go."""
+        cdef int n = <int>len(groups), i
+        cdef int64_t now_ns
+        cdef int *ids = <int *>malloc(max(n, 1) * sizeof(int))
+        if ids is NULL:
+            raise MemoryError("no memory for the groups")
+        try:
+            for i in range(n):
+                ids[i] = groups[i]
+                hil_group_set_horizon(self.core, ids[i], horizons[i])
+            with nogil:
+                hil_groups_advance(self.core, ids, n, until_ns)
+            found = []
+            for i in range(n):
+                now_ns = hil_group_now(self.core, ids[i])
+                if now_ns < until_ns or now_ns >= <int64_t>horizons[i] or hil_group_has_news(self.core, ids[i]):
+                    found.append(i)
+            return found
+        finally:
+            free(ids)
+
+    def has_news(self, int group):
+        return hil_group_has_news(self.core, group) != 0
+
+    def is_quiet(self, int group):
+        return hil_group_is_quiet(self.core, group) != 0
 
     def now(self, int group):
         return hil_group_now(self.core, group)

@@ -183,6 +183,8 @@ cdef extern from "native/hil_core.h" nogil:
     int64_t hil_axis_bytes(hil_law law)
     void hil_axis_power_up(hil_core *c, int axis)
     int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns)
+    void hil_groups_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
+    int hil_group_is_quiet(const hil_core *c, int group)
     int64_t hil_group_now(const hil_core *c, int group)
     void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns)
     int hil_group_failed(const hil_core *c, int group)

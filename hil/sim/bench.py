@@ -17,6 +17,7 @@ from hil.sim.client_tap import ClientTap
 from hil.sim.faults.in_force import Faults
 from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
+from hil.sim.groups_together import advance_together
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
@@ -341,9 +342,13 @@ class BenchRuntime:
     # ---- time ----
 
     def advance(self, until_ns: SimTimeNs) -> None:
-        """Take every group to ``until_ns``, in virtual time."""
-        for group in self._groups.values():
-            group.advance(until_ns)
+        """Take every group to ``until_ns``, in virtual time. What their firmwares do comes in the order of
+        times, and at one time in that of the devices of which each group has the first."""
+        groups = [*self._groups.values()]
+        if len(groups) == 1:
+            groups[0].advance(until_ns)
+        elif groups:
+            advance_together(self.core, groups, until_ns)
         self._now_ns = max(self._now_ns, until_ns)
 
     def stop(self) -> None:

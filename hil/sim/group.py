@@ -4,6 +4,7 @@ The core runs the axes up to the group's horizon, the earliest time at which a f
 firmware runs at exactly that time; and so on. This loop is the same in real and in virtual time.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from heapq import heappop, heappush
 
@@ -84,6 +85,8 @@ class Group:
         """Twin of each axis, and the axis's name there."""
         self._due = self._due_times()
         """Due times of the devices by their indices. Only used with several devices."""
+        self._events = deque[tuple[SimTimeNs, int, str, float]]()
+        """Events that no firmware has heard of yet, between ``turn_ns`` and ``take_turn``."""
 
     def add(self, device: Twin) -> None:
         self._index[device] = len(self.devices)
@@ -147,6 +150,24 @@ class Group:
             if is_over and asks and self.due_ns > now_ns and is_over():
                 return  # all of this time has happened: an input that comes now comes after it
 
+    def turn_ns(self) -> SimTimeNs:
+        """Time of what its firmwares have to do next, as far as the core has come; FOREVER: nothing yet."""
+        if self._native.has_news(self.id):
+            self._events += self._core.take_events(self.id)
+            self._check_ring()
+        now_ns = self.now_ns
+        if self._events:
+            return self._events[0][0]
+        return now_ns if self.due_ns <= now_ns else FOREVER
+
+    def take_turn(self) -> None:
+        """Let firmwares do what ``turn_ns`` has told the time of, and no more."""
+        if self._events:
+            self._interrupt(*self._events.popleft())
+            self._check_ring()
+        else:
+            self._step(self.now_ns)
+
     def wait_until(self, until_ns: SimTimeNs) -> SimTimeNs:
         """Run axes, no firmware, up to ``until_ns`` or until a firmware has to run; answers the time."""
         self._native.advance(self.id, self.due_ns, until_ns)
@@ -188,11 +209,18 @@ class Group:
             self._due.add(device.due_ns if at_ns is None else at_ns, self._index[device])
 
     def _interrupts(self) -> None:
-        for at_ns, axis, kind, value in self._core.take_events(self.id):
-            device, name = self._axes[axis]
-            device.interrupt(CoreEvent(at_ns, name, kind, value))
-            self.note_due(device)
-        if self._native.failed(self.id):
+        for event in self._core.take_events(self.id):
+            self._interrupt(*event)
+        self._check_ring()
+
+    def _interrupt(self, at_ns: SimTimeNs, axis: int, kind: str, value: float) -> None:
+        device, name = self._axes[axis]
+        device.interrupt(CoreEvent(at_ns, name, kind, value))
+        self.note_due(device)
+
+    def _check_ring(self) -> None:
+        """Let the devices fail when events were lost, after they have heard those that were not."""
+        if not self._events and self._native.failed(self.id):
             for device in self.devices:
                 if not device.failed:
                     device.power.fail("the ring of its interrupts' events overflowed")

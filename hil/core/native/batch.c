@@ -14,6 +14,7 @@
 #define HAVE(name) name##_any
 #endif
 
+#define CALL_ROUNDS 10 /* of one call of hil_groups_advance: between two calls signals are heard */
 #define WORTH_IT 4 /* axes: all lanes together take the time of three or four axes alone */
 
 /* Whether nothing but control steps is due to an axis until then: its encoder on its shaft, no step response to be
@@ -99,11 +100,40 @@ void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
     for (int k = 0; k < n; k++) {
         if (k + SEATS < n) fetch_group(c, groups[k + SEATS]);
         end_ns[k] = group_begin(c, groups[k], until_ns);
-        if (end_ns[k] < HIL_FOREVER) seat_group(c, &s, groups[k], end_ns[k]);
+        if (end_ns[k] >= 0) seat_group(c, &s, groups[k], end_ns[k]);
     }
     for (int kind = 0; kind < 2; kind++)
         while (s.seated[kind] >= WORTH_IT) run(c, &s, kind);
     for (int k = 0; k < n; k++)
-        if (end_ns[k] < HIL_FOREVER) group_end(c, groups[k], end_ns[k]);
-        else hil_group_advance(c, groups[k], until_ns);
+        if (end_ns[k] >= 0) group_end(c, groups[k], end_ns[k]);
+}
+
+/* Fewer axes move than lanes are worth. */
+static int is_few(const hil_core *c, int group)
+{
+    int n = 0;
+    for (int i = c->groups[group].first_active; i >= 0 && n < WORTH_IT; i = c->axes[i].next_active) n++;
+    return n < WORTH_IT;
+}
+
+static int can_go_on(const hil_core *c, int group, int64_t until_ns)
+{
+    const hil_group *g = &c->groups[group];
+    int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
+    return now_ns < until_ns && now_ns < g->horizon_ns && !ring_used(&g->events);
+}
+
+void hil_groups_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
+{
+    if (n == 1 && is_few(c, groups[0])) {
+        hil_group_advance(c, groups[0], until_ns);
+        return;
+    }
+    int goes_on = 1;
+    for (int round = 0; round < CALL_ROUNDS && goes_on; round++) {
+        for (int i = 0; i < n; i += BATCH_GROUPS)
+            batch_advance(c, groups + i, n - i < BATCH_GROUPS ? n - i : BATCH_GROUPS, until_ns);
+        goes_on = 0;
+        for (int i = 0; i < n && !goes_on; i++) goes_on = can_go_on(c, groups[i], until_ns);
+    }
 }

@@ -12,6 +12,7 @@
    after each slice of simulated time, in which a board can do only so much. */
 #define CALL_WORK 100000
 #define SLICE_NS 4000000
+#define MOST_NS 100000000 /* where it is not looked at */
 
 int hil_group_open(hil_core *c, int64_t now_ns)
 {
@@ -145,10 +146,17 @@ int64_t group_begin(hil_core *c, int group, int64_t until_ns)
 {
     hil_group *g = &c->groups[group];
     int64_t now_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed), work = 0;
-    if (!may_go_on(g, now_ns, &until_ns)) return HIL_FOREVER;
-    for (int i = g->first_active; i >= 0 && work < CALL_WORK; i = c->axes[i].next_active)
-        work += plant_work(&c->axes[i], until_ns - now_ns);
-    return work < CALL_WORK ? run_bound(c, g, until_ns, &work) : HIL_FOREVER;
+    if (!may_go_on(g, now_ns, &until_ns)) return -1;
+    if (g->first_active < 0) return until_ns;
+    if (until_ns - now_ns > MOST_NS) until_ns = now_ns + MOST_NS;
+    int64_t span_ns = until_ns - now_ns;
+    for (int i = g->first_active; i >= 0; i = c->axes[i].next_active) work += plant_work(&c->axes[i], span_ns);
+    if (work > CALL_WORK && span_ns > SLICE_NS) {
+        int64_t less_ns = span_ns / (work / CALL_WORK + 1);
+        until_ns = now_ns + (less_ns < SLICE_NS ? SLICE_NS : less_ns);
+    }
+    work = 0;
+    return run_bound(c, g, until_ns, &work);
 }
 
 void group_end(hil_core *c, int group, int64_t until_ns)
@@ -175,6 +183,16 @@ void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns)
 {
     c->groups[group].horizon_ns = horizon_ns;
     c->groups[group].reported = 0;
+}
+
+int hil_group_is_quiet(const hil_core *c, int group)
+{
+    const hil_group *g = &c->groups[group];
+    for (int i = g->first_active; i >= 0; i = c->axes[i].next_active) {
+        const hil_axis *a = &c->axes[i];
+        if (a->is_telling || a->is_joined || a->source.next_ns < HIL_FOREVER) return 0;
+    }
+    return 1;
 }
 
 int hil_group_failed(const hil_core *c, int group)

@@ -31,6 +31,9 @@ void hil_axis_power_up(hil_core *c, int axis); /* cold start; shaft, table, inpu
    time reached; earlier than that when the event ring is half full (drain it and call again: until then
    time stands still), and when it has done as much as one call does, some milliseconds' work (call again). */
 int64_t hil_group_advance(hil_core *c, int group, int64_t until_ns);
+/* As hil_group_advance for each of n groups: their axes move together. */
+void hil_groups_advance(hil_core *c, const int *groups, int n, int64_t until_ns);
+int hil_group_is_quiet(const hil_core *c, int group);    /* 1: it will post no event before its firmware has run */
 int64_t hil_group_now(const hil_core *c, int group);     /* any thread */
 void hil_group_set_horizon(hil_core *c, int group, int64_t horizon_ns);
 int hil_group_failed(const hil_core *c, int group);      /* any thread; 1: the event ring overflowed */

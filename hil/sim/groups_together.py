@@ -1,0 +1,88 @@
+"""Groups that go on together in virtual time: the core moves their axes side by side, and firmwares run in the
+order of times, those of one time in the order of the groups.
+
+Axes of many groups move faster together than one after the other. No group is waited for: those of which
+nobody can hear before their firmwares run are left behind, until the first of these is due, and then go on at
+once.
+"""
+
+from collections.abc import Sequence
+from heapq import heappop, heappush
+
+from hil.core import Core
+from hil.sim.group import Group
+from hil.vocab.time import FOREVER, NS_PER_MS, SimTimeNs
+
+SLICE_NS = 100 * NS_PER_MS
+"""Time by which groups are ahead of the firmware that runs at the most, so that they go on together again."""
+
+
+def advance_together(core: Core, groups: Sequence[Group], until_ns: SimTimeNs) -> None:
+    """Run axes and firmwares of groups up to and at ``until_ns``; never back."""
+    together = _Together(core, groups)
+    end_ns = SimTimeNs(-1)
+    while end_ns < until_ns:
+        due_ns = [group.due_ns for group in groups]
+        end_ns = SimTimeNs(min(max(min(due_ns), end_ns) + SLICE_NS, until_ns))
+        together.advance(due_ns, end_ns)
+
+
+class _Together:
+    def __init__(self, core: Core, groups: Sequence[Group]) -> None:
+        self._native = core.native
+        self._groups = groups
+        self._behind = set[int]()
+        """Places of groups that the core may take on, and that nobody hears of until then."""
+        self._turns: list[tuple[SimTimeNs, int]] = []
+        """Heap of times and places; outdated where ``_turn_ns`` has another time."""
+        self._turn_ns: dict[int, SimTimeNs] = {}
+
+    def advance(self, due_ns: list[SimTimeNs], end_ns: SimTimeNs) -> None:
+        """Run all groups up to and at a time. ``due_ns``: their horizons now."""
+        self._advance(list(range(len(self._groups))), due_ns, end_ns)
+        while self._behind or self._turns:
+            if not self._turns:
+                self._catch_up(end_ns)
+                continue
+            at_ns, place = heappop(self._turns)
+            if self._turn_ns.get(place) != at_ns:
+                continue
+            del self._turn_ns[place]
+            if place in self._behind:
+                self._catch_up(end_ns)
+            else:
+                self._take_turn(place, end_ns)
+
+    def _catch_up(self, end_ns: SimTimeNs) -> None:
+        """Let the core take on all that are behind, as far as their firmwares let it."""
+        places = sorted(self._behind)
+        self._behind.clear()
+        self._advance(places, [self._groups[place].due_ns for place in places], end_ns)
+
+    def _advance(self, places: list[int], due_ns: list[SimTimeNs], end_ns: SimTimeNs) -> None:
+        while places:
+            groups = [self._groups[place] for place in places]
+            found = self._native.advance_groups([group.id for group in groups], due_ns, end_ns)
+            turns = [(at, groups[at].turn_ns()) for at in found]
+            for at, turn_ns in turns:
+                if turn_ns <= end_ns:
+                    self._note(places[at], turn_ns)
+            left = [at for at, turn_ns in turns if turn_ns == FOREVER and groups[at].now_ns < end_ns]
+            places, due_ns = [places[at] for at in left], [due_ns[at] for at in left]
+
+    def _take_turn(self, place: int, end_ns: SimTimeNs) -> None:
+        group = self._groups[place]
+        group.take_turn()
+        next_ns = group.turn_ns()
+        if next_ns < FOREVER:
+            self._note(place, next_ns)
+        elif not self._native.is_quiet(group.id):
+            self._advance([place], [group.due_ns], end_ns)
+        elif group.now_ns < end_ns:
+            self._behind.add(place)
+            if (due_ns := group.due_ns) <= end_ns:
+                self._note(place, due_ns)
+
+    def _note(self, place: int, turn_ns: SimTimeNs) -> None:
+        self._turn_ns[place] = turn_ns
+        heappush(self._turns, (turn_ns, place))
