@@ -15,7 +15,7 @@ NATIVE = CORE / "native"
 STRUCT_FILES = ("types.h", "motion/engine.h", "hil_core.h")
 OPAQUE = ("hil_core", "hil_snapshot", "hil_watchdog", "hil_replay", "hil_joint_replay")
 """Structs of which Cython knows the name alone."""
-NUMBERS = ("hil_field", "hil_law")
+NUMBERS = ("hil_field", "hil_law", "hil_lanes")
 """Enumerations that functions take."""
 PARAMETERS, SET_APART = "hil_axis_params", ("law", "is_full", "full", "load", "seed")
 """Struct that an axis is opened with, and its members that are no numbers of its motor, driver or law."""

@@ -75,7 +75,9 @@ def reference_ns(program: str, axes: int, ticks: int) -> float:
 
 def core_ns(program: str, axes: int, ticks: int, plant: str) -> float:
     """Time for a control step of the core: `axis_cost.c` prints it, the steps made, and where axis 0 is."""
-    took_ns, made, position_deg = (float(word) for word in run(program, axes, ticks, plant, "virtual").split())
+    took_ns, made, position_deg = (
+        float(word) for word in run(program, axes, ticks, plant, "virtual").split()
+    )
     check_work("control steps", made, ticks, 0.02)
     follows(position_deg, ticks)
     return took_ns

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil.compose import find_catalogue
+from hil.compose.lanes import LanesRefused
 from hil.config import BenchConfig
 from hil.host import signals
 from hil.host.notify import Notifier
@@ -74,7 +75,7 @@ class Daemon:
         async with AsyncExitStack() as stack:  # puts away what was started, the last first
             try:
                 serving = await self._start(stack)
-            except (Refused, SocketRefused, BridgeError) as error:
+            except (Refused, SocketRefused, BridgeError, LanesRefused) as error:
                 raise StartError(str(error)) from None
             started(serving)
             await self._stop.wait()

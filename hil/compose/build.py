@@ -1,5 +1,6 @@
 """Builder of devices, axes and firmware for a validated configuration."""
 
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -7,6 +8,7 @@ from typing import TYPE_CHECKING
 from hil import __version__
 from hil.compose.find import make_segment
 from hil.compose.framings import framing_of
+from hil.compose.lanes import choose_lanes
 from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.port_model import USUAL_BAUD
 from hil.config.station_names import station_uart
@@ -148,10 +150,16 @@ def empty_bench(
     config: BenchConfig, catalogue: Catalogue, store: Store, around: BenchHooks = VIRTUAL
 ) -> BenchRuntime:
     """Make a bench without devices. The core has room for twice the axes of the configuration, and for
-    ``LEAST_AXES``, so that a reload can add some, and for the groups of lines without stations."""
+    ``LEAST_AXES``, so that a reload can add some, and for the groups of lines without stations.
+
+    Raises:
+        LanesRefused: the environment wants lanes that there are not.
+    """
     axes = sum(places_of(device, catalogue) for device in config.devices.values())
     room = max(2 * axes, LEAST_AXES)
-    return BenchRuntime(config.bench, Core(room + len(config.bus_wires())), store, around)
+    core = Core(room + len(config.bus_wires()))
+    choose_lanes(core, os.environ)
+    return BenchRuntime(config.bench, core, store, around)
 
 
 def places_of(device: DeviceConfig, catalogue: Catalogue) -> int:

@@ -57,6 +57,14 @@ cdef class NativeCore:
             raise MemoryError(f"all {self.max_axes} groups of the core are taken")
         return group
 
+    @property
+    def lanes(self):
+        return hil_core_lanes(self.core)
+
+    def set_lanes(self, int lanes):
+        if hil_core_set_lanes(self.core, lanes):
+            raise ValueError(f"this processor has no lanes of kind {lanes}")
+
     def group_close(self, int group):
         hil_group_close(self.core, group)
 
@@ -90,7 +98,7 @@ cdef class NativeCore:
         now_ns = hil_group_now(self.core, group)
         return now_ns, hil_group_has_news(self.core, group) != 0
 
-    def advance_groups(self, list groups, list horizons, int64_t until_ns):
+    def advance_groups(self, list groups, horizons, int64_t until_ns):
         """As ``advance`` for several groups at once. Answers the places in ``groups`` of those that have come to
         their horizon, have something to look at, or have further to go."""
         cdef int n = <int>len(groups), i

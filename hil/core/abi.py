@@ -45,6 +45,19 @@ class Law(IntEnum):
     """a microcontroller's pins, and no motor"""
 
 
+class Lanes(IntEnum):
+    """Widths in which axes move together, by the names that users know."""
+
+    none = 0
+    """each axis alone"""
+    any = 1
+    """four axes, for any processor"""
+    avx2 = 2
+    """four axes, with the instructions AVX2"""
+    avx512 = 3
+    """eight axes, with the instructions AVX-512 F, DQ, VL and BW"""
+
+
 class Kind(IntEnum):
     """Kinds of axis that have a field."""
 

@@ -17,6 +17,7 @@ cdef extern from "native/hil_core.h" nogil:
         HIL_FIELDS
     ctypedef int hil_field
     ctypedef int hil_law
+    ctypedef int hil_lanes
     ctypedef struct hil_core:
         pass
     ctypedef struct hil_snapshot:
@@ -176,6 +177,8 @@ cdef extern from "native/hil_core.h" nogil:
         int32_t dir
     const hil_field_info hil_field_table[]
     hil_core *hil_core_new(int max_axes, int *event_fd)
+    int hil_core_set_lanes(hil_core *c, hil_lanes lanes)
+    hil_lanes hil_core_lanes(const hil_core *c)
     void hil_core_free(hil_core *c)
     int hil_group_open(hil_core *c, int64_t now_ns)
     void hil_group_close(hil_core *c, int group)

@@ -1,5 +1,5 @@
-"""Groups that go on together in virtual time: the core moves their axes side by side, and firmwares run in the
-order of times, those of one time in the order of the groups.
+"""Groups that go on together in virtual time: the core moves their axes side by side, and firmwares run in
+the order of times, those of one time in the order of the groups.
 
 Axes of many groups move faster together than one after the other. No group is waited for: those of which
 nobody can hear before their firmwares run are left behind, until the first of these is due, and then go on at
@@ -18,7 +18,7 @@ SLICE_NS = 100 * NS_PER_MS
 
 
 def advance_together(core: Core, groups: Sequence[Group], until_ns: SimTimeNs) -> None:
-    """Run axes and firmwares of groups up to and at ``until_ns``; never back."""
+    """Run axes and firmwares of groups, at least one, up to and at ``until_ns``; never back."""
     together = _Together(core, groups)
     end_ns = SimTimeNs(-1)
     while end_ns < until_ns:

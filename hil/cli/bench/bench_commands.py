@@ -130,13 +130,14 @@ def replay(
 
     Example: hil replay bench.log
     """
+    from hil.compose.lanes import LanesRefused
     from hil.compose.replay import replay as run
     from hil.config import ConfigError
     from hil.sim.inputs import InputLogError
 
     try:
         replayed = run(log)
-    except InputLogError as error:
+    except (InputLogError, LanesRefused) as error:
         raise fail(f"hil: {error}", 2) from None
     except ConfigError as error:
         raise fail(f"hil: {log}:1: the configuration of this log is refused:\n{error}", 2) from None

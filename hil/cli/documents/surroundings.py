@@ -3,6 +3,8 @@ tells programs that the boards answer."""
 
 ENVIRONMENT = {
     "HIL_BENCH": "the bench that commands ask, as with --bench; --bench takes precedence.",
+    "HIL_LANES": "how axes move together in the core: none, any, avx2, avx512; without it the widest that the"
+    " processor has. The results are the same bits.",
     "XDG_RUNTIME_DIR": "`hil` in it is where benches have ports and sockets, unless --runtime-dir or the"
     " configuration says another folder. Without it: `hil-UID` in `$TMPDIR` or /tmp.",
     "XDG_STATE_HOME": "`hil` in it is where boards' memories are kept, unless --state-dir or the"

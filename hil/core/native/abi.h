@@ -14,6 +14,13 @@ typedef enum hil_law {
     HIL_LAWS /* after the last, which is the largest */
 } hil_law;
 
+/* How axes move together. */
+typedef enum hil_lanes {
+#define LANES_OF(name, value, python, meaning) HIL_LANES_##name = value,
+#include "abi.def"
+    HIL_LANES_MOST /* after the last, which is the widest */
+} hil_lanes;
+
 /* Kinds of axis that have a field. */
 enum {
 #define KIND(name, value, python, meaning) HIL_KIND_##name = value,

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "axis.h"
+#include "batch.h"
 #include "hil_core.h"
 #include "laws.h"
 
@@ -41,6 +42,7 @@ hil_core *hil_core_new(int max_axes, int *event_fd)
     }
     c->arena_len = len;
     c->max_axes = max_axes;
+    c->lanes = batch_widest();
     c->axes = (hil_axis *)(arena + axes_at);
     c->groups = (hil_group *)(arena + groups_at);
     c->due = (_Atomic uint8_t *)(arena + due_at);

@@ -4,17 +4,55 @@
 
 #include "batch_any.h"
 #include "batch_avx2.h"
+#include "batch_avx512.h"
 #include "group.h"
 #include "hil_core.h"
 #include "law/servo.h"
 
+/* Code for lanes. */
+typedef struct path {
+    int seats; /* 0: none on this kind of processor */
+    batch_run *simple, *full;
+} path;
+
+static const path PATHS[HIL_LANES_MOST] = {
+    [HIL_LANES_ANY] = {ROWS * 4, simple_batch_any, full_batch_any},
 #ifdef __x86_64__
-#define HAVE(name) (__builtin_cpu_supports("avx2") ? name##_avx2 : name##_any)
-#else
-#define HAVE(name) name##_any
+    [HIL_LANES_AVX2] = {ROWS * 4, simple_batch_avx2, full_batch_avx2},
+    [HIL_LANES_AVX512] = {ROWS * 8, simple_batch_avx512, full_batch_avx512},
 #endif
+};
+
+/* Whether this processor has the instructions. */
+static int is_there(hil_lanes lanes)
+{
+#ifdef __x86_64__
+    if (lanes == HIL_LANES_AVX2) return __builtin_cpu_supports("avx2") != 0;
+    if (lanes == HIL_LANES_AVX512)
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+               __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
+#endif
+    return lanes == HIL_LANES_NONE || lanes == HIL_LANES_ANY;
+}
+
+hil_lanes batch_widest(void)
+{
+    hil_lanes lanes = HIL_LANES_MOST - 1;
+    while (!is_there(lanes)) lanes--;
+    return lanes;
+}
+
+int hil_core_set_lanes(hil_core *c, hil_lanes lanes)
+{
+    if (!is_there(lanes)) return -1;
+    c->lanes = lanes;
+    return 0;
+}
+
+hil_lanes hil_core_lanes(const hil_core *c) { return c->lanes; }
 
 #define CALL_ROUNDS 10 /* of one call of hil_groups_advance: between two calls signals are heard */
+#define AHEAD 8 /* groups that are fetched before they are needed */
 #define WORTH_IT 4 /* axes: all lanes together take the time of three or four axes alone */
 
 /* Whether nothing but control steps is due to an axis until then: its encoder on its shaft, no step response to be
@@ -56,7 +94,8 @@ static void fetch_group(const hil_core *c, int group)
 
 /* Axes of either plant that wait for company. */
 typedef struct seating {
-    lane lanes[2][SEATS];
+    path path;
+    lane lanes[2][MOST_SEATS];
     int seated[2];
 } seating;
 
@@ -67,7 +106,7 @@ static void run(hil_core *c, seating *s, int is_full)
     int seated = s->seated[is_full], left = 0;
     int64_t steps = lanes[0].steps;
     for (int i = 1; i < seated; i++) steps = least(steps, lanes[i].steps);
-    (is_full ? HAVE(full_batch) : HAVE(simple_batch))(c, lanes, seated, steps);
+    (is_full ? s->path.full : s->path.simple)(c, lanes, seated, steps);
     for (int i = 0; i < seated; i++)
         if (lanes[i].steps - steps > 1) lanes[left++] = (lane){lanes[i].axis, lanes[i].steps - steps};
     s->seated[is_full] = left;
@@ -80,7 +119,7 @@ static void seat(hil_core *c, seating *s, hil_axis *a, int64_t end_ns)
     int kind = a->is_full != 0;
     /* As many as are due, or one less. */
     s->lanes[kind][s->seated[kind]++] = (lane){a, (end_ns - a->law_next_ns) / (STEP_NS + 1) + 1};
-    if (s->seated[kind] == SEATS) run(c, s, kind);
+    if (s->seated[kind] == s->path.seats) run(c, s, kind);
 }
 
 static void seat_group(hil_core *c, seating *s, int group, int64_t end_ns)
@@ -94,13 +133,15 @@ static void seat_group(hil_core *c, seating *s, int group, int64_t end_ns)
 
 void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
 {
-    seating s = {.seated = {0, 0}};
+    seating s;
+    s.path = PATHS[c->lanes];
+    s.seated[0] = s.seated[1] = 0;
     int64_t end_ns[BATCH_GROUPS];
-    for (int k = 0; k < n && k < SEATS; k++) fetch_group(c, groups[k]);
+    for (int k = 0; k < n && k < AHEAD; k++) fetch_group(c, groups[k]);
     for (int k = 0; k < n; k++) {
-        if (k + SEATS < n) fetch_group(c, groups[k + SEATS]);
+        if (k + AHEAD < n) fetch_group(c, groups[k + AHEAD]);
         end_ns[k] = group_begin(c, groups[k], until_ns);
-        if (end_ns[k] >= 0) seat_group(c, &s, groups[k], end_ns[k]);
+        if (end_ns[k] >= 0 && s.path.seats) seat_group(c, &s, groups[k], end_ns[k]);
     }
     for (int kind = 0; kind < 2; kind++)
         while (s.seated[kind] >= WORTH_IT) run(c, &s, kind);

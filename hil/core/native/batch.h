@@ -4,6 +4,8 @@
 
 #include "state.h"
 
+hil_lanes batch_widest(void); /* of those that this processor has */
+
 #define BATCH_GROUPS 64 /* so many are kept from the loop thread at a time: some tens of us */
 
 /* As hil_group_advance for each of up to BATCH_GROUPS groups, all of them the caller's. What they do is the

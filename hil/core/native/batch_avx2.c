@@ -6,6 +6,7 @@
 #ifndef __clang__
 #pragma GCC target("avx2")
 #endif
+#define REAL_LANES 4
 #define TARGET __attribute__((target("avx2")))
 #define SIMPLE_BATCH simple_batch_avx2
 #define FULL_BATCH full_batch_avx2

@@ -1,24 +1,24 @@
-/* What moves eight axes of a kind together. Included by batch_any.c and batch_avx2.c: the same operations, for
-   any processor and for one with wide vectors. Those define TARGET, SIMPLE_BATCH and FULL_BATCH. */
+/* What moves axes of a kind together, in rows of REAL_LANES. Included by batch_any.c, batch_avx2.c and batch_avx512.c: the
+   same operations, for any processor and for those with wide vectors. Those define REAL_LANES, TARGET, SIMPLE_BATCH and
+   FULL_BATCH. */
 #include "lanes.h"
-#define REAL_LANES 4
 #include "plant/real.h"
 #include "plant/speed_kernel.h"
 #include "plant/trig_kernel.h"
 #include "plant/simple_kernel.h"
 #include "plant/full_kernel.h"
-#include "control/mechaduino_x4.h"
+#include "control/mechaduino_xn.h"
 #include "law/servo.h"
 
 /* What is the same of both plants in a row of lanes. */
 typedef struct row {
     servo *servo[LANES];
     int seated; /* lanes beyond are empty */
-    law_x4 laws;
+    law_xn laws;
     int lawful; /* laws holds the laws: all are in mode x, and nothing odd has come yet */
     int stepped; /* once at least */
-    mask_x4 next_ns, phase; /* of the next control step; its number modulo LONGER_EVERY */
-    real_x4 amps_per_count, a_A, b_A;
+    mask_xn next_ns, phase; /* of the next control step; its number modulo LONGER_EVERY */
+    real_xn amps_per_count, a_A, b_A;
 } row;
 
 /* Structs of one axis's numbers, and of LANES axes': the same members in the same order. */
@@ -36,43 +36,43 @@ INLINE void take_lane(void *to, const void *from, size_t size, int i)
 #define TAKE(to, from, i) take_lane(&(to), &(from), sizeof(to), i)
 
 typedef struct simple_lanes {
-    plant_motor_x4 motor;
-    plant_rate_x4 part[2];
-    plant_moving_x4 moving;
+    plant_motor_xn motor;
+    plant_rate_xn part[2];
+    plant_moving_xn moving;
     row row;
 } simple_lanes;
 
 typedef struct full_lanes {
-    full_motor_x4 motor;
-    full_rate_x4 whole, part[2];
-    full_moving_x4 moving;
-    real_x4 load_Nm, noise_counts;
-    mask_x4 noise_key;
+    full_motor_xn motor;
+    full_rate_xn whole, part[2];
+    full_moving_xn moving;
+    real_xn load_Nm, noise_counts;
+    mask_xn noise_key;
     row row;
 } full_lanes;
 
 /* Has the place of the table brought from memory where the encoder will be in a control step's time. */
-INLINE void fetch_ahead(const row *r, real_x4 count, real_x4 rev_per_s)
+INLINE void fetch_ahead(const row *r, real_xn count, real_xn rev_per_s)
 {
-    real_x4 ahead = count + rev_per_s * (STEP_NS * 1e-9 * HIL_TABLE_LEN);
+    real_xn ahead = count + rev_per_s * (STEP_NS * 1e-9 * HIL_TABLE_LEN);
     ahead = PICK(MAGNITUDE(ahead) < 1e6, ahead, count);
     for (int i = 0; i < LANES; i++) __builtin_prefetch(&r->servo[i]->table[(int)ahead[i] & (HIL_TABLE_LEN - 1)]);
 }
 
 /* The laws' step at their next control step's time. */
-INLINE void control(hil_core *c, row *r, mask_x4 raw)
+INLINE void control(hil_core *c, row *r, mask_xn raw)
 {
     law_f y;
     for (int i = 0; i < LANES; i++) y[i] = r->servo[i]->table[raw[i]];
-    if (r->lawful && !law_x4_step(&r->laws, c->sine, y)) {
+    if (r->lawful && !law_xn_step(&r->laws, c->sine, y)) {
         if (r->stepped)
-            for (int i = 0; i < r->seated; i++) law_x4_put(&r->laws, &r->servo[i]->law, i);
+            for (int i = 0; i < r->seated; i++) law_xn_put(&r->laws, &r->servo[i]->law, i);
         r->lawful = 0;
     }
     r->stepped = 1;
     if (r->lawful) {
-        r->a_A = __builtin_convertvector(r->laws.a, real_x4) * r->amps_per_count;
-        r->b_A = __builtin_convertvector(r->laws.b, real_x4) * r->amps_per_count;
+        r->a_A = __builtin_convertvector(r->laws.a, real_xn) * r->amps_per_count;
+        r->b_A = __builtin_convertvector(r->laws.b, real_xn) * r->amps_per_count;
     }
     for (int i = 0; i < r->seated && !r->lawful; i++) {
         servo *s = r->servo[i];
@@ -84,15 +84,15 @@ INLINE void control(hil_core *c, row *r, mask_x4 raw)
         r->b_A[i] = b_A;
     }
     r->phase += 1;
-    r->phase &= (mask_x4)(r->phase != LONGER_EVERY);
-    r->next_ns += STEP_NS + ((mask_x4)(r->phase == 0) & 1);
+    r->phase &= (mask_xn)(r->phase != LONGER_EVERY);
+    r->next_ns += STEP_NS + ((mask_xn)(r->phase == 0) & 1);
 }
 
 INLINE void simple_step(simple_lanes *l)
 {
-    fetch_ahead(&l->row, (l->moving.rev - floor_of_x4(l->moving.rev)) * 16384.0, l->moving.rev_per_s);
-    mask_x4 odd = (mask_x4)(l->row.phase == 0);
-    plant_rate_x4 rate;
+    fetch_ahead(&l->row, (l->moving.rev - floor_of_xn(l->moving.rev)) * 16384.0, l->moving.rev_per_s);
+    mask_xn odd = (mask_xn)(l->row.phase == 0);
+    plant_rate_xn rate;
 #define CHOOSE(member) rate.member = PICK(odd, l->part[1].member, l->part[0].member)
     CHOOSE(kick_s);
     CHOOSE(middle_kick_s);
@@ -100,27 +100,27 @@ INLINE void simple_step(simple_lanes *l)
     CHOOSE(reach_s);
     CHOOSE(keep);
 #undef CHOOSE
-    plant_step_x4(&l->motor, &rate, &l->moving, l->row.a_A, l->row.b_A);
+    plant_step_xn(&l->motor, &rate, &l->moving, l->row.a_A, l->row.b_A);
 }
 
 INLINE void simple_control(hil_core *c, simple_lanes *l)
 {
-    real_x4 count = (l->moving.rev - floor_of_x4(l->moving.rev)) * 16384.0;
-    control(c, &l->row, BITS(floor_of_x4(count) + NEAREST) & 16383);
+    real_xn count = (l->moving.rev - floor_of_xn(l->moving.rev)) * 16384.0;
+    control(c, &l->row, BITS(floor_of_xn(count) + NEAREST) & 16383);
 }
 
-INLINE void simple_run(hil_core *c, simple_lanes *l, int64_t n)
+INLINE void simple_run(hil_core *c, simple_lanes *l, int rows, int64_t n)
 {
     for (; n > 0; n--) {
-        for (int i = 0; i < ROWS; i++) simple_step(&l[i]);
-        for (int i = 0; i < ROWS; i++) simple_control(c, &l[i]);
+        for (int i = 0; i < rows; i++) simple_step(&l[i]);
+        for (int i = 0; i < rows; i++) simple_control(c, &l[i]);
     }
 }
 
 INLINE void full_last_step(full_lanes *l)
 {
-    mask_x4 odd = (mask_x4)(l->row.phase == 0);
-    full_rate_x4 rate;
+    mask_xn odd = (mask_xn)(l->row.phase == 0);
+    full_rate_xn rate;
 #define CHOOSE(member) rate.member = PICK(odd, l->part[1].member, l->part[0].member)
     CHOOSE(h_s);
     CHOOSE(half_s);
@@ -131,28 +131,28 @@ INLINE void full_last_step(full_lanes *l)
     CHOOSE(fade);
     CHOOSE(feed);
 #undef CHOOSE
-    full_step_x4(&l->motor, &rate, &l->moving, l->row.a_A, l->row.b_A, l->load_Nm);
-    full_locate_x4(&l->moving);
+    full_step_xn(&l->motor, &rate, &l->moving, l->row.a_A, l->row.b_A, l->load_Nm);
+    full_locate_xn(&l->moving);
 }
 
 INLINE void full_control(hil_core *c, full_lanes *l)
 {
-    real_x4 noise = full_noise_x4(l->noise_key, l->noise_counts, l->row.next_ns);
-    control(c, &l->row, full_rounded_x4(full_count_x4(&l->motor, &l->moving) + noise));
+    real_xn noise = full_noise_xn(l->noise_key, l->noise_counts, l->row.next_ns);
+    control(c, &l->row, full_rounded_xn(full_count_xn(&l->motor, &l->moving) + noise));
 }
 
-INLINE void full_run(hil_core *c, full_lanes *l, int64_t n)
+INLINE void full_run(hil_core *c, full_lanes *l, int rows, int64_t n)
 {
     for (; n > 0; n--) {
-        for (int i = 0; i < ROWS; i++) {
-            fetch_ahead(&l[i].row, full_count_x4(&l[i].motor, &l[i].moving), l[i].moving.state.rev_per_s);
-            full_open_x4(&l[i].motor, &l[i].moving);
+        for (int i = 0; i < rows; i++) {
+            fetch_ahead(&l[i].row, full_count_xn(&l[i].motor, &l[i].moving), l[i].moving.state.rev_per_s);
+            full_open_xn(&l[i].motor, &l[i].moving);
         }
         for (int k = 1; k < FULL_WINDOW; k++)
-            for (int i = 0; i < ROWS; i++)
-                full_step_x4(&l[i].motor, &l[i].whole, &l[i].moving, l[i].row.a_A, l[i].row.b_A, l[i].load_Nm);
-        for (int i = 0; i < ROWS; i++) full_last_step(&l[i]);
-        for (int i = 0; i < ROWS; i++) full_control(c, &l[i]);
+            for (int i = 0; i < rows; i++)
+                full_step_xn(&l[i].motor, &l[i].whole, &l[i].moving, l[i].row.a_A, l[i].row.b_A, l[i].load_Nm);
+        for (int i = 0; i < rows; i++) full_last_step(&l[i]);
+        for (int i = 0; i < rows; i++) full_control(c, &l[i]);
     }
 }
 
@@ -169,24 +169,27 @@ INLINE void sit(row *r, hil_axis *a, int empty, double a_A, double b_A, int i)
     r->b_A[i] = b_A;
     r->stepped = 0;
     r->lawful = (i == 0 || r->lawful) && s->law.mode == 'x';
-    law_x4_get(&r->laws, &s->law, i);
+    law_xn_get(&r->laws, &s->law, i);
 }
 
 /* Answers the time of the latest of n control steps. */
 INLINE int64_t stand(const row *r, hil_axis *a, int64_t n, int i)
 {
     servo *s = r->servo[i];
-    if (r->lawful) law_x4_put(&r->laws, &s->law, i);
+    if (r->lawful) law_xn_put(&r->laws, &s->law, i);
     s->control_steps += n;
     s->loop_steps += n;
     a->law_next_ns = (int64_t)r->next_ns[i];
     return a->law_next_ns - STEP_NS - (r->phase[i] == 0);
 }
 
+/* Seats of the rows that so many take. */
+INLINE int in_rows(int seated) { return seated > LANES ? ROWS * LANES : LANES; }
+
 TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
 {
     simple_lanes rows[ROWS];
-    for (int k = 0; k < SEATS; k++) {
+    for (int k = 0; k < in_rows(seated); k++) {
         simple_lanes *l = &rows[k / LANES];
         int i = k % LANES;
         hil_axis *a = lanes[k < seated ? k : 0].axis;
@@ -196,7 +199,8 @@ TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
         PUT(l->moving, p->moving, i);
         sit(&l->row, a, k >= seated, p->current_a_A, p->current_b_A, i);
     }
-    simple_run(c, rows, n);
+    if (seated > LANES) simple_run(c, rows, ROWS, n);
+    else simple_run(c, rows, 1, n);
     for (int k = 0; k < seated; k++) {
         simple_lanes *l = &rows[k / LANES];
         int i = k % LANES;
@@ -210,7 +214,7 @@ TARGET void SIMPLE_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
 TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
 {
     full_lanes rows[ROWS];
-    for (int k = 0; k < SEATS; k++) {
+    for (int k = 0; k < in_rows(seated); k++) {
         full_lanes *l = &rows[k / LANES];
         int i = k % LANES;
         hil_axis *a = lanes[k < seated ? k : 0].axis;
@@ -225,7 +229,8 @@ TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
         l->noise_key[i] = p->noise_key;
         sit(&l->row, a, k >= seated, p->command_a_A, p->command_b_A, i);
     }
-    full_run(c, rows, n);
+    if (seated > LANES) full_run(c, rows, ROWS, n);
+    else full_run(c, rows, 1, n);
     for (int k = 0; k < seated; k++) {
         full_lanes *l = &rows[k / LANES];
         int i = k % LANES;
@@ -235,4 +240,3 @@ TARGET void FULL_BATCH(hil_core *c, const lane *lanes, int seated, int64_t n)
         full_set_currents(p, l->row.a_A[i], l->row.b_A[i]);
     }
 }
-

@@ -16,6 +16,10 @@
 extern const hil_field_info hil_field_table[HIL_FIELDS];
 
 hil_core *hil_core_new(int max_axes, int *event_fd); /* NULL: no memory. event_fd: eventfd, owned by the core */
+/* How axes move together; the widest that this processor has unless it is set. The same bits with any. set: before time
+   passes; -1: this processor has no such instructions. */
+int hil_core_set_lanes(hil_core *c, hil_lanes lanes);
+hil_lanes hil_core_lanes(const hil_core *c);
 void hil_core_free(hil_core *c);                     /* stops the real-time thread first */
 
 /* Groups and axes: one group for each device with its axis, or for all devices joined by a wire.

@@ -15,16 +15,17 @@ _Static_assert((FULL_WINDOW - 1) * FULL_STEP_NS < STEP_NS && FULL_WINDOW * FULL_
                "a window of the full plant");
 _Static_assert(FULL_STEP_NS % 2 == 0, "what is left of a control step is odd when the control step is");
 
-/* So many vectors at a time: while one waits for its results, the processor works on the other. */
+/* So many vectors at a time, where there are axes for more than one: while one waits for its results, the processor works
+   on the other. */
 #define ROWS 2
-#define SEATS (ROWS * 4)
+#define MOST_SEATS (ROWS * 8)
 
 typedef struct lane {
     hil_axis *axis;
     int64_t steps; /* control steps to make */
 } lane;
 
-/* n control steps of up to SEATS axes that fit. In empty seats the first axis moves once more, for nothing. */
+/* n control steps of axes that fit, up to ROWS vectors of them. In empty seats the first axis moves once more, for nothing. */
 typedef void batch_run(hil_core *c, const lane *lanes, int seated, int64_t n);
 
 #endif

@@ -104,6 +104,7 @@ struct hil_core {
     _Atomic int groups_used;
     size_t arena_len;
     int event_fd;
+    hil_lanes lanes;
     int16_t sine[MECHADUINO_SINE_LEN];
     rt_state rt;
     hil_axis *axes;

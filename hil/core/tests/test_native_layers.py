@@ -28,7 +28,7 @@ ORDER = (
     "laws pins view rt/lock replay joint_replay rt/watchdog",
     "axis",
     "group fault",
-    "lanes batch batch_any batch_avx2 batch_lanes",
+    "lanes batch batch_any batch_avx2 batch_avx512 batch_lanes",
     "rt/thread",
     "arena",
 )

@@ -2,8 +2,8 @@
 
    A kernel (simple_kernel.h, full_kernel.h) is included once for every kind of REAL and gives, with the same
    operations in the same order, the same bits for an axis whether it moves alone or in a lane: there is no
-   contraction and no library function in it. Define REAL_LANES as 1 or 4 before including this file; it may be
-   included again. NAME(x) is x, and x_x4 for lanes. */
+   contraction and no library function in it. Define REAL_LANES as 1, 4 or 8 before including this file; it may be
+   included again, with 1 or with the same number. NAME(x) is x, and x_xn for lanes. */
 #include <stdint.h>
 #include <string.h>
 
@@ -15,15 +15,13 @@
 #undef UNBITS
 #undef CONSTANT
 #undef ANY
+#undef CHOSEN
 #undef MAGNITUDE
 #undef LESSER
 #undef GREATER
 
 #ifndef HIL_PLANT_REAL_H
 #define HIL_PLANT_REAL_H
-#define LANES 4
-typedef double real_x4 __attribute__((vector_size(32), may_alias));
-typedef uint64_t mask_x4 __attribute__((vector_size(32), may_alias));
 #define INLINE static inline __attribute__((always_inline, unused))
 static const double TWO_PI = 6.28318530717958647692;
 static const double NEAREST = 0x1.8p52; /* added and taken away: rounds to a whole number, below 2^51 */
@@ -41,6 +39,18 @@ INLINE double of_bits(uint64_t bits)
 }
 #endif
 
+#if REAL_LANES > 1 && !defined(LANES)
+#define LANES REAL_LANES
+typedef double real_xn __attribute__((vector_size(8 * LANES), may_alias));
+typedef uint64_t mask_xn __attribute__((vector_size(8 * LANES), may_alias));
+INLINE int any_of(mask_xn mask)
+{
+    uint64_t any = 0;
+    for (int i = 0; i < LANES; i++) any |= mask[i];
+    return any != 0;
+}
+#endif
+
 #if REAL_LANES == 1
 #define REAL double
 #define MASK uint64_t
@@ -54,22 +64,33 @@ INLINE double of_bits(uint64_t bits)
 #define LESSER(x, y) ((x) < (y) ? (x) : (y)) /* y, if one of them is a NaN */
 #define GREATER(x, y) ((x) > (y) ? (x) : (y))
 #else
-#define REAL real_x4
-#define MASK mask_x4
-#define NAME(x) x##_x4
-#define BITS(x) ((mask_x4)(x))
-#define UNBITS(x) ((real_x4)(x))
+#define REAL real_xn
+#define MASK mask_xn
+#define NAME(x) x##_xn
+#define BITS(x) ((mask_xn)(x))
+#define UNBITS(x) ((real_xn)(x))
 #define MAGNITUDE(x) UNBITS(BITS(x) & INT64_MAX)
-#define CONSTANT(x) ((real_x4){x, x, x, x})
-#if defined(__AVX2__) && !defined(__clang__) /* what gcc does not find by itself */
-typedef double wide_x4 __attribute__((vector_size(32)));
-#define PICK(mask, yes, no) ((real_x4)__builtin_ia32_blendvpd256((wide_x4)(no), (wide_x4)(yes), (wide_x4)(mask)))
-#define ANY(mask) __builtin_ia32_movmskpd256((wide_x4)(mask))
-#define LESSER(x, y) ((real_x4)__builtin_ia32_minpd256((wide_x4)(x), (wide_x4)(y)))
-#define GREATER(x, y) ((real_x4)__builtin_ia32_maxpd256((wide_x4)(x), (wide_x4)(y)))
+#if LANES == 4
+#define CONSTANT(x) ((real_xn){x, x, x, x})
 #else
-#define PICK(mask, yes, no) ((real_x4)(((mask_x4)(yes) & (mask_x4)(mask)) | ((mask_x4)(no) & ~(mask_x4)(mask))))
-#define ANY(mask) (((mask)[0] | (mask)[1] | (mask)[2] | (mask)[3]) != 0)
+#define CONSTANT(x) ((real_xn){x, x, x, x, x, x, x, x})
+#endif
+#if defined(__AVX512DQ__) && LANES == 8 && !defined(__clang__) /* what gcc does not find by itself */
+#include <immintrin.h>
+#define CHOSEN(mask) _mm512_movepi64_mask((__m512i)(mask))
+#define PICK(mask, yes, no) ((real_xn)_mm512_mask_blend_pd(CHOSEN(mask), (__m512d)(no), (__m512d)(yes)))
+#define ANY(mask) CHOSEN(mask)
+#define LESSER(x, y) ((real_xn)_mm512_min_pd((__m512d)(x), (__m512d)(y)))
+#define GREATER(x, y) ((real_xn)_mm512_max_pd((__m512d)(x), (__m512d)(y)))
+#elif defined(__AVX2__) && LANES == 4 && !defined(__clang__)
+typedef double wide_xn __attribute__((vector_size(32)));
+#define PICK(mask, yes, no) ((real_xn)__builtin_ia32_blendvpd256((wide_xn)(no), (wide_xn)(yes), (wide_xn)(mask)))
+#define ANY(mask) __builtin_ia32_movmskpd256((wide_xn)(mask))
+#define LESSER(x, y) ((real_xn)__builtin_ia32_minpd256((wide_xn)(x), (wide_xn)(y)))
+#define GREATER(x, y) ((real_xn)__builtin_ia32_maxpd256((wide_xn)(x), (wide_xn)(y)))
+#else
+#define PICK(mask, yes, no) ((real_xn)(((mask_xn)(yes) & (mask_xn)(mask)) | ((mask_xn)(no) & ~(mask_xn)(mask))))
+#define ANY(mask) any_of(mask)
 #define LESSER(x, y) PICK((x) < (y), x, y)
 #define GREATER(x, y) PICK((x) > (y), x, y)
 #endif

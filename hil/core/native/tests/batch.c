@@ -1,9 +1,8 @@
 /* Axes in lanes move as axes alone do, to the last bit: batch.c against hil_group_advance, and against axes that keep
    time with each other, step by step. */
 #include "../batch.h"
-#include "../batch_any.h"
-#include "../batch_avx2.h"
 #include "../core.h"
+#include "../lanes.h"
 #include "../law/servo.h"
 
 #include "fixture.h"
@@ -138,9 +137,10 @@ static void check_same(hil_core *batched, hil_core *alone, int groups)
 }
 
 /* One is moved in lanes, the other alone; if they are to keep time, all axes of a group in time's order. */
-static void compare(uint64_t round, int64_t most, int keeps_time)
+static void compare(uint64_t round, int64_t most, hil_lanes lanes, int keeps_time)
 {
     hil_core *batched = new_core(AXES), *alone = new_core(AXES);
+    if (hil_core_set_lanes(batched, lanes)) CHECK(lanes > HIL_LANES_ANY); /* this processor does not have them */
     int n = open_axes(batched, round, most), groups[AXES];
     CHECK_INT(open_axes(alone, round, most), n);
     uint64_t plan = round, a = 3, b = 3;
@@ -172,57 +172,69 @@ static void compare(uint64_t round, int64_t most, int keeps_time)
 
 static void lanes_are_as_axes_alone(void)
 {
-    for (uint64_t round = 1; round <= 4; round++) compare(round, 1, 0);
+    for (uint64_t round = 1; round <= 4; round++) compare(round, 1, 1 + round % 3, 0);
 }
 
 static void lanes_of_a_group_are_as_axes_alone(void)
 {
-    for (uint64_t round = 1; round <= 3; round++) compare(round, 12, 0);
+    for (uint64_t round = 1; round <= 3; round++) compare(round, 12, 1 + round % 3, 0);
 }
 
 static void lanes_of_a_group_are_as_axes_in_times_order(void)
 {
-    for (uint64_t round = 4; round <= 6; round++) compare(round, AXES, 1);
+    for (uint64_t round = 4; round <= 7; round++) compare(round, AXES, round % 4, 1);
 }
 
-/* Both kinds of code for lanes, whichever this processor would choose. */
-static void narrow_and_wide_are_the_same(void)
+static hil_core *new_row(int is_full)
 {
-    hil_core *c = new_core(2 * SEATS);
-    lane narrow[SEATS], wide[SEATS];
-    for (int kind = 0; kind < 2; kind++) {
-        for (int i = 0; i < 2 * SEATS; i++) {
-            uint64_t seed = (uint64_t)(i % SEATS) + 1;
-            hil_axis_params p = random_params(&seed, kind);
-            p.load.pendulum_Nm = 0;
-            int axis = hil_axis_open(c, open_group(c, 0), &p);
-            identity_table(hil_axis_table(c, axis));
-            hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
-            hil_axis_set(c, axis, HIL_FIELD_r, 40 * (i % SEATS));
-            hil_axis_loop(c, axis, 1);
-            hil_group_advance(c, axis, step_ns(2));
-            (i < SEATS ? narrow : wide)[i % SEATS] = (lane){&c->axes[axis], 0};
-        }
-        int has_wide = 0;
-#ifdef __x86_64__
-        has_wide = __builtin_cpu_supports("avx2");
-#endif
-        for (int turn = 0; turn < 200 && has_wide; turn++) {
-            (kind ? full_batch_any : simple_batch_any)(c, narrow, SEATS, 7);
-#ifdef __x86_64__
-            (kind ? full_batch_avx2 : simple_batch_avx2)(c, wide, SEATS, 7);
-#endif
-            for (int i = 0; i < SEATS; i++) {
-                hil_axis *a = narrow[i].axis, *b = wide[i].axis;
-                CHECK(!memcmp(&servo_of(a)->law, &servo_of(b)->law, sizeof servo_of(a)->law));
-                CHECK(!memcmp(&a->full.moving, &b->full.moving, sizeof a->full.moving));
-                CHECK(!memcmp(&a->plant.moving, &b->plant.moving, sizeof a->plant.moving));
-                CHECK_INT(a->law_next_ns, b->law_next_ns);
-            }
-        }
-        hil_core_free(c);
-        c = new_core(2 * SEATS);
+    hil_core *c = new_core(MOST_SEATS + 3);
+    for (int i = 0; i < MOST_SEATS + 3; i++) {
+        uint64_t seed = (uint64_t)i + 1;
+        hil_axis_params p = random_params(&seed, is_full);
+        p.load.pendulum_Nm = 0;
+        int axis = hil_axis_open(c, open_group(c, 0), &p);
+        identity_table(hil_axis_table(c, axis));
+        hil_axis_set(c, axis, HIL_FIELD_mode, 'x');
+        hil_axis_set(c, axis, HIL_FIELD_r, 40 * i);
+        hil_axis_loop(c, axis, 1);
     }
+    return c;
+}
+
+/* All kinds of code for lanes that this processor can run, whichever it would choose; for a whole row and what is left. */
+static void all_widths_are_the_same(void)
+{
+    int groups[MOST_SEATS + 3];
+    for (int i = 0; i < MOST_SEATS + 3; i++) groups[i] = i;
+    for (int is_full = 0; is_full < 2; is_full++)
+        for (hil_lanes lanes = HIL_LANES_ANY; lanes < HIL_LANES_MOST; lanes++) {
+            hil_core *alone = new_row(is_full), *c = new_row(is_full);
+            int n = MOST_SEATS + 3, is_there = !hil_core_set_lanes(c, lanes);
+            CHECK_INT(hil_core_set_lanes(alone, HIL_LANES_NONE), 0);
+            for (int64_t now_ns = 0; now_ns < 300000000 && is_there; now_ns += 1234567) {
+                hil_groups_advance(c, groups, n, now_ns);
+                hil_groups_advance(alone, groups, n, now_ns);
+                for (int i = 0; i < n; i++) {
+                    hil_axis *a = &c->axes[i], *b = &alone->axes[i];
+                    CHECK(!memcmp(&servo_of(a)->law, &servo_of(b)->law, sizeof servo_of(a)->law));
+                    CHECK(!memcmp(&a->full.moving, &b->full.moving, sizeof a->full.moving));
+                    CHECK(!memcmp(&a->plant.moving, &b->plant.moving, sizeof a->plant.moving));
+                    CHECK_INT(a->law_next_ns, b->law_next_ns);
+                }
+            }
+            hil_core_free(alone);
+            hil_core_free(c);
+        }
+}
+
+static void the_widest_is_chosen(void)
+{
+    hil_core *c = new_core(1);
+    hil_lanes widest = hil_core_lanes(c);
+    CHECK(widest >= HIL_LANES_ANY);
+    for (hil_lanes lanes = widest + 1; lanes < HIL_LANES_MOST; lanes++) CHECK_INT(hil_core_set_lanes(c, lanes), -1);
+    CHECK_INT(hil_core_set_lanes(c, HIL_LANES_MOST), -1);
+    CHECK_INT(hil_core_lanes(c), widest);
     hil_core_free(c);
 }
 
@@ -231,5 +243,6 @@ void batch_tests(void)
     RUN(lanes_are_as_axes_alone);
     RUN(lanes_of_a_group_are_as_axes_alone);
     RUN(lanes_of_a_group_are_as_axes_in_times_order);
-    RUN(narrow_and_wide_are_the_same);
+    RUN(all_widths_are_the_same);
+    RUN(the_widest_is_chosen);
 }

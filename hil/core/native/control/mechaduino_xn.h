@@ -1,27 +1,28 @@
-/* The Mechaduino's position loop for four boards at a time: mechaduino_step in mode x, with the same float32
-   operations in the same order, so the same bits. tests/batch.c compares the two. */
-#ifndef HIL_CONTROL_MECHADUINO_X4_H
-#define HIL_CONTROL_MECHADUINO_X4_H
+/* The Mechaduino's position loop for LANES boards at a time: mechaduino_step in mode x, with the same float32
+   operations in the same order, so the same bits. tests/batch.c compares the two. Included after plant/real.h. */
+#ifndef HIL_CONTROL_MECHADUINO_XN_H
+#define HIL_CONTROL_MECHADUINO_XN_H
 
 #include "mechaduino.h"
 
-typedef float law_f __attribute__((vector_size(16), may_alias));
-typedef int32_t law_i __attribute__((vector_size(16), may_alias));
-typedef uint32_t law_u __attribute__((vector_size(16), may_alias));
-typedef double law_d __attribute__((vector_size(32), may_alias));
-typedef int64_t law_l __attribute__((vector_size(32), may_alias));
+typedef float law_f __attribute__((vector_size(4 * LANES), may_alias));
+typedef int32_t law_i __attribute__((vector_size(4 * LANES), may_alias));
+typedef uint32_t law_u __attribute__((vector_size(4 * LANES), may_alias));
+typedef double law_d __attribute__((vector_size(8 * LANES), may_alias));
+typedef int64_t law_l __attribute__((vector_size(8 * LANES), may_alias));
 
 #define LAW_PICK(mask, yes, no) ((law_f)(((law_i)(yes) & (mask)) | ((law_i)(no) & ~(mask))))
+#define LAW_ALL(x) ((law_f){0} + (x))
 #define LAW_INLINE static inline __attribute__((always_inline))
 
-typedef struct law_x4 {
+typedef struct law_xn {
     law_f r, y_1, yw_1, ITerm, DTerm, pKp, pKi, pKd, pLPFa, pLPFb, PA, most_u;
     law_i wrap_count;
     law_f y, yw, e, u; /* results */
     law_i U, led, a, b; /* a, b: counts of the coils, signed */
-} law_x4;
+} law_xn;
 
-LAW_INLINE void law_x4_get(law_x4 *l, const mechaduino *m, int i)
+LAW_INLINE void law_xn_get(law_xn *l, const mechaduino *m, int i)
 {
     l->r[i] = m->r;
     l->y_1[i] = m->y_1;
@@ -39,7 +40,7 @@ LAW_INLINE void law_x4_get(law_x4 *l, const mechaduino *m, int i)
 }
 
 /* After at least one step. */
-LAW_INLINE void law_x4_put(const law_x4 *l, mechaduino *m, int i)
+LAW_INLINE void law_xn_put(const law_xn *l, mechaduino *m, int i)
 {
     m->y = l->y[i];
     m->y_1 = l->y_1[i];
@@ -65,14 +66,14 @@ LAW_INLINE law_i law_mod_3600(law_i x)
 LAW_INLINE law_i law_coil(law_i effort, const int16_t *sine, law_i angle)
 {
     law_i at = law_mod_3600(angle), product;
-    for (int i = 0; i < 4; i++) product[i] = sine[at[i]];
+    for (int i = 0; i < LANES; i++) product[i] = sine[at[i]];
     product = (law_i)((law_u)product * (law_u)effort);
     return (product + ((product >> 31) & 1023)) >> 10;
 }
 
 /* One control step; y: the calibrated angles. 0: some number does not fit the short ways taken here (a NaN, 2^30);
    then nothing has been done. */
-LAW_INLINE int law_x4_step(law_x4 *l, const int16_t *sine, law_f y)
+LAW_INLINE int law_xn_step(law_xn *l, const int16_t *sine, law_f y)
 {
     law_f d = y - l->y_1;
     law_i down = d < -180.0f, up = (d > 180.0f) & ~down;
@@ -81,7 +82,7 @@ LAW_INLINE int law_x4_step(law_x4 *l, const int16_t *sine, law_f y)
     law_f yw = __builtin_convertvector(__builtin_convertvector(y, law_d) + turned, law_f);
     law_f e = l->r - yw, I = l->ITerm + l->pKi * e;
     law_i above = I > 150.0f, below = I < -150.0f;
-    I = LAW_PICK(above, ((law_f){150, 150, 150, 150}), LAW_PICK(below, ((law_f){-150, -150, -150, -150}), I));
+    I = LAW_PICK(above, LAW_ALL(150.0f), LAW_PICK(below, LAW_ALL(-150.0f), I));
     law_f D = l->pLPFa * l->DTerm - l->pLPFb * l->pKd * (yw - l->yw_1);
     law_f u = l->pKp * e + I + D;
     law_i forward = u > 0.0f;
@@ -89,7 +90,9 @@ LAW_INLINE int law_x4_step(law_x4 *l, const int16_t *sine, law_f y)
     law_f limited = LAW_PICK(forward, LAW_PICK(u > l->most_u, l->most_u, u), LAW_PICK(u < -l->most_u, -l->most_u, u));
     law_f size = (law_f)((law_i)limited & INT32_MAX), angle = 500.0f * -excite;
     law_i fits = (size < 0x1p30f) & ((law_f)((law_i)angle & INT32_MAX) < 0x1p30f);
-    if (!(fits[0] & fits[1] & fits[2] & fits[3])) return 0;
+    int32_t all = -1;
+    for (int i = 0; i < LANES; i++) all &= fits[i];
+    if (!all) return 0;
     l->y_1 = y;
     l->y = excite;
     l->yw = l->yw_1 = yw;
