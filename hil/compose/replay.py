@@ -17,6 +17,7 @@ from hil.host.regular_file import open_regular
 from hil.sim.bench import BenchHooks, BenchRuntime
 from hil.sim.firmware_guard import LoggedStops
 from hil.sim.group import Group
+from hil.sim.groups_together import SLICE_NS, advance_together
 from hil.sim.input_check import input_problem
 from hil.sim.input_log import REMEDY, InputLog, Sent, place, read_input_log, sent_now
 from hil.sim.inputs import CommitDone, InputLogError, Logged, Stopped
@@ -133,19 +134,12 @@ def replay_log(read: InputLog) -> Replayed:
         config, catalogue, read.memories, _LoggedStore(read.inputs), BenchHooks(guard=stops)
     )
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices}, stops)
-    groups = {name: runtime.parts.group_of(name) for name in runtime.devices}
-    missing = Counter(groups[sent.device] for sent in read.sent if sent.device in groups)
-    ends: dict[Group, SimTimeNs] = {}
+    course = _Course(read, runtime)
 
     def heard(device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> None:
-        group = groups[device.name]
-        if group.now_ns <= ends.get(group, FOREVER):
+        if course.note_sent(device.name):
             replayed.sent[device.name].append(sent_now(device, port, at_ns, data))
-            missing[group] -= 1
-            if going_on and missing[group] == 0:
-                ends[group] = group.now_ns
 
-    going_on = False
     for device in runtime.devices.values():
         for port, uart in device.uarts.items():
             uart.listeners.append(partial(heard, device, port))
@@ -156,22 +150,87 @@ def replay_log(read: InputLog) -> Replayed:
             said = problem if problem.isprintable() else repr(problem)
             remedy = f"replay it with what wrote it, {read.program}"
             raise InputLogError(f"{read.where(index)}: {said[:LONGEST_PROBLEM]}; {remedy}")
-        if isinstance(logged.input, Stopped) or (
-            isinstance(logged.input, CommitDone) and logged.input.at_once
-        ):
-            runtime.parts.group_of(logged.device).advance(logged.at_ns)
-            continue
-        with suppress(VerbRefused):  # it was refused then, too
-            runtime.apply_input(logged.device, logged.input, logged.at_ns)
-    # What was sent is logged with its time on the line, which a paced line reaches later than its group: the
-    # run ended when the last piece was printed, and not when its last byte would have been on the line.
-    going_on = True
-    ends |= {group: group.now_ns for group, count in missing.items() if count <= 0}
-    for name, group in groups.items():
-        last_ns = max((sent.at_ns for sent in read.sent if sent.device == name), default=SimTimeNs(0))
-        if group not in ends:
-            group.advance(last_ns)
+        group = runtime.parts.group_of(logged.device)
+        course.reach(group, logged.at_ns)
+        is_note = isinstance(logged.input, CommitDone) and logged.input.at_once
+        if not (is_note or isinstance(logged.input, Stopped)):
+            with suppress(VerbRefused):  # it was refused then, too
+                runtime.apply_input(logged.device, logged.input, logged.at_ns)
+        course.note_input(group)
+    course.finish()
     return replayed
+
+
+class _Course:
+    """Ways of a bench's groups through a log, side by side. A group goes as far as to its next input, and
+    after the last as far as it is known to have run.
+
+    What was sent is logged with its time on the line, which a paced line reaches later than its group: the
+    run ended when the last piece was printed, and not when its last byte would have been on the line.
+    """
+
+    def __init__(self, read: InputLog, runtime: BenchRuntime) -> None:
+        self._core = runtime.core
+        self._of_device = {name: runtime.parts.group_of(name) for name in runtime.devices}
+        self._inputs_ns: dict[Group, deque[SimTimeNs]] = {}
+        """Times of inputs to come."""
+        for logged in read.inputs:
+            with suppress(KeyError):  # of nothing that is there: refused in its turn
+                self._inputs_of(runtime.parts.group_of(logged.device)).append(logged.at_ns)
+        self._missing = Counter[Group]()
+        """Numbers of pieces that were sent then, and have not been now."""
+        self._last_ns: dict[Group, SimTimeNs] = {}
+        """Times of the last pieces."""
+        for sent in read.sent:
+            if group := self._of_device.get(sent.device):
+                self._missing[group] += 1
+                self._last_ns[group] = max(sent.at_ns, self._last_ns.get(group, SimTimeNs(0)))
+        self._ends_ns: dict[Group, SimTimeNs] = {}
+        """Ends of groups that have come to them."""
+        self._groups = sorted({*self._of_device.values(), *self._inputs_ns}, key=lambda group: group.id)
+
+    def _inputs_of(self, group: Group) -> deque[SimTimeNs]:
+        return self._inputs_ns.setdefault(group, deque())
+
+    def note_sent(self, device: str) -> bool:
+        """Note that a device sends something; answers whether it is before the end."""
+        group = self._of_device[device]
+        if group.now_ns > self._ends_ns.get(group, FOREVER):
+            return False
+        self._missing[group] -= 1
+        if not self._inputs_of(group) and self._missing[group] == 0:
+            self._ends_ns[group] = group.now_ns
+        return True
+
+    def note_input(self, group: Group) -> None:
+        """Note that a group has had its next input."""
+        self._inputs_of(group).popleft()
+        if not self._inputs_of(group) and self._missing[group] <= 0:
+            self._ends_ns[group] = group.now_ns
+
+    def reach(self, group: Group, at_ns: SimTimeNs) -> None:
+        """Take a group to the time of its next input, and the others on beside it."""
+        if group.now_ns < at_ns:
+            self._advance(SimTimeNs(at_ns + SLICE_NS))
+            group.advance(at_ns)
+
+    def finish(self) -> None:
+        """Take all groups to their ends; they have had their inputs."""
+        self._advance(max(self._last_ns.values(), default=SimTimeNs(0)))
+        for group in self._groups:
+            group.advance(self._limit_ns(group))  # one that is there may not have begun
+
+    def _advance(self, until_ns: SimTimeNs) -> None:
+        limits = [(group, self._limit_ns(group)) for group in self._groups]
+        ways = [(group, limit_ns) for group, limit_ns in limits if group.now_ns < limit_ns]
+        if ways:
+            groups, limits_ns = zip(*ways, strict=True)
+            advance_together(self._core, groups, until_ns, limits_ns)
+
+    def _limit_ns(self, group: Group) -> SimTimeNs:
+        if inputs_ns := self._inputs_of(group):
+            return inputs_ns[0]
+        return SimTimeNs(-1) if group in self._ends_ns else self._last_ns.get(group, SimTimeNs(-1))
 
 
 def _problem(runtime: BenchRuntime, logged: Logged) -> str | None:

@@ -17,9 +17,12 @@ SLICE_NS = 100 * NS_PER_MS
 """Time by which groups are ahead of the firmware that runs at the most, so that they go on together again."""
 
 
-def advance_together(core: Core, groups: Sequence[Group], until_ns: SimTimeNs) -> None:
-    """Run axes and firmwares of groups, at least one, up to and at ``until_ns``; never back."""
-    together = _Together(core, groups)
+def advance_together(
+    core: Core, groups: Sequence[Group], until_ns: SimTimeNs, limits_ns: Sequence[SimTimeNs] = ()
+) -> None:
+    """Run axes and firmwares of groups, at least one, up to and at ``until_ns``; never back. ``limits_ns``:
+    of each group, where it goes less far."""
+    together = _Together(core, groups, limits_ns or [until_ns] * len(groups))
     end_ns = SimTimeNs(-1)
     while end_ns < until_ns:
         due_ns = [group.due_ns for group in groups]
@@ -28,9 +31,10 @@ def advance_together(core: Core, groups: Sequence[Group], until_ns: SimTimeNs) -
 
 
 class _Together:
-    def __init__(self, core: Core, groups: Sequence[Group]) -> None:
+    def __init__(self, core: Core, groups: Sequence[Group], limits_ns: Sequence[SimTimeNs]) -> None:
         self._native = core.native
         self._groups = groups
+        self._limits_ns = limits_ns
         self._behind = set[int]()
         """Places of groups that the core may take on, and that nobody hears of until then."""
         self._turns: list[tuple[SimTimeNs, int]] = []
@@ -62,26 +66,29 @@ class _Together:
     def _advance(self, places: list[int], due_ns: list[SimTimeNs], end_ns: SimTimeNs) -> None:
         while places:
             groups = [self._groups[place] for place in places]
-            found = self._native.advance_groups([group.id for group in groups], due_ns, end_ns)
+            ends_ns = [min(end_ns, self._limits_ns[place]) for place in places]
+            horizons_ns = [min(of, end) for of, end in zip(due_ns, ends_ns, strict=True)]
+            found = self._native.advance_groups([group.id for group in groups], horizons_ns, end_ns)
             turns = [(at, groups[at].turn_ns()) for at in found]
             for at, turn_ns in turns:
-                if turn_ns <= end_ns:
+                if turn_ns <= ends_ns[at]:
                     self._note(places[at], turn_ns)
-            left = [at for at, turn_ns in turns if turn_ns == FOREVER and groups[at].now_ns < end_ns]
+            left = [at for at, turn_ns in turns if turn_ns == FOREVER and groups[at].now_ns < ends_ns[at]]
             places, due_ns = [places[at] for at in left], [due_ns[at] for at in left]
 
     def _take_turn(self, place: int, end_ns: SimTimeNs) -> None:
-        group = self._groups[place]
+        group, end_ns = self._groups[place], min(end_ns, self._limits_ns[place])
         group.take_turn()
         next_ns = group.turn_ns()
         if next_ns < FOREVER:
             self._note(place, next_ns)
-        elif not self._native.is_quiet(group.id):
-            self._advance([place], [group.due_ns], end_ns)
         elif group.now_ns < end_ns:
-            self._behind.add(place)
-            if (due_ns := group.due_ns) <= end_ns:
-                self._note(place, due_ns)
+            if self._native.is_quiet(group.id):
+                self._behind.add(place)
+                if (due_ns := group.due_ns) <= end_ns:
+                    self._note(place, due_ns)
+            else:
+                self._advance([place], [group.due_ns], end_ns)
 
     def _note(self, place: int, turn_ns: SimTimeNs) -> None:
         self._turn_ns[place] = turn_ns
