@@ -1,12 +1,12 @@
 /* What an axis-tick costs in the core: AXES groups of one axis, each with its own table, in closed loop with
    set-points that move as in reference_axis.c. Taken a millisecond further at a time, as the real-time thread does.
 
-   axis_cost AXES TICKS simple|full virtual [TOGETHER]   prints ns of CPU time per axis-tick; control steps of an axis;
-                                                         degrees of axis 0
-   axis_cost AXES SECONDS simple|full rt [TOGETHER]      prints the real-time thread's share of a core; control steps of
-                                                         axis 0 a second
+   axis_cost AXES TICKS simple|full virtual [TOGETHER [LANES]]  prints ns of CPU time per axis-tick; control steps of an axis;
+                                                                degrees of axis 0
+   axis_cost AXES SECONDS simple|full rt [TOGETHER [LANES]]     prints the real-time thread's share of a core; control steps of
+                                                                axis 0 a second
 
-   TOGETHER: axes a group, 1 without it. */
+   TOGETHER: axes a group, 1 without it. LANES: none, any, avx2 or avx512; the widest without it. */
 #define _GNU_SOURCE
 #include <pthread.h>
 #include <stdio.h>
@@ -125,11 +125,23 @@ static void print_real_time_share(hil_core *c, int axes, int64_t run_s)
     printf("%.4f %.1f\n", share, steps / took_s);
 }
 
+static void choose(hil_core *c, const char *wanted)
+{
+    static const char *const NAMES[] = {
+#define LANES_OF(name, value, python, meaning) [value] = #python,
+#include "abi.def"
+    };
+    for (int i = 0; i < HIL_LANES_MOST; i++)
+        if (!strcmp(NAMES[i], wanted) && !hil_core_set_lanes(c, (hil_lanes)i)) return;
+    exit(4);
+}
+
 int main(int argc, char **argv)
 {
     if (argc < 5) return 2;
     int axes = atoi(argv[1]), together = argc > 5 ? atoi(argv[5]) : 1;
     hil_core *c = build(axes, together, strcmp(argv[3], "full") ? SIMPLE : FULL);
+    if (argc > 6) choose(c, argv[6]);
     if (!strcmp(argv[4], "rt")) print_real_time_share(c, axes, atoll(argv[2]));
     else print_tick_ns(c, axes, atoll(argv[2]));
     hil_core_free(c);
