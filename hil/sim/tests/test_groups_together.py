@@ -26,7 +26,7 @@ def turns(lanes: Lanes) -> list[tuple[int, str]]:
         runtime.core.native.set_lanes(lanes)
         bench.run_until(4500)
         for name, device in runtime.devices.items():
-            group = runtime.roster.group_of(name)
+            group = runtime.parts.group_of(name)
 
             def said(*_: Any, name: str = name, group: Any = group) -> None:
                 found.append((group.now_ns, name))
