@@ -1,8 +1,8 @@
 """Axes that move together, beside the same axes each alone: CPU time, in turns, medians.
 
 ``lanes_bench_N_*``: N Mechaduinos that hold, in the kit, ms of CPU time for a simulated second of one; the
-reference is the same with ``HIL_LANES=none``. ``lanes_replay_N_*``: the same for the replay of a log of two
-minutes of them, each of which is told a new angle every five seconds, compared whole. ``lanes_speed_N``: the
+reference is the same with ``HIL_LANES=none``. ``lanes_replay_N_*``: the same for the replay of a log of 90
+seconds of them, each of which is told a new angle every five seconds, compared whole. ``lanes_speed_N``: the
 daemon with ``speed: 10``. ``lanes_group_*``: an axis of a CAN bus of 126 drives in closed loop, in the core,
 beside one of 126 with groups of their own; for SACs of a line in motion, too, that report and that do not.
 ``lanes_bus_*``: the real-time thread's share of a core for 126 drives that hold on an idle bus.
@@ -30,7 +30,6 @@ from axis_cost import build, reference_ns, run
 from stepper_cost import reach
 
 from hil.compose import find_catalogue, start_memories
-from hil.compose.lanes import VARIABLE
 from hil.compose.replay import MemoryOptions, replay
 from hil.config import from_dict
 from hil.core import Core
@@ -43,9 +42,9 @@ from hil.vocab.motion import CONTINUOUS_SLOT, MotionEntry, MotionSetup
 
 PLANTS = ("simple", "full")
 LIMITS = {100: 1 / 3.0, 8: 1 / 1.6}
-ROUNDS = 1 if is_quick() else 7
+ROUNDS = 1 if is_quick() else 5
 SECONDS = 2 if is_quick() else 10
-LOG_SECONDS = 20 if is_quick() else 120
+LOG_SECONDS, LOG_ROUNDS = (20, 1) if is_quick() else (90, 3)
 GROUP = 126
 GROUP_LIMIT, BUS_LIMIT, WIDTH_LIMIT = 1.1, 0.10, 0.40
 WIDTHS = [each.name for each in Lanes if each <= Core(1).native.lanes]
@@ -73,21 +72,21 @@ def cpu_s(work: Callable[[], object]) -> float:
     return time.process_time() - began_s
 
 
-def in_turns(work: Callable[[], float]) -> tuple[list[float], list[float]]:
+def in_turns(work: Callable[[], float], rounds: int) -> tuple[list[float], list[float]]:
     """Results with the widest lanes and without any, of runs in turns."""
     found: dict[str, list[float]] = {WIDTHS[-1]: [], Lanes.none.name: []}
-    for turn in range(ROUNDS):
+    for turn in range(rounds):
         for lanes in [*found] if turn % 2 else reversed([*found]):
-            os.environ[VARIABLE] = lanes
+            os.environ["HIL_LANES"] = lanes
             found[lanes].append(work())
-    del os.environ[VARIABLE]
+    del os.environ["HIL_LANES"]
     return found[WIDTHS[-1]], found[Lanes.none.name]
 
 
-def compare(name: str, work: Callable[[], float], unit: str, limit: float | None) -> None:
-    together, alone = in_turns(work)
+def compare(name: str, work: Callable[[], float], limit: float, rounds: int = ROUNDS) -> None:
+    together, alone = in_turns(work, rounds)
     extra = {"reference": "each axis alone", "lanes": WIDTHS[-1], "runs": together, "reference_runs": alone}
-    report(name, statistics.median(together), unit, statistics.median(alone), limit, extra)
+    report(name, statistics.median(together), "ms/s", statistics.median(alone), limit, extra)
 
 
 def bench_ms(boards: int, plant: str) -> float:
@@ -117,7 +116,7 @@ def replay_ms(lines: list[str], boards: int) -> float:
 
 def speed_share(boards: int, lanes: str) -> float:
     """Share of a core that a daemon takes for boards at ten times real time."""
-    os.environ[VARIABLE] = lanes
+    os.environ["HIL_LANES"] = lanes
     with daemon(json.dumps(config(boards, "simple", speed=10))) as running:
         for at in range(boards):
             with open(running.port(f"m{at}"), "wb", buffering=0) as port:
@@ -126,7 +125,7 @@ def speed_share(boards: int, lanes: str) -> float:
         before_s, began_s = precise_cpu_s(running.pid), time.monotonic()
         time.sleep(SECONDS / 4)
         share = (precise_cpu_s(running.pid) - before_s) / (time.monotonic() - began_s)
-    del os.environ[VARIABLE]
+    del os.environ["HIL_LANES"]
     return share
 
 
@@ -219,13 +218,13 @@ def widths(core: str, reference: str) -> None:
 def main() -> None:
     for boards, limit in LIMITS.items():
         for plant in PLANTS:
-            compare(f"lanes_bench_{boards}_{plant}", lambda: bench_ms(boards, plant), "ms/s", limit)  # noqa: B023
+            compare(f"lanes_bench_{boards}_{plant}", lambda: bench_ms(boards, plant), limit)  # noqa: B023
             lines = log_of(boards, plant)
-            compare(f"lanes_replay_{boards}_{plant}", lambda: replay_ms(lines, boards), "ms/s", limit)  # noqa: B023
+            compare(f"lanes_replay_{boards}_{plant}", lambda: replay_ms(lines, boards), limit, LOG_ROUNDS)  # noqa: B023
     shares = medians({lanes: lambda lanes=lanes: speed_share(8, lanes) for lanes in (WIDTHS[-1], "none")})  # type: ignore[misc]
     (value, runs), (alone, others) = shares.values()
     extra = {"reference": "each axis alone", "runs": runs, "reference_runs": others}
-    report("lanes_speed_8", value, "core", alone, None, extra)
+    report("lanes_speed_8", value, "core", alone, LIMITS[8], extra)
     with tempfile.TemporaryDirectory() as folder:
         core, reference = build(Path(folder))
         groups(core)

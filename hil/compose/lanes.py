@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping
 from hil.core import Core
 from hil.core.abi import Lanes
 
-VARIABLE = "HIL_LANES"
-
 
 class LanesRefused(Exception):
     """Refusal of lanes that there are not: ``str(error)`` says why, and what there is."""
@@ -19,17 +17,17 @@ def choose_lanes(core: Core, environ: Mapping[str, str]) -> None:
     Raises:
         LanesRefused: there are none of that name, or this processor cannot run them.
     """
-    wanted = environ.get(VARIABLE, "")
+    wanted = environ.get("HIL_LANES", "")
     if not wanted:
         return
     if wanted not in Lanes.__members__:
-        raise LanesRefused(f"{VARIABLE}: there are no lanes {wanted!r}: use {_names(Lanes)}")
+        raise LanesRefused(f"HIL_LANES: there are no lanes {wanted!r}: use {_names(Lanes)}")
     try:
         core.native.set_lanes(Lanes[wanted])
     except ValueError:
         here = _names(each for each in Lanes if each <= core.native.lanes)
         raise LanesRefused(
-            f"{VARIABLE}: this processor does not have the instructions of the lanes {wanted}: use {here}"
+            f"HIL_LANES: this processor does not have the instructions of the lanes {wanted}: use {here}"
         ) from None
 
 

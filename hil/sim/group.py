@@ -137,7 +137,7 @@ class Group:
         while True:
             horizon_ns = self.due_ns
             now_ns, has_news = self._native.advance(self.id, horizon_ns, until_ns)
-            if has_news:
+            if has_news or self._events:  # some are left where a turn was broken off
                 self._interrupts()
             if now_ns >= horizon_ns:
                 self._step(SimTimeNs(now_ns))
@@ -209,8 +209,9 @@ class Group:
             self._due.add(device.due_ns if at_ns is None else at_ns, self._index[device])
 
     def _interrupts(self) -> None:
-        for event in self._core.take_events(self.id):
-            self._interrupt(*event)
+        self._events += self._core.take_events(self.id)
+        while self._events:
+            self._interrupt(*self._events.popleft())
         self._check_ring()
 
     def _interrupt(self, at_ns: SimTimeNs, axis: int, kind: str, value: float) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from hil.compose.lanes import VARIABLE, LanesRefused, choose_lanes
+from hil.compose.lanes import LanesRefused, choose_lanes
 from hil.core import Core
 from hil.core.abi import Lanes
 from hil.sim import bench as bench_runtime
@@ -28,21 +28,23 @@ def test_the_widest_is_the_default() -> None:
 @pytest.mark.parametrize("lanes", HERE)
 def test_a_variable_chooses(lanes: Lanes) -> None:
     core = Core(1)
-    choose_lanes(core, {VARIABLE: lanes.name})
+    choose_lanes(core, {"HIL_LANES": lanes.name})
     assert core.native.lanes == lanes
 
 
 def test_a_name_that_there_is_not_is_refused() -> None:
     wanted = "HIL_LANES: there are no lanes 'wide': use none, any, avx2 or avx512"
     with pytest.raises(LanesRefused, match=wanted):
-        choose_lanes(Core(1), {VARIABLE: "wide"})
+        choose_lanes(Core(1), {"HIL_LANES": "wide"})
 
 
-@pytest.mark.parametrize("lanes", [each for each in Lanes if each not in HERE])
+@pytest.mark.parametrize("lanes", Lanes)
 def test_instructions_that_the_processor_lacks_are_refused(lanes: Lanes) -> None:
+    if lanes in HERE:
+        pytest.skip(f"this processor has {lanes.name}")
     wanted = f"does not have the instructions of the lanes {lanes.name}: use none"
     with pytest.raises(LanesRefused, match=wanted):
-        choose_lanes(Core(1), {VARIABLE: lanes.name})
+        choose_lanes(Core(1), {"HIL_LANES": lanes.name})
 
 
 def config(chance: random.Random) -> dict[str, Any]:
@@ -106,10 +108,10 @@ def played(seed: int) -> list[Any]:
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_lanes_change_nothing(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Snapshots, bytes and their times are the same with any lanes, and in one group after the other."""
-    monkeypatch.setenv(VARIABLE, Lanes.none.name)
+    monkeypatch.setenv("HIL_LANES", Lanes.none.name)
     alone = repr(played(seed))
     for lanes in HERE[1:]:
-        monkeypatch.setenv(VARIABLE, lanes.name)
+        monkeypatch.setenv("HIL_LANES", lanes.name)
         assert repr(played(seed)) == alone, lanes.name
     monkeypatch.setattr(bench_runtime, "advance_together", one_by_one)
     assert repr(played(seed)) == alone

@@ -51,7 +51,7 @@ int hil_core_set_lanes(hil_core *c, hil_lanes lanes)
 
 hil_lanes hil_core_lanes(const hil_core *c) { return c->lanes; }
 
-#define CALL_ROUNDS 10 /* of one call of hil_groups_advance: between two calls signals are heard */
+#define CALL_ROUNDS 10 /* of one call of hil_groups_advance for several: between two calls signals are heard */
 #define AHEAD 8 /* groups that are fetched before they are needed */
 #define WORTH_IT 4 /* axes: all lanes together take the time of three or four axes alone */
 
@@ -170,8 +170,8 @@ void hil_groups_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
         hil_group_advance(c, groups[0], until_ns);
         return;
     }
-    int goes_on = 1;
-    for (int round = 0; round < CALL_ROUNDS && goes_on; round++) {
+    int goes_on = 1, rounds = n > 1 ? CALL_ROUNDS : 1;
+    for (int round = 0; round < rounds && goes_on; round++) {
         for (int i = 0; i < n; i += BATCH_GROUPS)
             batch_advance(c, groups + i, n - i < BATCH_GROUPS ? n - i : BATCH_GROUPS, until_ns);
         goes_on = 0;
