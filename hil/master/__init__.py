@@ -2,10 +2,10 @@
 
 ``sans_io`` has what a master decides, without I/O. Beside it is what carries bytes and looks at the clock:
 ``line_place.py`` finds a line, ``line_port.py`` opens it, ``line_loop.py`` joins both with a master:
-``live_master.py`` that of SACs, ``live_modbus.py`` that of Modbus. ``path_run.py`` makes a run over a line of
-a plan of ``hil.toolpath``.
+``live_master.py`` is that of SACs; Modbus has its own in ``bridges.modbus.master``. ``path_run.py`` makes a
+run over a line of a plan of ``hil.toolpath``.
 
-May import: bridges.modbus.protocol, hil.discovery, hil.gcode, hil.host, hil.net, hil.toolpath, hil.vocab,
+May import: hil.discovery, hil.gcode, hil.host, hil.net, hil.toolpath, hil.vocab,
 hil.wire, the standard library, serial.
 
 Tests may import too: device_profiles, hil.testing.
@@ -14,10 +14,8 @@ Tests may import too: device_profiles, hil.testing.
 from hil.master.line_loop import LineGone
 from hil.master.line_place import LinePlace, LineUnreachable, find_line
 from hil.master.live_master import LiveMaster, open_line
-from hil.master.live_modbus import LiveModbus, open_modbus_line
 from hil.master.path_run import path_run
 from hil.master.sans_io.line_run import LineRun
-from hil.master.sans_io.modbus_master import ModbusMaster, UnitPoll
 from hil.master.sans_io.node_master import NodeMaster
 from hil.master.sans_io.node_rows import NodeEvent, NodeRow
 from hil.master.sans_io.run_items import RunReport, RunState
@@ -29,8 +27,6 @@ __all__ = [
     "LineRun",
     "LineUnreachable",
     "LiveMaster",
-    "LiveModbus",
-    "ModbusMaster",
     "NodeEvent",
     "NodeMaster",
     "NodeRow",
@@ -38,9 +34,7 @@ __all__ = [
     "RunReport",
     "RunState",
     "Transaction",
-    "UnitPoll",
     "find_line",
     "open_line",
-    "open_modbus_line",
     "path_run",
 ]

@@ -1,7 +1,7 @@
 """Master of a line of Modbus RTU without I/O: polls of units in a cycle, and requests in between.
 
-It takes its turns as ``NodeMaster`` does (``line_turns.py``): one request at a time, no write twice, no
-answer believed that belongs to another request.
+It takes its turns as ``NodeMaster`` does (``hil.master.sans_io.line_turns``): one request at a time, no write
+twice, no answer believed that belongs to another request.
 
 Source: MODBUS over Serial Line V1.02, 2.4 and 2.5.
 """

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 
+from bridges.modbus.master import UnitPoll, open_modbus_line
 from bridges.modbus.protocol.client_side import read, write
 from bridges.modbus.protocol.pdu import Table
-from hil.master import LineGone, LineUnreachable, Outcome, UnitPoll, open_modbus_line
+from hil.master import LineGone, LineUnreachable, Outcome
 from hil.testing import ServedBench, live
 
 pytestmark = pytest.mark.long

@@ -2,10 +2,10 @@
 
 import pytest
 
+from bridges.modbus.master.modbus_master import ModbusMaster, UnitPoll
 from bridges.modbus.protocol.client_side import read, write, write_single
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.protocol.poll_cycle import Poll, PollCycle
-from hil.master.sans_io.modbus_master import ModbusMaster, UnitPoll
 from hil.master.sans_io.transaction import Outcome
 from hil.testing.line_masters import attend
 from hil.vocab.line_format import LineFormat

@@ -5,12 +5,12 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+from bridges.modbus.master.modbus_master import RESPONSE_NS, ModbusMaster, UnitPoll
 from bridges.modbus.protocol.exchange import sole_of_frame
 from bridges.modbus.protocol.pdu import Request
 from hil.master.line_loop import LineLoop
 from hil.master.line_place import LATENCY_NS, bench_here, bench_tap, is_address, wait_until_heard
 from hil.master.line_port import LinePort
-from hil.master.sans_io.modbus_master import RESPONSE_NS, ModbusMaster, UnitPoll
 from hil.master.sans_io.transaction import Transaction
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.echo import Echo
