@@ -109,7 +109,7 @@ static int next_bound(const hil_core *c, const hil_group *g, int64_t until_ns, i
 static int has_to_wait(const hil_group *g) { return g->stops | ring_is_filling(&g->events); }
 
 /* All that happens to bound axes, in time's order: what is left is each axis's own. Answers how far that was: less
-   where events are waiting. */
+   where events are waiting, or where it was as much as one call does. */
 static int64_t run_bound(hil_core *c, hil_group *g, int64_t until_ns, int64_t *work)
 {
     int64_t at_ns;
@@ -117,7 +117,8 @@ static int64_t run_bound(hil_core *c, hil_group *g, int64_t until_ns, int64_t *w
     if (g->first_bound < 0) return until_ns;
     for (int axis; (axis = next_bound(c, g, until_ns, &at_ns)) >= 0;) {
         *work += axis_advance(c, &c->axes[axis], axis, at_ns);
-        if (has_to_wait(g)) until_ns = at_ns; /* what happens to the others at this time happens too */
+        /* What happens to the others at this time happens too. */
+        if (has_to_wait(g) || *work >= CALL_WORK) until_ns = at_ns;
     }
     return until_ns;
 }
