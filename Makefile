@@ -9,7 +9,7 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES)
 
-.PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check web-types lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check web-types lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -168,10 +168,15 @@ fuzz: $(VENV)/.dev
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/gcode
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/uno -k fuzz
 
-# Figures with their references from the same run; docs/benchmarks.md explains them. BENCH=--quick is shorter.
+# Figures with their references from the same run, and one table of all; docs/benchmarks.md explains them.
+# BENCH=--quick is shorter. Ends with 1 if a goal is missed by more than the noise. bench-docs writes the table.
 bench: $(VENV)/.dev
+	@$(BIN)/python benchmarks/_table.py begin
 	@failed=; for file in benchmarks/[a-z]*.py; do echo "-- $$file"; $(BIN)/python $$file $(BENCH) || failed="$$failed $$file"; done; \
-	  [ -z "$$failed" ] || { echo "did not do their work:$$failed"; exit 1; }
+	  $(BIN)/python benchmarks/_table.py end || missed=1; \
+	  [ -z "$$failed" ] || { echo "did not do their work:$$failed"; exit 1; }; [ -z "$$missed" ]
+bench-docs:
+	@$(BIN)/python benchmarks/_table.py docs
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info $(PYX:.pyx=.c)

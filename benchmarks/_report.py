@@ -27,6 +27,8 @@ def report(
     RESULTS.mkdir(exist_ok=True)
     result = {
         "name": name,
+        "benchmark": Path(sys.argv[0]).name,
+        "is_quick": is_quick(),
         "value": value,
         "unit": unit,
         "reference": reference,
