@@ -1,5 +1,7 @@
 """Modbus nodes and formats of segments in a configuration."""
 
+from pathlib import Path
+
 import pytest
 
 from hil.compose import find_catalogue
@@ -63,6 +65,23 @@ def problem(segments: str) -> str:
 )
 def test_what_cannot_be_is_said_where_it_stands(segments: str, said: str) -> None:
     assert problem(segments).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("axis", "said"),
+    [
+        ("p1", "7:24: segments.b.modbus.units.p1: a pinger has no axis (a node needs one)"),
+        ("p1.x", "7:24: segments.b.modbus.units.'p1.x': p1 has no axis 'x'; it has none ("),
+    ],
+)
+def test_a_board_without_axes_has_no_node(axis: str, said: str) -> None:
+    boards = Path(__file__).parents[3] / "tests/boards"
+    catalogue = find_catalogue(path=[boards])
+    head = HEAD.replace("s1: {profile: sac}", "p1: {profile: pinger}")
+    with pytest.raises(ConfigError) as caught:
+        parse(f"{head}  b: {{modbus: {{units: {{{axis}: 1}}}}}}", "b.yaml", catalogue)
+    (found,) = caught.value.problems
+    assert str(found).startswith(f"b.yaml:{said}")
 
 
 def test_nodes_taps_and_a_format() -> None:
