@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 from hil.vocab.bus import BusKind, DriveAddress, DriveKind, MapKind, NodeKind, NodeLine, Raw
 from hil.vocab.faults import MODBUS_NODE
-from hil.vocab.framing import Framing
-from hil.vocab.line_format import LineFormat
 
 if TYPE_CHECKING:
     from bridges.modbus.modbus_model import ModbusConfig
@@ -16,6 +14,8 @@ if TYPE_CHECKING:
     from hil.drives.real_drive import DrivePace
     from hil.sim.bench import BenchRuntime
     from hil.vocab.desk_protocol import DeviceInfo
+    from hil.vocab.framing import Framing
+    from hil.vocab.line_format import LineFormat
 
 
 def _model() -> type[Any]:
@@ -32,7 +32,7 @@ def _findings(
     return modbus_findings(segments, devices, real)
 
 
-def _framing(line_format: LineFormat) -> Framing:
+def _framing(line_format: "LineFormat") -> "Framing":
     from bridges.modbus.protocol.rtu_framing import modbus_rtu
 
     return modbus_rtu(line_format)

@@ -5,7 +5,10 @@ import gc
 import os
 import signal
 import sys
+from types import ModuleType
 from typing import Any
+
+from hil import __version__
 
 INTERRUPTED = 130
 
@@ -34,9 +37,15 @@ def main() -> None:
         gc.set_threshold(100_000)  # a short life: what imports make is no garbage
         # `serve` handles signals in its own way
         from hil.cli.framework.interrupts import end_by_signals
+        from hil.vocab.late_dataclass import make_later
 
+        make_later()
+        _put_off_metadata()
         end_by_signals()
     try:
+        if sys.argv[1:] == ["--version"]:  # without the table of commands, most of its time
+            print(f"hil {__version__}")
+            return
         from hil.cli.framework.command_answers import wants_json
         from hil.cli.framework.command_group import app
 
@@ -54,6 +63,39 @@ def main() -> None:
         gc.freeze()  # memory ends with the process: a last look for garbage takes a sixth of `hil check`
         if not is_serving:  # nothing is left to be ended in order, and a traceback of the exit helps nobody
             signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+class _PutOff(ModuleType):
+    """Module that is executed when a name in it is first used."""
+
+    def __getattr__(self, name: str) -> Any:
+        self.execute()
+        return getattr(self, name)
+
+    def execute(self) -> None:
+        """Execute the module, if it was not."""
+        if type(self) is _PutOff:
+            self.__class__ = ModuleType  # type: ignore[assignment]
+            self.__spec__.loader.exec_module(self)  # type: ignore[union-attr]
+
+
+def _put_off_metadata() -> None:
+    """Let ``importlib.metadata`` be executed when it is used. pydantic takes ``entry_points`` from it to look
+    for plugins, which are disabled."""
+    import importlib.util as imports
+
+    name = "importlib.metadata"
+    if name in sys.modules or not (spec := imports.find_spec(name)):
+        return
+    module: Any = imports.module_from_spec(spec)
+    module.__class__ = _PutOff
+
+    def entry_points(**given: Any) -> Any:
+        _PutOff.execute(module)
+        return module.entry_points(**given)
+
+    module.entry_points = entry_points
+    sys.modules[name] = module
 
 
 def _verb(words: list[str]) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,6 +19,7 @@ from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
 from hil.vocab.bus import BusKind, DriveKind, MapKind, NodeKind, WireKind
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.parameters import plain
 from hil.vocab.problem import ConfigError, Problem, Unusable
 from hil.vocab.profile import Profile

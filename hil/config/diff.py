@@ -8,11 +8,11 @@ change too, except faults, which belong to their targets.
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, Literal
 
 from hil.config.model import BenchConfig, DeviceConfig
 from hil.vocab.address import owner_of
+from hil.vocab.late_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,10 @@
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import PurePath
 
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.problem import ConfigError, Problem
 
 KeyPath = tuple[str | int, ...]

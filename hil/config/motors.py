@@ -2,8 +2,9 @@
 their numbers. Each number has its origin."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+from hil.vocab.late_dataclass import dataclass
 
 
 class Figure(NamedTuple):

@@ -1,11 +1,11 @@
 """YAML's syntax errors in the words of a configuration file's author."""
 
 import re
-from dataclasses import dataclass
 
 import yaml
 
 from hil.config.document import Spot
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.problem import Problem
 
 _QUOTES = "text that begins with {} wants quotes"

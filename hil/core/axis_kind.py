@@ -4,7 +4,7 @@ Code that needs a thing which not every axis has asks the axis's kind here, neve
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
 from typing import Any
 
@@ -12,6 +12,7 @@ from hil.core._native import NativeCore
 from hil.core.abi import LIMIT_RPM, LIMIT_TEETH_RPM, Law
 from hil.core.fields import Snapshot
 from hil.vocab.axis import AxisState
+from hil.vocab.late_dataclass import dataclass
 
 CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
 """A controller's clock output and its input for one: frequencies and not edges."""

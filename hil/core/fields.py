@@ -1,11 +1,11 @@
 """The fields of an axis, by name, from the native core's one table (``native/fields.def``)."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from hil.core import _native
 from hil.core.abi import Kind
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.packed_fields import STRUCTS, struct_of
 
 

@@ -1,18 +1,18 @@
 """Trajectories over several axes: position, velocity and acceleration of each axis at any time.
 
 Positions are in degrees, velocities in deg/s, accelerations in deg/s2, jerks in deg/s3, times in integer ns
-from the start of the trajectory. Nothing moves here: a trajectory is a value, the same to the bit on every
+from hil.vocab.late_dataclass import dataclass
 machine. ``native/motion/trajectory.h`` has the plans, ``docs/decisions/0013`` the reasons.
 """
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
 from typing import Literal
 
 from hil.core import _trajectory
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_S
 

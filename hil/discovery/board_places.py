@@ -1,12 +1,13 @@
 """Places of boards: with hil, in packages that are installed beside it, and in folders that a user names."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
 
 from hil.discovery.installed import BOARDS, NotThere, folder_of, installed, told
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.problem import Problem
 
 PROFILES = "device_profiles"

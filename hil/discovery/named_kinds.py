@@ -8,19 +8,22 @@ from importlib.util import find_spec
 from pathlib import Path
 from traceback import extract_tb
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hil.discovery.installed import BUSES, installed, told
-from hil.vocab.bus import BusKind, LogKind
 from hil.vocab.problem import Problem, Unusable
-from hil.vocab.wire import WireInfo
+
+if TYPE_CHECKING:
+    from hil.vocab.bus import BusKind, LogKind
+    from hil.vocab.wire import WireInfo
 
 
 @cache
-def find_buses() -> tuple[tuple[BusKind, ...], tuple[Problem, ...]]:
+def find_buses() -> "tuple[tuple[BusKind, ...], tuple[Problem, ...]]":
     """Find the kinds of buses: with hil among the ports and the bridges, and installed beside it; and the
     problems of those that cannot be imported."""
-    found, problems = list[BusKind](), list[Problem]()
+    found: list[BusKind] = []
+    problems: list[Problem] = []
     for kinds in (Kinds("virtual_ports", None, "bus_kind"), Kinds("bridges", BUSES, "bus_kind")):
         for name in kinds:
             try:
@@ -31,7 +34,7 @@ def find_buses() -> tuple[tuple[BusKind, ...], tuple[Problem, ...]]:
 
 
 @cache
-def find_wire_infos() -> Mapping[str, WireInfo]:
+def find_wire_infos() -> "Mapping[str, WireInfo]":
     """Find the reports on wires, by the key of a configuration under which they stand: segments first."""
     buses, _ = find_buses()
     segments = {bus.segments.info.key: bus.segments.info for bus in buses if bus.segments}
@@ -39,7 +42,7 @@ def find_wire_infos() -> Mapping[str, WireInfo]:
 
 
 @cache
-def find_logs() -> tuple[LogKind, ...]:
+def find_logs() -> "tuple[LogKind, ...]":
     """Find the kinds of frames that captures and logs have."""
     return tuple(bus.logs() for bus in find_buses()[0] if bus.logs)
 

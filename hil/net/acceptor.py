@@ -8,7 +8,9 @@ import select
 import socket
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from hil.vocab.late_dataclass import dataclass
 
 ACCEPT_AGAIN_S = 1.0
 SPARE_AGAIN_S = 0.01

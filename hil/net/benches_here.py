@@ -3,13 +3,14 @@
 import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from hil.host.paths import SERVICES, closed_folders, control_sockets, runtime_bases
 from hil.host.trust import distrust, user_name
 from hil.net.control_client import listener
 from hil.net.socket_owner import entry_remedy, others_sockets, owner_name
+from hil.vocab.late_dataclass import dataclass
 
 SERVICE = "service:"
 """Prefix of the name of a service's bench."""

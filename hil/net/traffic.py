@@ -1,8 +1,10 @@
 """Counters of a port, and the queue of what its clients have not taken yet."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
+
+from hil.vocab.late_dataclass import dataclass
 
 if TYPE_CHECKING:
     import asyncio

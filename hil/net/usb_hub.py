@@ -1,7 +1,8 @@
 """Hub ports of the kernel's virtual USB controllers, as its module vhci-hcd tells them in sysfs."""
 
-from dataclasses import dataclass
 from pathlib import Path
+
+from hil.vocab.late_dataclass import dataclass
 
 FREE, USED = 4, 6
 """States of a hub port: nothing is plugged in; a device is there and has its address. Between the two are 5,

@@ -6,9 +6,10 @@ import socket
 from collections import deque
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
+from hil.vocab.late_dataclass import dataclass
 
 AGAIN_S = 60.0
 """Minimum time between two log lines on one limit."""

@@ -6,9 +6,10 @@ fields are called.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal, NamedTuple, Protocol
 
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.parameters import Parameter
 from hil.vocab.path import Path
 from hil.vocab.time import SimTimeNs

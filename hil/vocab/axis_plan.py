@@ -1,8 +1,10 @@
 """Plan that an axis is opened with."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
+
+from hil.vocab.late_dataclass import dataclass
 
 FULL_PARAMETERS = (
     "phase_resistance_ohm",

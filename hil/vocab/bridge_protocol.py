@@ -2,10 +2,10 @@
 ports of its own. Its options may be ``BridgeOptions`` and ``BusOptions``, for more than their form."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from hil.vocab.desk_protocol import Source
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.ports import Port
 
 

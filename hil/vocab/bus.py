@@ -1,15 +1,18 @@
 """Kind of bus, as its folder gives it: parts, each for those buses that have such a thing."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, BinaryIO, NamedTuple, Protocol
+from dataclasses import field
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, Protocol
 
-from hil.vocab.desk_protocol import DeviceInfo
-from hil.vocab.framing import Framing
-from hil.vocab.line_format import LineFormat
-from hil.vocab.segment import Segment
-from hil.vocab.time import Clock
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.wire import WireInfo
+
+if TYPE_CHECKING:
+    from hil.vocab.desk_protocol import DeviceInfo
+    from hil.vocab.framing import Framing
+    from hil.vocab.line_format import LineFormat
+    from hil.vocab.segment import Segment
+    from hil.vocab.time import Clock
 
 Raw = Mapping[str, Any]
 """Part of a configuration as it is written: a mapping whose values may be wrong."""
@@ -57,7 +60,7 @@ class SegmentKind:
     """Segments: wires that nodes of several kinds are on. Their keys in a configuration are hil's own."""
 
     info: WireInfo
-    make: Callable[[Clock, Framing, LineFormat, str], Segment]
+    make: "Callable[[Clock, Framing, LineFormat, str], Segment]"
     """Makes a segment without stations, on which things happen at times of the clock. Last argument: its
     name."""
 
@@ -67,7 +70,7 @@ class NodeLine:
     """Segment that nodes are put on. ``group``: the ``Group`` of the bench whose time it has; ``baud``: its
     speed; ``boards``: the ``Profile`` of each board; ``version``: hil's, which nodes may tell."""
 
-    segment: Segment
+    segment: "Segment"
     group: Any
     baud: int
     boards: Mapping[str, Any]
@@ -89,7 +92,7 @@ class NodeKind:
     findings: Callable[[Raw, Mapping[str, Any], Collection[str]], Iterable[Any]]
     """Finds what is wrong with the nodes of all segments, as ``WireKind.findings``. The first argument are
     the segments."""
-    framing: Callable[[LineFormat], Framing]
+    framing: "Callable[[LineFormat], Framing]"
     """Answers the framing of its packets on a line of this format, always the same object."""
     add: Callable[[Any, Any, NodeLine], None]
     """Puts the nodes of a segment on it, in the order of the configuration. Arguments: the ``BenchRuntime``,
@@ -249,6 +252,6 @@ class BusKind:
     """Answers its frames in captures; None: they are packets on lines, which their framing describes."""
     sections: tuple[tuple[str, str], ...] = ()
     """Sections of the reference: a heading or a sentence, and the model whose keys follow."""
-    reference: Callable[[Iterable[DeviceInfo]], str] | None = None
+    reference: "Callable[[Iterable[DeviceInfo]], str] | None" = None
     """Writes more of the reference, which stands at its end, Markdown. Argument: a twin of each kind of board
     that has one axis."""

@@ -1,7 +1,7 @@
 """Desk of a bench, as all its doors see it, bridges and control socket, in one event loop."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from fractions import Fraction
 from types import MappingProxyType
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.axis import AxisState
 from hil.vocab.dialogue import TextReader
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.operation import Operation
 from hil.vocab.segment import SegmentView
 from hil.vocab.verbs import Role, Verb

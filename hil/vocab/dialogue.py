@@ -5,10 +5,10 @@ clock, and answers each ``Listen`` with what came.
 """
 
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.time import SimTimeNs
 
 

@@ -6,8 +6,9 @@ A target is an address (``hil.vocab.address``): of a device (``s1``), one of its
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import VerbRefused
 

@@ -5,11 +5,12 @@ the request is met, with the request's answer as the value of the ``yield``.
 """
 
 from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.address import DeviceParts
 from hil.vocab.framing import Framing, Item
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.motion import Motion
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs

@@ -1,9 +1,10 @@
 """Format of the characters on a serial line: a start bit, data bits, parity or none, stop bits."""
 
 import re
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, cast
+
+from hil.vocab.late_dataclass import dataclass
 
 DATA_BITS = 8
 Parity = Literal["N", "E", "O", "M", "S"]

@@ -1,8 +1,9 @@
 """Health and metrics of a daemon, for those that watch it: words, problems, names, values; in no format."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Literal
+
+from hil.vocab.late_dataclass import dataclass
 
 OK, LATE, FAILED = "ok", "late", "failed"
 STATES = {

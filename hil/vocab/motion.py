@@ -5,8 +5,9 @@ The engine holds the queue and runs it; the interpreter parses, keeps defaults, 
 at the present simulated time.
 """
 
-from dataclasses import dataclass
 from typing import Protocol
+
+from hil.vocab.late_dataclass import dataclass
 
 QUEUE_LEN = 30
 CONTINUOUS_SLOT, ONE_SHOT_SLOT = 0, QUEUE_LEN + 1

@@ -1,10 +1,10 @@
 """One thing that can be asked of a bench, as data."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum, IntEnum
 from typing import Any
 
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Role
 

@@ -1,9 +1,9 @@
 """Parameters of faults and verbs: meaning, unit and limits; and the check of given values."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.near_words import meant, nearest
 
 

@@ -1,7 +1,6 @@
 """Paths of a set-point: pieces of constant jerk, one after the other."""
 
-from dataclasses import dataclass
-
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.time import NS_PER_S
 
 DEG_PER_S = 6.0

@@ -9,8 +9,9 @@ A *phrase* begins and ends at rest. The first command of each of its axes is hel
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
+
+from hil.vocab.late_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ simulated time. Everything here runs on the daemon's event loop, in its thread.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.line_format import LineFormat
 
 TOUCH_BAUD = 1200

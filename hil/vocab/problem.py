@@ -1,7 +1,8 @@
 """Mistake in a file that a user wrote, with its place and its remedy."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from hil.vocab.late_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,14 @@ The numbers of the board, its motor and its encoder are in the ``profile.yaml`` 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.dialogue import Dialogue, Task, TextReader
 from hil.vocab.firmware import MAIN, Board, Firmware
 from hil.vocab.framing import Framing
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.line_node import LineNodes
 from hil.vocab.path_planning import PathPlanner
 from hil.vocab.recorded_session import SessionPlan

@@ -1,8 +1,10 @@
 """Recorded session with a board: what was sent when, and what has to come back."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
+
+from hil.vocab.late_dataclass import dataclass
 
 TimedText = tuple[float, str]
 """Time in ms since power-up, and text (latin-1)."""

@@ -1,10 +1,10 @@
 """RS485 segment as a bench sees it: stations transmit on it, and hear each other with the line's times."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from hil.vocab.framing import Framing, Item
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.line_format import LineFormat
 from hil.vocab.time import SimTimeNs
 from hil.vocab.wire import Wire

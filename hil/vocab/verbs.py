@@ -5,10 +5,10 @@ The one table drives the command line, the bridges, the reference and the check 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.parameters import Parameter, Values, filled
 
 HOW_TO_STOP = Parameter(

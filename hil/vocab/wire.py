@@ -1,11 +1,13 @@
 """Wire of a bench, whatever bus it is of: stations on it hear each other with its times."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from hil.vocab.faults import Fault
+from hil.vocab.late_dataclass import dataclass
 from hil.vocab.monitoring import HealthProblem, Metric
+
+if TYPE_CHECKING:
+    from hil.vocab.faults import Fault
 
 Report = Mapping[str, Any]
 """State and statistics of a wire, for JSON."""
@@ -75,13 +77,13 @@ class Wire(Protocol):
     def fault_targets(self, station: str) -> Collection[str]:
         """Targets of faults, keys of ``TARGETS``, that a station on it is; empty: that the wire is itself."""
 
-    def fault_problem(self, fault: Fault, active: Iterable[Fault]) -> str | None:
+    def fault_problem(self, fault: "Fault", active: "Iterable[Fault]") -> str | None:
         """Reason why a fault of the wire, or of a station on it, cannot be beside those that are listed."""
 
-    def inject(self, number: int, fault: Fault, station: str) -> None:
+    def inject(self, number: int, fault: "Fault", station: str) -> None:
         """Begin a fault of the wire, or of a station on it."""
 
-    def clear(self, number: int, fault: Fault, station: str) -> None:
+    def clear(self, number: int, fault: "Fault", station: str) -> None:
         """End a fault."""
 
 

@@ -1,17 +1,21 @@
 """Reports on segments: state and statistics, problems, metrics, tables of ``hil status``."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hil.vocab.monitoring import HealthProblem
-from hil.vocab.segment import SegmentView, speed_notes
 from hil.vocab.wire import Report, WireInfo, WireTap, WireView, counted, errors_of, one_of
+
+if TYPE_CHECKING:
+    from hil.vocab.segment import SegmentView
 
 
 def segment_report(
-    name: str, segment: SegmentView, elapsed_ns: int, taps: Sequence[WireTap], cards: Mapping[str, Any]
+    name: str, segment: "SegmentView", elapsed_ns: int, taps: Sequence[WireTap], cards: Mapping[str, Any]
 ) -> Report:
     """Report on a segment with its stations, taps, nodes and counters."""
+    from hil.vocab.segment import speed_notes
+
     clashes = [f"address {address}: {', '.join(who)}" for address, who in segment.clashes().items()]
     notes = [f"two stations have one {clash}" for clash in clashes]
     unheard = {each.label: each.tap.baud for each in taps if not each.clients}
@@ -29,8 +33,10 @@ def segment_report(
     return row | segment.counters(elapsed_ns)
 
 
-def segment_problems(name: str, segment: SegmentView, taps: Sequence[WireTap]) -> Iterator[HealthProblem]:
+def segment_problems(name: str, segment: "SegmentView", taps: Sequence[WireTap]) -> Iterator[HealthProblem]:
     """Problems of addresses and speeds; what clients of taps have set is theirs."""
+    from hil.vocab.segment import speed_notes
+
     for address, stations in segment.clashes().items():
         what = f"two stations have one address {address}: {', '.join(stations)}"
         yield HealthProblem("segment", name, what, "give each an address of its own")

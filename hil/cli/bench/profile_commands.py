@@ -8,7 +8,6 @@ import typer
 
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
-from hil.cli.framework.problem_lines import tell_problems
 
 if TYPE_CHECKING:
     from hil.config import BenchConfig
@@ -28,6 +27,7 @@ def list_profiles(
 
     Example: hil profile list
     """
+    from hil.cli.framework.problem_lines import tell_problems
     from hil.compose import find_catalogue
     from hil.discovery.board_places import find_places
 
@@ -138,6 +138,9 @@ def say_what_is_spoilt(bench: "BenchConfig") -> str:
     used = {each.profile for each in bench.devices.values()}
     others = {*found.places, *found.refused} - used - (of_hil - found.refused.keys())
     spoilt = {name: problems for name in sorted(others) if (problems := catalogue.problems(name))}
-    for problem in (each for problems in spoilt.values() for each in problems):
-        tell_problems(str(problem))
+    if spoilt:
+        from hil.cli.framework.problem_lines import tell_problems
+
+        for problem in (each for problems in spoilt.values() for each in problems):
+            tell_problems(str(problem))
     return f"; not used and not usable: {', '.join(spoilt)}" if spoilt else ""
