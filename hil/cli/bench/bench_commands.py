@@ -63,17 +63,18 @@ def list_benches(
 def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], programs: bool) -> None:
     """Print the answers of benches to ``list``. ``options``: those with which commands ask each."""
     from hil.cli.bench.port_views import HINT, program_lines
-    from hil.cli.bench.views import device_table, long_lines
+    from hil.cli.bench.views import device_table
     from hil.cli.framework.command_answers import all_pasteable
 
-    console = long_lines()
+    if programs:
+        from hil.cli.framework.consoles import long_lines
+
+        for listed in benches:
+            long_lines().print("\n".join(program_lines(listed)))
+        return
     for listed, words in zip(benches, options, strict=True):
-        if programs:
-            console.print("\n".join(program_lines(listed)))
-        else:
-            console.print(device_table(all_pasteable(listed, words)))
-    if not programs:
-        console.print(HINT)
+        device_table(all_pasteable(listed, words)).print()
+    typer.echo(HINT)
 
 
 def status(
@@ -89,13 +90,10 @@ def status(
     """
     import time
 
-    from rich.console import RenderableType
-    from rich.live import Live
-
-    from hil.cli.bench.views import long_lines, status_view
+    from hil.cli.bench.views import status_view
     from hil.cli.framework import interrupts as signals
     from hil.cli.framework.command_answers import all_pasteable
-    from hil.cli.framework.consoles import ShownConsole
+    from hil.cli.framework.shown_view import ShownView, is_terminal
 
     def answers() -> Iterator[dict[str, Any]]:
         yield bench.ask("status")
@@ -103,15 +101,18 @@ def status(
             time.sleep(0.5)
             yield bench.ask("status")
 
-    def shown(answer: dict[str, Any]) -> RenderableType:
+    def shown(answer: dict[str, Any]) -> ShownView:
         return status_view(all_pasteable(answer))
 
-    console = long_lines()
     with suppress(KeyboardInterrupt):
-        if as_json or not watch or not console.is_terminal:
+        if as_json or not watch or not is_terminal():
             for answer in answers():
-                typer.echo(json.dumps(answer)) if as_json else console.print(shown(answer))
+                typer.echo(json.dumps(answer)) if as_json else shown(answer).print()
             return
+        from rich.live import Live
+
+        from hil.cli.framework.consoles import ShownConsole
+
         views = map(shown, answers())
         with Live(next(views), console=ShownConsole(markup=False), screen=True) as live, suppress(typer.Exit):
             for view in views:

@@ -3,21 +3,20 @@
 import dataclasses
 import json
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import typer
-from rich.console import Console, Group, RenderableType
-from rich.table import Table
-from rich.text import Text
 
 from hil.cli.framework.command_answers import pasteable
-from hil.cli.framework.consoles import ShownConsole
+from hil.cli.framework.shown_view import Grid, Line, ShownView, line
 from hil.cli.framework.shown_words import echo_words, fixed, reached_at, shown_number
 from hil.cli.runs.run_reports import run_line
 from hil.net.axis_states import MOTION_STATES, shown_state
 from hil.vocab.axis import CONTROL_MODES
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from hil.host.doctor import Diagnosis
     from hil.vocab.wire import WireInfo, WireView
 
@@ -43,53 +42,44 @@ _WORDS: dict[str, Callable[[int], str]] = {
 """Words for the values of fields that are codes."""
 _NO_WIRES = {"devices", "faults", "lag", "runs", "wake_latency"}
 """Lists of a status that are of no wires."""
-_WIDEST = 10_000
 _BAR = "▁▂▃▄▅▆▇█"
 _HEALTH_STYLE = {"ok": "green", "late": "yellow"}
 _VERDICT_STYLE = {"ok": "green", "note": "yellow", "problem": "bold red"}
 
 
-def long_lines() -> Console:
-    """Console for tables and sentences with names, paths and addresses, which have to be whole to be copied:
-    a terminal that is narrower wraps their lines."""
-    return ShownConsole(soft_wrap=True, markup=False, width=_WIDEST)
-
-
-def device_table(listed: dict[str, Any]) -> RenderableType:
-    head = Text(f"bench {listed['bench']} (process {listed['pid']})", style="italic")
-    table = Table(box=None)
-    for column in ("device", "profile", "port", "address", "clients"):
-        table.add_column(column)
+def device_table(listed: dict[str, Any]) -> ShownView:
+    head = line(f"bench {listed['bench']} (process {listed['pid']})", "italic")
+    columns = ("device", "profile", "port", "address", "clients")
+    rows = list[tuple[str, ...]]()
     for row in listed["devices"]:
         profile = f"{row['profile']} {row['hardware']}"
         clients = str(row["clients"]) if row["address"] else ""
-        table.add_row(row["device"], profile, row["port"] or "none", Text(row["address"] or ""), clients)
+        rows.append((row["device"], profile, row["port"] or "none", row["address"] or "", clients))
         for name, port in row["ports"].items():
-            table.add_row(name, "", port["kind"], Text(port["address"]), str(port["clients"]))
+            rows.append((name, "", port["kind"], port["address"], str(port["clients"])))
     for row in listed["taps"]:
-        table.add_row(row["tap"], "tap", row["kind"], Text(row["port"]), str(row["clients"]))
+        rows.append((row["tap"], "tap", row["kind"], row["port"], str(row["clients"])))
     for row in listed["nodes"]:
-        table.add_row(row["node"], f"node {row['id']} on {row['bus']}", "", "", "")
+        rows.append((row["node"], f"node {row['id']} on {row['bus']}", "", "", ""))
     stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
-    return Group(head, table, *_remarks(stopped))
+    return ShownView(head, Grid(columns, columns, rows, folds=False), *_remarks(stopped))
 
 
-def status_view(status: dict[str, Any]) -> RenderableType:
+def status_view(status: dict[str, Any]) -> ShownView:
     ticks, missed = status["ticks"], status["missed"]
-    head = Text.assemble(
-        (f"bench {status['bench']}", "bold"),
-        f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s at speed {status['speed']:g}\n",
-        *_health(status["health"]),
-        f"{status['rt_line']}\n",
-        f"wakes at {status['rate_hz']} Hz: {ticks} ticks + {missed} missed in ",
-        f"{status['elapsed_ns'] / 1e9:.3f} s, {status['overruns']} over budget\n",
-        f"wake latency  {_histogram(status['wake_latency'])}\n",
-        f"firmware lag  {_histogram(status['lag'])}",
+    told = (
+        f"{status['rt_line']}\n"
+        f"wakes at {status['rate_hz']} Hz: {ticks} ticks + {missed} missed in "
+        f"{status['elapsed_ns'] / 1e9:.3f} s, {status['overruns']} over budget\n"
+        f"wake latency  {_histogram(status['wake_latency'])}\n"
+        f"firmware lag  {_histogram(status['lag'])}"
     )
-    table = Table(box=None, collapse_padding=True)
-    for column in ("device", "clients", "in", "out", "dropped", *MOTION, "state"):
-        justify: Literal["left", "right"] = "left" if column in ("device", "state") else "right"
-        table.add_column(column, justify=justify, overflow="fold")
+    times = (
+        f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s at speed {status['speed']:g}\n"
+    )
+    head = Line([(f"bench {status['bench']}", "bold"), (times, ""), *_health(status["health"]), (told, "")])
+    columns = ("device", "clients", "in", "out", "dropped", *MOTION, "state")
+    rows = list[tuple[str, ...]]()
     for row in status["devices"]:
         shot = row["snapshot"]
         of_port = ("clients", "rx_bytes", "tx_bytes", "dropped_bytes")
@@ -97,27 +87,29 @@ def status_view(status: dict[str, Any]) -> RenderableType:
         state = "see below" if _state(row) else "ok"
         is_real = row["hardware"] == "real"
         moves = _motion(shot) if shot else ("-", "-", "-", "real" if is_real else "-")
-        table.add_row(row["device"], *counts, *moves, "stopped" if row["failed"] else state)
+        rows.append((row["device"], *counts, *moves, "stopped" if row["failed"] else state))
         for name, other in row["snapshots"].items():
-            table.add_row(name, "", "", "", "", *_motion(other), "")
+            rows.append((name, "", "", "", "", *_motion(other), ""))
     remarks = [(row["device"], _state(row)) for row in status["devices"]]
-    wires: list[RenderableType] = [] if status["segments"] else [Text()]
-    for told, rows in _wires(status):
-        wires += map(_wire_table, told.tables(rows))
-        remarks += [(row[told.label], row["notes"]) for row in rows]
+    wires: list[Line | Grid] = [] if status["segments"] else [line("")]
+    for info, reports in _wires(status):
+        wires += map(_wire_table, info.tables(reports))
+        remarks += [(row[info.label], row["notes"]) for row in reports]
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
-    under_way = [Text(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
+    under_way = [line(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
     if (more := len(status["runs"]) - RUNS) > 0:
-        under_way.append(Text(pasteable(f"and {more} more runs wait; see `hil runs`")))
+        under_way.append(line(pasteable(f"and {more} more runs wait; see `hil runs`")))
     doors = [
-        Text(f"{kind}: {_bridge_line(row)}", style="red" if row["insecure"] else "")
+        line(f"{kind}: {_bridge_line(row)}", "red" if row["insecure"] else "")
         for kind, row in status["bridges"].items()
     ]
     drives = [
-        Text(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
+        line(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
     ]
-    adapters = [Text(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
-    return Group(head, Text(), table, *wires, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
+    adapters = [line(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
+    table = Grid(columns, ("device", "state"), rows, gap=1)
+    below = (*wires, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
+    return ShownView(head, line(""), table, *below)
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -158,14 +150,8 @@ def _wires(status: dict[str, Any]) -> Iterator[tuple["WireInfo", list[dict[str, 
         yield from ((told, rows) for told in find_wire_infos().values() if (rows := status.get(told.key)))
 
 
-def _wire_table(told: "WireView") -> Table:
-    table = Table(box=None)
-    for column in told.columns:
-        justify: Literal["left", "right"] = "left" if column in told.texts else "right"
-        table.add_column(column, justify=justify, overflow="fold")
-    for row in told.rows:
-        table.add_row(*map(Text, row))
-    return table
+def _wire_table(told: "WireView") -> Grid:
+    return Grid(told.columns, told.texts, told.rows)
 
 
 def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
@@ -174,8 +160,12 @@ def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
     return *angles, fixed(shot.get("velocity_rpm"), 1), state.word(shot)
 
 
-def doctor_view(findings: list["Diagnosis"]) -> RenderableType:
+def doctor_view(findings: list["Diagnosis"]) -> "RenderableType":
     """View of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text
+
     table = Table(box=None)
     for column in ("verdict", "what", "found"):
         table.add_column(column)
@@ -194,9 +184,9 @@ def doctor_view(findings: list["Diagnosis"]) -> RenderableType:
     return Group(table, *remarks)
 
 
-def _remarks(devices: list[tuple[str, list[str]]]) -> list[Text]:
+def _remarks(devices: list[tuple[str, list[str]]]) -> list[Line]:
     """Whole sentences about devices, which a column would break up."""
-    return [Text(f"{device}: {said}", style="red") for device, texts in devices for said in texts]
+    return [line(f"{device}: {said}", "red") for device, texts in devices for said in texts]
 
 
 def _state(row: dict[str, Any]) -> list[str]:
@@ -258,6 +248,7 @@ def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
 
 def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:
     """Print the findings of a doctor, in their order. Raises Exit with 1: something is a problem."""
+    from hil.cli.framework.consoles import long_lines
     from hil.host.doctor import healthy
 
     if as_json:

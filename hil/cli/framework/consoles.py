@@ -11,6 +11,8 @@ from rich.segment import Segment
 from hil.host.shown_stream import own
 from hil.vocab.shown_text import printable_lines
 
+_WIDEST = 10_000
+
 
 class ShownConsole(Console):
     """Console of the standard output, or error, in whose texts nothing is a command to the terminal."""
@@ -22,3 +24,9 @@ class ShownConsole(Console):
         for segment in super().render(renderable, options):
             text = segment.text if segment.control else printable_lines(segment.text)
             yield segment if text == segment.text else Segment(text, segment.style)
+
+
+def long_lines() -> Console:
+    """Console for tables and sentences with names, paths and addresses, which have to be whole to be copied:
+    a terminal that is narrower wraps their lines."""
+    return ShownConsole(soft_wrap=True, markup=False, width=_WIDEST)

@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from hil.cli.bench.views import device_table, doctor_view, long_lines, status_view
+from hil.cli.bench.views import device_table, doctor_view, status_view
+from hil.cli.framework.consoles import long_lines
 from hil.cli.tests.test_axis_views import SERVO, status
 from hil.host.doctor import Diagnosis
 
