@@ -22,6 +22,10 @@ HEAVY = {
     *("pymodbus", "pytest", "serial", "ssl", "zenoh"),
 }
 """Packages that no start needs."""
+FOR_PEOPLE = {"rich"}
+"""Packages that show things on a terminal."""
+OF_PACKAGES = {"email", "zipfile"}
+"""What ``importlib.metadata`` imports: entry points of others are looked for by the names of files first."""
 OF_CONFIGURATIONS = {"hil.compose", "hil.config", "hil.core", "pydantic", "yaml"}
 OF_BENCHES = {
     *("hil.firmware.runtime", "hil.live", "hil.operations", "hil.runs", "hil.sim.bench", "hil.testing"),
@@ -51,21 +55,26 @@ def imported(folder: Path, *arguments: str) -> set[str]:
 def test_what_reads_no_configuration(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     where = ("--runtime-dir", str(tmp_path)) if arguments == ("list",) else ()
     modules = imported(tmp_path, *arguments, *where)
-    assert modules & (HEAVY | OF_CONFIGURATIONS | OF_BENCHES) == set()
+    assert modules & (HEAVY | OF_CONFIGURATIONS | OF_BENCHES | FOR_PEOPLE) == set()
+
+
+def test_the_version_alone(tmp_path: Path) -> None:
+    assert imported(tmp_path, "--version") & {"inspect", "typer"} == set()
 
 
 def test_what_asks_a_bench(place: Place) -> None:
     place.serve(config())
+    unneeded = HEAVY | OF_CONFIGURATIONS | OF_BENCHES | FOR_PEOPLE | OF_PACKAGES | {"hil.vocab.bus"}
     for command in ("status", "list"):
         modules = imported(place.folder, command, "--runtime-dir", str(place.runtime))
-        assert modules & (HEAVY | OF_CONFIGURATIONS | OF_BENCHES | {"hil.vocab.bus"}) == set()
+        assert modules & unneeded == set()
 
 
 def test_a_check_of_a_small_bench(tmp_path: Path) -> None:
     file = tmp_path / "bench.yaml"
     file.write_text("bench: b\ndevices: {m1: {profile: mechaduino}}\n")
     modules = imported(tmp_path, "check", str(file))
-    assert modules & (HEAVY | OF_BENCHES | OF_SOME_BENCHES | {"rich"}) == set()
+    assert modules & (HEAVY | OF_BENCHES | OF_SOME_BENCHES | FOR_PEOPLE | OF_PACKAGES | {"logging"}) == set()
 
 
 def test_a_check_of_bridges(tmp_path: Path) -> None:
@@ -80,3 +89,9 @@ def test_a_check_of_bridges(tmp_path: Path) -> None:
     )
     modules = imported(tmp_path, "check", str(file))
     assert modules & (HEAVY | OF_BENCHES) == set()
+
+
+def test_an_editable_install_has_no_import_finder() -> None:
+    """It would be imported by each Python in the venv, before any command."""
+    finders = [name for name in sys.modules if name.startswith("__editable__")]
+    assert finders == []

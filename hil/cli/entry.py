@@ -37,15 +37,17 @@ def main() -> None:
         gc.set_threshold(100_000)  # a short life: what imports make is no garbage
         # `serve` handles signals in its own way
         from hil.cli.framework.interrupts import end_by_signals
-        from hil.vocab.late_dataclass import make_later
 
-        make_later()
-        _put_off_metadata()
         end_by_signals()
     try:
-        if sys.argv[1:] == ["--version"]:  # without the table of commands, most of its time
-            print(f"hil {__version__}")
+        if sys.argv[1:] == ["--version"]:  # without the table of commands, which is most of its time
+            print(f"hil {__version__}", flush=True)
             return
+        if not (is_serving or is_for_another):
+            from hil.vocab.late_dataclass import make_later
+
+            make_later()
+            _put_off_metadata()
         from hil.cli.framework.command_answers import wants_json
         from hil.cli.framework.command_group import app
 

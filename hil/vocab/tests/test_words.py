@@ -25,6 +25,7 @@ FORMS = {
     "segment": {"speed_notes"},  # which speeds of a line do not go together
     "shown_text": {"printable", "printable_lines", "_escaped"},  # how a text from outside is shown
     "verbs": {"checked", "described", "table_of"},
+    "late_dataclass": {"make_later"},  # when the dataclasses of all words are made
     "wire": {"one_of", "errors_of", "counted"},  # how a wire tells its counters, for all buses
 }
 """Functions that are part of a word's meaning."""
