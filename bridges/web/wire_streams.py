@@ -13,7 +13,7 @@ from hil.vocab.framing import Item, Splitter
 from hil.vocab.segment import SegmentEvent, SegmentView
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
-from hil.wire.pcapng import Interface, RecordKind, can_record, header, record
+from hil.wire.pcapng import Interface, RecordKind, frame_record, header, record
 
 KEPT_EVENTS, KEPT_BYTES = 10_000, 2 << 20
 """Maximum of what is kept of a segment for captures: so many events, and bytes of them."""
@@ -255,7 +255,8 @@ class BusFrames(RecordedItems):
         )
 
     def _interface(self) -> Interface:
-        return Interface(self._name, is_can=True)
+        assert self._frames
+        return Interface(self._name, self._frames.name, link=self._frames.link)
 
     def _recorder(self) -> Callable[[Any, int], bytes]:
         assert self._frames
@@ -263,7 +264,7 @@ class BusFrames(RecordedItems):
 
 
 def _frame_record(pack: Callable[[Any], bytes], event: Any, epoch_ns: int) -> bytes:
-    return can_record(0, epoch_ns + event.at_ns, pack(event), event.node)
+    return frame_record(0, epoch_ns + event.at_ns, pack(event), event.node)
 
 
 class PortBytes(PassingItems):

@@ -2,14 +2,15 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from hil import __version__
 from hil.live.core_thread import WallClock
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
-from hil.wire.pcapng import CAN_LOST, Interface, RecordKind, can_record, header, record
+from hil.vocab.wire import FrameKind
+from hil.wire.pcapng import Interface, RecordKind, frame_record, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""
@@ -53,14 +54,15 @@ class Capture:
         kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
         self.put(source, kind, event.data, event.about, event.at_ns)
 
-    def carried(self, source: int, pack: Callable[[Any], bytes], event: Any) -> None:
-        """Record what a bus has carried: a frame, an error, or a node's new state; by whom. ``pack``: as a
-        ``FrameKind`` has it."""
+    def carried(self, source: int, frames: FrameKind, event: Any) -> None:
+        """Record what a bus has carried: a frame, an error, or a node's new state; by whom."""
         time_ns = self._epoch_ns + event.at_ns
-        if writer := self._writer_now(source, time_ns):
-            writer.write(can_record(source, time_ns, pack(event), event.node))
+        if writer := self._writer_now(source, time_ns, frames):
+            writer.write(frame_record(source, time_ns, frames.packed(event), event.node))
 
-    def _writer_now(self, source: int, time_ns: int) -> asyncio.StreamWriter | None:
+    def _writer_now(
+        self, source: int, time_ns: int, frames: FrameKind | None = None
+    ) -> asyncio.StreamWriter | None:
         """Writer that has room, told what it has lost; None if what happens now is not for it."""
         writer = self._writer
         if writer is None or writer.is_closing():
@@ -69,13 +71,13 @@ class Capture:
             self._lost += 1
             return None
         if self._lost:
-            writer.write(self._loss(source, time_ns))
+            writer.write(self._loss(source, time_ns, frames))
             self._lost = 0
         return writer
 
-    def _loss(self, source: int, time_ns: int) -> bytes:
+    def _loss(self, source: int, time_ns: int, frames: FrameKind | None) -> bytes:
         """Record of what was lost: of all sources, at the first that has something again."""
         why = f"the reader was too slow: {self._lost} lost"
-        if self.sources[source].is_can:
-            return can_record(source, time_ns, CAN_LOST, why, self._lost)
+        if frames:
+            return frame_record(source, time_ns, frames.lost, why, self._lost)
         return record(source, time_ns, RecordKind.LOST, comment=why, lost=self._lost)

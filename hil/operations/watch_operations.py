@@ -127,7 +127,7 @@ class WatchOperations:
         """Let a capture record what passes at a place; answers a function that ends it."""
         if wire := self._sim.wires.get(name):
             if wire.frames:
-                return _listening(wire.watchers, partial(capture.carried, index, wire.frames.packed))
+                return _listening(wire.watchers, partial(capture.carried, index, wire.frames))
             return _listening(wire.watchers, partial(capture.heard, index))
         if card := self._cards().get(name):
             return _listening(card.watchers, partial(capture.passed_at, index))

@@ -34,9 +34,15 @@ class FrameKind:
     functions import what they need when they are called: few benches have a bus."""
 
     packed: Callable[[Any], bytes]
-    """Packs an event for a capture, as Linux has frames of CAN on a socket."""
+    """Packs an event for a capture, as its link type says."""
     words: Callable[[], Callable[[Any], Mapping[str, Any]]]
     """Makes what describes events for the page, in their order."""
+    link: int
+    """Link type of a capture, by tcpdump.org's numbers: one for such frames, or one for users, 147 to 162."""
+    lost: bytes = b""
+    """Frame of a capture that says that some were lost; its comment says how many."""
+    name: str = ""
+    """Name of the bus in a capture whose link type is for users: two buses may have the same one."""
 
 
 class Wire(Protocol):

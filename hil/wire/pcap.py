@@ -8,7 +8,15 @@ import struct
 from collections.abc import Iterator
 
 from hil.wire.outside_text import LeftOut
-from hil.wire.pcapng import CAN_LINKS, CaptureBytes, CaptureError, Interface, Record, unwrapped
+from hil.wire.pcapng import (
+    CAN_LINKS,
+    LINKTYPE_CAN_SOCKETCAN,
+    CaptureBytes,
+    CaptureError,
+    Interface,
+    Record,
+    unwrapped,
+)
 
 _FORMS = {0xA1B2C3D4: (1000, 16), 0xA1B23C4D: (1, 16), 0xA1B2CD34: (1000, 24)}
 """First number of a file: nanoseconds of a tick, and bytes before each packet."""
@@ -31,8 +39,8 @@ def read_pcap(data: CaptureBytes, left_out: LeftOut) -> Iterator[Record]:
     magic, *_, link = struct.unpack(f"{order}IHHiIII", data[:_FILE_HEAD])
     tick_ns, head = _FORMS[magic]
     link &= 0xFFFF  # above are bits about the checksums of Ethernet
-    is_can = link in CAN_LINKS
-    line, at = Interface("can0" if is_can else "0", is_can=is_can), _FILE_HEAD
+    line = Interface("can0", link=LINKTYPE_CAN_SOCKETCAN) if link in CAN_LINKS else Interface("0")
+    at = _FILE_HEAD
     while at < len(data):
         if at + head > len(data):
             raise CaptureError(cut_off(at))

@@ -1,5 +1,5 @@
 """Captures as pcapng, which Wireshark and tshark read: serial lines with LINKTYPE_RTAC_SERIAL (250), CAN
-buses with LINKTYPE_CAN_SOCKETCAN (227). Pure.
+buses with LINKTYPE_CAN_SOCKETCAN (227), other buses with a link type of theirs or one for users. Pure.
 
 Sources: the pcapng specification (IETF draft-ietf-opsawg-pcapng); Wireshark's dissector of the link type, for
 its 12-byte header: seconds and microseconds (big-endian), event, control lines, two bytes of footer. What
@@ -16,6 +16,8 @@ from hil.vocab.line_format import EIGHT_N_1, FORMATS, LineFormat
 from hil.wire.outside_text import LeftOut
 
 LINKTYPE_RTAC_SERIAL, LINKTYPE_CAN_SOCKETCAN = 250, 227
+LINKTYPES_USER = range(147, 163)
+"""Link types that nobody else has, for the frames of buses without one."""
 _COOKED = {113: (16, 14), 276: (20, 0)}
 """Linux's cooked captures, of two versions: length of the header, and where in it the protocol stands."""
 _COOKED_CAN = (0x0C, 0x0D, 0x0E)
@@ -27,13 +29,13 @@ _ENDS = {3: 1, 4: 2}
 
 
 def unwrapped(link: int, payload: bytes, order: str) -> tuple[bytes, int]:
-    """Take the packet of a link type apart: its bytes, and which event of a serial line it is, 0 of CAN.
+    """Take the packet of a link type apart: its bytes, and which event of a serial line it is, 0 of buses.
     ``order``: of the file's numbers, ``<`` or ``>``.
 
     Raises:
         ValueError: it is of something else, or too short.
     """
-    if link == LINKTYPE_CAN_SOCKETCAN:
+    if link == LINKTYPE_CAN_SOCKETCAN or link in LINKTYPES_USER:
         return payload, 0
     if link in _COOKED:
         return _uncooked(link, payload, order), 0
@@ -81,10 +83,6 @@ class RecordKind(IntEnum):
     OVERFLOW = 10
 
 
-CAN_LOST = bytes.fromhex("20000004 08000000 00010000 00000000")
-"""Frame of a CAN bus that says that frames were lost: a controller's problem, its receive buffer is full.
-
-Source: linux/can/error.h, CAN_ERR_CRTL and CAN_ERR_CRTL_RX_OVERFLOW."""
 EVENT_NAMES = {event.value: event.name.lower().replace("_", " ") for event in RecordKind}
 
 
@@ -94,13 +92,22 @@ class Interface:
 
     name: str
     framing: str = ""
-    """Name of the framing of its bytes; ``RAW``: they are no packets; "": it is not known."""
+    """Name of the framing of its bytes; ``RAW``: they are no packets; "": it is not known. Of a bus whose
+    link type is for users: its name."""
     baud: int = 0
-    """Speed of the line, in bits per second; 0: it is not known."""
+    """Speed of the line or bus, in bits per second; 0: it is not known."""
     line_format: LineFormat = EIGHT_N_1
     """Format of its characters; written behind the framing, as in ``modbus_rtu 8E1``, where it is not 8N1."""
-    is_can: bool = False
-    """True for a CAN bus, whose ``baud`` is its bit rate."""
+    link: int = LINKTYPE_RTAC_SERIAL
+    """Link type of its records."""
+
+    @property
+    def is_can(self) -> bool:
+        return self.link == LINKTYPE_CAN_SOCKETCAN
+
+    @property
+    def is_serial(self) -> bool:
+        return self.link == LINKTYPE_RTAC_SERIAL
 
     @property
     def description(self) -> str:
@@ -118,8 +125,7 @@ def header(program: str, interfaces: Sequence[Interface]) -> bytes:
         if each.baud:
             options.append((_IF_SPEED, struct.pack("<Q", each.baud)))
         options.append((_IF_TSRESOL, bytes((_NANOSECONDS,))))
-        link = LINKTYPE_CAN_SOCKETCAN if each.is_can else LINKTYPE_RTAC_SERIAL
-        body = struct.pack("<HHI", link, 0, 0) + _options(*options)
+        body = struct.pack("<HHI", each.link, 0, 0) + _options(*options)
         blocks.append(_block(_INTERFACE, body))
     return b"".join(blocks)
 
@@ -135,8 +141,8 @@ def record(
     return _packet(interface, at_ns, payload, comment, lost, (_EPB_FLAGS, struct.pack("<I", direction)))
 
 
-def can_record(interface: int, at_ns: int, packed: bytes, comment: str = "", lost: int = 0) -> bytes:
-    """Encode a frame of a CAN bus, packed as Linux has it on a socket, or nothing, with a comment.
+def frame_record(interface: int, at_ns: int, packed: bytes, comment: str = "", lost: int = 0) -> bytes:
+    """Encode a frame of a bus, packed as its link type says, or nothing, with a comment.
     ``at_ns``: nanoseconds since 1970. ``lost``: number of records that were lost before it."""
     return _packet(interface, at_ns, packed, comment, lost)
 
@@ -154,8 +160,8 @@ def _packet(
 
 @dataclass(frozen=True)
 class Record:
-    """One event as read back; ``offset`` is where its block begins in the file. Of a CAN bus ``event`` is 0
-    and ``data`` a frame as Linux has it on a socket."""
+    """One event as read back; ``offset`` is where its block begins in the file. Of a bus ``event`` is 0
+    and ``data`` a frame, for CAN as Linux has it on a socket."""
 
     line: Interface
     at_ns: int
@@ -253,7 +259,7 @@ def interfaces_in(header: bytes) -> list[Interface]:
         if kind == _INTERFACE:
             options = dict(_read_options(header[begin + 16 : end - 4], "<"))
             (link,) = struct.unpack_from("<H", header, begin + 8)
-            found.append(_interface(options, "<", len(found), link == LINKTYPE_CAN_SOCKETCAN))
+            found.append(_interface(options, "<", len(found), link))
     return found
 
 
@@ -290,12 +296,14 @@ def bursts(capture: Iterable[Record], interface: str | None) -> list[tuple[int, 
     return [(each.at_ns - rows[0].at_ns, each.data.hex()) for each in rows]
 
 
-def _interface(options: Mapping[int, bytes], order: str, number: int, is_can: bool) -> Interface:
+def _interface(options: Mapping[int, bytes], order: str, number: int, link: int) -> Interface:
     name, about = (options.get(code, b"").decode("utf-8", "replace") for code in (_IF_NAME, _IF_DESCRIPTION))
     framing, _, line_format = about.partition(" ")
     baud = _number(options.get(_IF_SPEED, b""), order)
-    if is_can:
-        return Interface(name or f"can{number}", "", baud, is_can=True)
+    if link in CAN_LINKS:
+        return Interface(name or f"can{number}", "", baud, link=LINKTYPE_CAN_SOCKETCAN)
+    if link in LINKTYPES_USER:
+        return Interface(name or str(number), about, baud, link=link)
     return Interface(name or str(number), framing, baud, FORMATS.get(line_format, EIGHT_N_1))
 
 
@@ -315,7 +323,7 @@ def _line(body: bytes, order: str, number: int) -> _FileInterface:
     ticks = 1 << (resolution & 0x7F) if resolution & 0x80 else 10**resolution
     offset = options.get(_IF_TSOFFSET, b"")
     (since_s,) = struct.unpack(f"{order}q", offset) if len(offset) == 8 else (0,)
-    return _FileInterface(_interface(options, order, number, link in CAN_LINKS), link, ticks, since_s)
+    return _FileInterface(_interface(options, order, number, link), link, ticks, since_s)
 
 
 class _Packet(NamedTuple):

@@ -7,13 +7,14 @@ from bridges.can.bus.bus_events import BusEvent
 from bridges.can.bus.can_bus import CanBus
 from bridges.can.bus.can_faults import CanFaults
 from bridges.can.cards.channel_node import MOST_NODES, ChannelNode
+from bridges.can.frames.socketcan import FRAMES_LOST
 from hil.sim.client_tap import ClientTap
 from hil.vocab.address import owner_of
 from hil.vocab.faults import CAN_NODE, LINE, MOST_NOISES, ON_LINE, Fault
 from hil.vocab.monitoring import HealthProblem
 from hil.vocab.time import Clock
 from hil.vocab.wire import FrameKind, Report, WireTap
-from hil.wire.pcapng import Interface
+from hil.wire.pcapng import LINKTYPE_CAN_SOCKETCAN, Interface
 
 
 def _packed(event: BusEvent) -> bytes:
@@ -45,7 +46,7 @@ def _words() -> Callable[[BusEvent], Mapping[str, Any]]:
     return described
 
 
-FRAMES = FrameKind(_packed, _words)
+FRAMES = FrameKind(_packed, _words, LINKTYPE_CAN_SOCKETCAN, FRAMES_LOST)
 
 
 _NAMED = 8
@@ -90,7 +91,7 @@ class BenchBus:
         return f"CAN bus, {self.bus.bit_rate} bit/s" + (f"; {nodes}{more}" if cards else "")
 
     def interface(self, name: str) -> Interface:
-        return Interface(name, baud=self.bus.bit_rate, is_can=True)
+        return Interface(name, baud=self.bus.bit_rate, link=FRAMES.link)
 
     def fault_targets(self, station: str) -> Collection[str]:
         return (ON_LINE, CAN_NODE) if station else (LINE,)

@@ -37,6 +37,10 @@ _STATES = {
     "frames lost": (_CONTROLLER, _LOST),
 }
 """Class of each event, and the bits of its second byte."""
+FRAMES_LOST = bytes.fromhex("20000004 08000000 00010000 00000000")
+"""Frame that says that frames were lost: a controller's problem, its receive buffer is full.
+
+Source: linux/can/error.h, CAN_ERR_CRTL and CAN_ERR_CRTL_RX_OVERFLOW."""
 
 
 class CanError(NamedTuple):

@@ -171,7 +171,8 @@ def _line(each: Interface) -> str:
         return f"CAN, {each.baud} bit/s"
     if each.framing == RAW:
         return "bytes"
-    return f"{each.description}, {each.baud} baud" if each.baud else each.description
+    unit = "baud" if each.is_serial else "bit/s"
+    return f"{each.description}, {each.baud} {unit}" if each.baud else each.description
 
 
 _GONE = select.POLLERR | select.POLLHUP | select.POLLNVAL

@@ -15,7 +15,7 @@ from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.bytes_framing import BYTES, shown_bytes
 from hil.wire.outside_text import LeftOut
-from hil.wire.pcapng import EVENT_NAMES, RAW, CaptureError, Interface, Record, RecordKind
+from hil.wire.pcapng import EVENT_NAMES, LINKTYPES_USER, RAW, CaptureError, Interface, Record, RecordKind
 from hil.wire.serial_line import character_ns
 
 APART_NS = 100_000_000
@@ -204,6 +204,11 @@ class Decoder:
         yield from self._silent(record.at_ns)
         if frames := self._frames_of(record.line):
             yield from self._frame(record, frames)
+        elif record.line.link in LINKTYPES_USER:
+            bus = record.line.framing or f"link type {record.line.link}"
+            self.left_out.add(
+                f"byte {record.offset}", f"a frame of {bus}, which nothing here puts into words"
+            )
         elif record.event not in (RecordKind.TX, RecordKind.RX):
             yield _event(record)
         elif record.line.framing == RAW:

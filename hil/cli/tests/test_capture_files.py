@@ -18,19 +18,23 @@ from hil.cli.captures.decoding import Decoder, decoded, decoded_live, decoded_lo
 from hil.cli.captures.time_order import in_window
 from hil.discovery.named_kinds import find_logs
 from hil.wire.pcapng import (
+    LINKTYPE_CAN_SOCKETCAN,
     CaptureError,
     Interface,
     Record,
     RecordKind,
-    can_record,
     cut_off,
+    frame_record,
     header,
     read,
     record,
     whole_blocks,
 )
 
-BUSES = [Interface("can0", baud=1_000_000, is_can=True), Interface("can1", baud=500_000, is_can=True)]
+BUSES = [
+    Interface("can0", baud=1_000_000, link=LINKTYPE_CAN_SOCKETCAN),
+    Interface("can1", baud=500_000, link=LINKTYPE_CAN_SOCKETCAN),
+]
 SINCE_NS = 1_700_000_000_000_000_000
 FRAMES = [
     CanFrame(0, b"\1\5"),
@@ -44,10 +48,10 @@ FRAMES = [
 CAPTURE = (
     header("hil test", BUSES)
     + b"".join(
-        can_record(at & 1, SINCE_NS + 1000 * at, pack_frame(frame), "m1.canopen")
+        frame_record(at & 1, SINCE_NS + 1000 * at, pack_frame(frame), "m1.canopen")
         for at, frame in enumerate(FRAMES)
     )
-    + can_record(0, SINCE_NS + 10**9, pack_error("stuff"))
+    + frame_record(0, SINCE_NS + 10**9, pack_error("stuff"))
 )
 ENDINGS = (".log", ".asc", ".blf")
 
@@ -160,7 +164,7 @@ def test_a_capture_in_words_and_its_faults() -> None:
         "    0.000002 can0 605#4041600000000000 SDO to 5: read 6041h Statusword (m1.canopen)",
         "    0.000003 can1 585#4B41600037020000 SDO from 5: 6041h Statusword is 0237h (m1.canopen)",
     ]
-    broken, decoder = CAPTURE + can_record(0, SINCE_NS, b"\0\0\0") + CAPTURE, Decoder()
+    broken, decoder = CAPTURE + frame_record(0, SINCE_NS, b"\0\0\0") + CAPTURE, Decoder()
     assert len(list(decoded(read(broken), decoder))) == 2 * (len(FRAMES) + 1)
     said = f"1 left out: byte {len(CAPTURE)}: 3 bytes are no CAN frame, which has 8 and more"
     assert decoder.left_out.told() == said

@@ -18,12 +18,21 @@ from hil.cli.captures.capture_run import Target, capture_run, described
 from hil.cli.captures.capture_targets import FileTarget, LinesTarget, WiresharkTarget, chosen_dissectors
 from hil.cli.captures.decoding import Decoder, decoded
 from hil.cli.captures.time_order import in_order
-from hil.wire.pcapng import RAW, Interface, RecordKind, can_record, header, read, record
+from hil.wire.pcapng import (
+    LINKTYPE_CAN_SOCKETCAN,
+    RAW,
+    Interface,
+    RecordKind,
+    frame_record,
+    header,
+    read,
+    record,
+)
 
 LINES = [
     Interface("bus0", "sac", 38400),
     Interface("bus1", "modbus_rtu", 9600),
-    Interface("can0", baud=1_000_000, is_can=True),
+    Interface("can0", baud=1_000_000, link=LINKTYPE_CAN_SOCKETCAN),
     Interface("m1", RAW),
 ]
 PACKET = b"\2\x55\1y\3\x64\0"
@@ -43,7 +52,7 @@ def run(sent: bytes, target: Target, count: int | None = None, *, ends: bool = T
 def test_what_passes_is_printed_and_counted(capfd: pytest.CaptureFixture[str]) -> None:
     sent = header("test", LINES) + record(0, 10, RecordKind.RX, PACKET + PACKET)
     sent += record(1, 10**9, RecordKind.RX, encode(17, 3, b"\0\x6b\0\3")[:-1] + b"x")
-    sent += can_record(2, 2 * 10**9, pack_frame(CanFrame(0x705, b"\0")), lost=3)
+    sent += frame_record(2, 2 * 10**9, pack_frame(CanFrame(0x705, b"\0")), lost=3)
     sent += record(3, 3 * 10**9, RecordKind.TX, b"p")
     run(sent, LinesTarget(as_json=False))
     out, said = capfd.readouterr()

@@ -1,16 +1,18 @@
 """Captures whose reader is too slow, and the times of what they have."""
 
 import time
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from bridges.can.frames.socketcan import CanError, unpack
+from bridges.can.frames.socketcan import FRAMES_LOST, CanError, unpack
 from hil.live.captures import BACKLOG_BYTES, Capture
 from hil.live.core_thread import WallClock
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
-from hil.wire.pcapng import Interface, RecordKind, read
+from hil.vocab.wire import FrameKind
+from hil.wire.pcapng import LINKTYPE_CAN_SOCKETCAN, Interface, RecordKind, read
 
 
 class SlowWriter:
@@ -32,7 +34,8 @@ class SlowWriter:
 
 
 def test_how_many_were_lost_is_told_by_the_next_record() -> None:
-    for line in (Interface("bus0", "sac"), Interface("can0", is_can=True)):
+    frames = FrameKind(lambda event: bytes(16), dict, LINKTYPE_CAN_SOCKETCAN, FRAMES_LOST)
+    for line in (Interface("bus0", "sac"), Interface("can0", link=LINKTYPE_CAN_SOCKETCAN)):
         writer: Any = SlowWriter()
         no_bench: Any = None
         clock = WallClock(no_bench, 1.0, 0)
@@ -42,8 +45,11 @@ def test_how_many_were_lost_is_told_by_the_next_record() -> None:
         for at_ns in range(3):
             capture.heard(0, SegmentEvent(SimTimeNs(at_ns), b"x", "s1"))
         writer.waiting = 0
-        capture.put(1, RecordKind.RX, b"y", at_ns=7)
-        capture.put(1, RecordKind.RX, b"z", at_ns=8)
+        for at_ns in (7, 8):
+            if line.is_can:
+                capture.carried(1, frames, SimpleNamespace(at_ns=at_ns, node="m1"))
+            else:
+                capture.put(1, RecordKind.RX, b"y", at_ns=at_ns)
         lost, *rest = read(writer.got)
         assert lost.lost == 3
         assert lost.comment == "the reader was too slow: 3 lost"

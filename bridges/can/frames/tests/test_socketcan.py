@@ -13,7 +13,15 @@ from bridges.can.frames.can_frame import CanFrame, parse_frame
 from bridges.can.frames.candump_log import LoggedFrame, candump_line, read_candump
 from bridges.can.frames.socketcan import CanError, SocketCanError, pack_error, pack_frame, unpack
 from hil.wire.outside_text import LeftOut
-from hil.wire.pcapng import CaptureError, Interface, bursts, can_record, header, read
+from hil.wire.pcapng import (
+    LINKTYPE_CAN_SOCKETCAN,
+    CaptureError,
+    Interface,
+    bursts,
+    frame_record,
+    header,
+    read,
+)
 
 KINDS = (
     *("bit", "form", "stuff", "CRC", "acknowledgement"),
@@ -95,12 +103,12 @@ def test_a_line_that_is_wrong_is_left_out_with_its_number(line: str, why: str) -
     assert why in left_out.told()
 
 
-CAN0 = Interface("can0", baud=500_000, is_can=True)
+CAN0 = Interface("can0", baud=500_000, link=LINKTYPE_CAN_SOCKETCAN)
 
 
 def test_a_capture_of_a_bus_and_a_line() -> None:
     frame = pack_frame(CanFrame(0x701, b"\x7f"))
-    data = header("hil", [Interface("bus0", "sac", 9600), CAN0]) + can_record(
+    data = header("hil", [Interface("bus0", "sac", 9600), CAN0]) + frame_record(
         1, 5_000_000_007, frame, "m1.canopen"
     )
     (record,) = read(data)
@@ -113,7 +121,7 @@ def test_a_capture_of_a_bus_and_a_line() -> None:
 def test_fuzz_mutated_captures_and_lines_are_read_or_refused() -> None:
     """``HIL_FUZZ`` records and lines."""
     chance = random.Random(int(os.environ.get("HIL_FUZZ_SEED", "1")))
-    capture = header("hil", [CAN0]) + can_record(0, 7, pack_frame(CanFrame(1, b"ab")), "x") * 2
+    capture = header("hil", [CAN0]) + frame_record(0, 7, pack_frame(CanFrame(1, b"ab")), "x") * 2
     line = b"(1700000000.000123) can0 1ABCDEF0#0011AAff R"
     for _ in range(int(os.environ.get("HIL_FUZZ", "20000")) // 2):
         for good in (capture, line):
@@ -129,7 +137,7 @@ def test_fuzz_mutated_captures_and_lines_are_read_or_refused() -> None:
 
 @given(st.data())
 def test_a_mutated_capture_is_read_or_refused(data: st.DataObject) -> None:
-    good = header("hil", [CAN0]) + can_record(0, 7, pack_frame(CanFrame(1, b"ab")), "x") * 2
+    good = header("hil", [CAN0]) + frame_record(0, 7, pack_frame(CanFrame(1, b"ab")), "x") * 2
     mutated = bytearray(good)
     for _ in range(data.draw(st.integers(1, 4))):
         mutated[data.draw(st.integers(0, len(good) - 1))] = data.draw(st.integers(0, 255))
