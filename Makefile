@@ -7,7 +7,7 @@ PYX := $(shell find $(TREES) -name '*.pyx')
 NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -name '*.def' \) -not -path '*/build/*')
 
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
-BYTECODE = $(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES)
+BYTECODE = $(if $(PYTHONDONTWRITEBYTECODE),$(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES),:)
 
 .PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check web-types lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
@@ -191,17 +191,15 @@ $(VENV)/bin/python:
 	@$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.base: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
-	@$(call install,hil,.,30 s)
-	@$(BYTECODE)
+	@$(call install,hil,,25 s)
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
-	@$(call install,hil and what its tests need,'.[dev]',1 minute)
-	@$(BYTECODE)
+	@$(call install,hil and what its tests need,dev,1 minute)
 	@touch $@ $(VENV)/.base
 
 # What is installed, from where, and how long that takes on two cores.
 define install
 echo "Building $(1) in $(VENV): Python packages are installed, C is compiled. About $(3) on two idle cores; longer on busy ones or over a slow network."; \
-begun=$$(date +%s); $(BIN)/pip install -q --disable-pip-version-check -e $(2) && echo "Built in $$(($$(date +%s) - begun)) s."
+$(BYTECODE) & $(BIN)/python packaging/build_venv.py $(2) && wait
 endef
