@@ -39,21 +39,21 @@ class Snapshot:
     ``values``: of all fields of the table, those that its kind has not too; ``names``: indices of those that
     it has."""
 
-    __slots__ = ("_names", "values")
+    __slots__ = ("names", "values")
 
     def __init__(self, values: tuple[float, ...], names: Mapping[str, int]) -> None:
         self.values = values
-        self._names = names
+        self.names = names
 
     def __getattr__(self, name: str) -> Any:
         try:
-            return self.values[self._names[name]]
+            return self.values[self.names[name]]
         except KeyError:
-            raise AttributeError(f"a snapshot has no {name!r}; it has {', '.join(self._names)}") from None
+            raise AttributeError(f"a snapshot has no {name!r}; it has {', '.join(self.names)}") from None
 
     def as_dict(self) -> dict[str, float]:
         """Every field by its name, in the table's order."""
-        return {name: self.values[index] for name, index in self._names.items()}
+        return {name: self.values[index] for name, index in self.names.items()}
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Snapshot) and repr(self.values) == repr(other.values)

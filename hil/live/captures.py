@@ -2,7 +2,8 @@
 
 import asyncio
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from hil import __version__
@@ -14,6 +15,11 @@ from hil.wire.pcapng import Interface, RecordKind, frame_record, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""
+BATCH_S = 0.01
+BATCH = 64
+"""Time, and number of records, after which what was captured is sent to a reader, a batch in one call."""
+_RECORD_BYTES = 100
+"""Size of a record without its data, about."""
 
 
 class Capture:
@@ -26,11 +32,37 @@ class Capture:
         self._epoch_ns = clock.epoch_ns
         self._writer: asyncio.StreamWriter | None = None
         self._lost = 0
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._timer: asyncio.Handle | None = None
+        self._waiting: list[Callable[[], bytes]] = []
+        self._waiting_bytes = 0
 
-    def begin(self, writer: asyncio.StreamWriter) -> None:
-        """Send records to this writer from now on."""
-        self._writer = writer
+    def begin(self, writer: asyncio.StreamWriter, loop: asyncio.AbstractEventLoop | None = None) -> None:
+        """Send records to this writer from now on: in batches in turns of this loop, so that no client waits
+        for them at its port; None: each at once."""
+        self._writer, self._loop = writer, loop
         writer.write(header(f"hil {__version__}", self.sources))
+
+    def flush(self) -> None:
+        """Send what waits for its batch."""
+        if self._timer:
+            self._timer.cancel()
+            self._timer = None
+        waiting, self._waiting, self._waiting_bytes = self._waiting, [], 0
+        if self._writer and waiting and not self._writer.is_closing():
+            self._writer.write(b"".join([made() for made in waiting]))
+
+    def _add(self, made: Callable[[], bytes], length: int) -> None:
+        """Add a record, which is made in its batch."""
+        self._waiting.append(made)
+        self._waiting_bytes += length + _RECORD_BYTES
+        if not self._loop:
+            self.flush()
+        elif not self._timer:
+            self._timer = self._loop.call_later(BATCH_S, self.flush)
+        elif len(self._waiting) == BATCH:
+            self._timer.cancel()
+            self._timer = self._loop.call_soon(self.flush)
 
     def put(
         self, source: int, event: RecordKind, data: bytes = b"", comment: str = "", at_ns: int = -1
@@ -38,8 +70,8 @@ class Capture:
         """Write a record of a serial line; ``at_ns``: simulated time, else now."""
         sim_ns = self._clock.sim_ns(time.time_ns()) if at_ns < 0 else at_ns
         time_ns = self._epoch_ns + sim_ns
-        if writer := self._writer_now(source, time_ns):
-            writer.write(record(source, time_ns, event, data, comment))
+        if self._has_room(source, time_ns):
+            self._add(partial(record, source, time_ns, event, data, comment), len(data))
 
     def passed(self, source: int, towards: str, data: bytes) -> None:
         """Record bytes that have passed at a port, with their direction."""
@@ -57,23 +89,21 @@ class Capture:
     def carried(self, source: int, frames: FrameKind, event: Any) -> None:
         """Record what a bus has carried: a frame, an error, or a node's new state; by whom."""
         time_ns = self._epoch_ns + event.at_ns
-        if writer := self._writer_now(source, time_ns, frames):
-            writer.write(frame_record(source, time_ns, frames.packed(event), event.node))
+        if self._has_room(source, time_ns, frames):
+            self._add(lambda: frame_record(source, time_ns, frames.packed(event), event.node), 0)
 
-    def _writer_now(
-        self, source: int, time_ns: int, frames: FrameKind | None = None
-    ) -> asyncio.StreamWriter | None:
-        """Writer that has room, told what it has lost; None if what happens now is not for it."""
+    def _has_room(self, source: int, time_ns: int, frames: FrameKind | None = None) -> bool:
+        """True if there is a reader that has room; it is told what it has lost."""
         writer = self._writer
         if writer is None or writer.is_closing():
-            return None
-        if writer.transport.get_write_buffer_size() > BACKLOG_BYTES:
+            return False
+        if writer.transport.get_write_buffer_size() + self._waiting_bytes > BACKLOG_BYTES:
             self._lost += 1
-            return None
+            return False
         if self._lost:
-            writer.write(self._loss(source, time_ns, frames))
+            self._add(partial(bytes, self._loss(source, time_ns, frames)), 0)
             self._lost = 0
-        return writer
+        return True
 
     def _loss(self, source: int, time_ns: int, frames: FrameKind | None) -> bytes:
         """Record of what was lost: of all sources, at the first that has something again."""

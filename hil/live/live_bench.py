@@ -6,7 +6,6 @@ from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil import __version__
 from hil.compose.build import empty_bench
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.fail_first import Apply
@@ -21,7 +20,7 @@ from hil.live.devices.twin_device import TwinHome
 from hil.live.fault_registry import FaultRegistry
 from hil.live.guard import BREADCRUMB, StepGuard
 from hil.live.lines import PacedLines
-from hil.live.log_file import LogFile, as_simulated
+from hil.live.log_file import LogFile
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.reservations import Reservations
@@ -163,7 +162,6 @@ def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveR
 def _input_log(stack: AsyncExitStack, plan: BenchPlan, path: Path) -> InputLogWriter:
     file = LogFile(path, asyncio.get_running_loop())
     stack.callback(file.close)
-    memories = {name: plan.sections(name, memory.content.sections) for name, memory in plan.memories.items()}
-    log = InputLogWriter(file, f"hil {__version__}", as_simulated(plan.config), memories)
+    log = file.begin(plan)
     stack.callback(log.end)
     return log

@@ -7,14 +7,19 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
+from hil import __version__
 from hil.config import BenchConfig
 from hil.config.drive_findings import EMULATED_KEYS
 from hil.host.new_file import begin_file
+from hil.live.apply.bench_plan import BenchPlan
 from hil.live.refusals import StartError
+from hil.sim.input_log import InputLogWriter
 
 _log = logging.getLogger("hil")
 
 FLUSH_S = 0.2
+BATCH = 64
+"""Number of records of the log that are written at once, in some 0.5 ms."""
 
 
 def as_simulated(config: BenchConfig) -> dict[str, Any]:
@@ -46,7 +51,26 @@ class LogFile:
             raise StartError(f"log {path}: {error.strerror}") from error
         self._ended = False
         self._loop = loop
+        self._log: InputLogWriter | None = None
+        self._is_writing = False
         self._timer = loop.call_later(FLUSH_S, self._flush_again)
+
+    def begin(self, plan: BenchPlan) -> InputLogWriter:
+        """Begin the log of a bench. Its records wait until clients have what they were sent."""
+        memories = {name: plan.sections(name, held.content.sections) for name, held in plan.memories.items()}
+        config = as_simulated(plan.config)
+        self._log = InputLogWriter(self, f"hil {__version__}", config, memories, self._write_soon)
+        return self._log
+
+    def _write_soon(self, waiting: int) -> None:
+        if waiting >= BATCH and not self._is_writing:
+            self._is_writing = True
+            self._loop.call_soon(self._write_batch)
+
+    def _write_batch(self) -> None:
+        self._is_writing = False
+        if self._log and not self._timer.cancelled():
+            self._write_soon(self._log.write_waiting(BATCH))
 
     def write(self, text: str) -> None:
         if not self._ended:
@@ -57,6 +81,8 @@ class LogFile:
             self._try(self._file.flush)
 
     def _flush_again(self) -> None:
+        if self._log:
+            self._log.write_waiting()
         self.flush()
         self._timer = self._loop.call_later(FLUSH_S, self._flush_again)
 

@@ -270,10 +270,11 @@ async def _carry(
     taken, end = capture
     try:
         await writer.drain()
-        taken.begin(writer)
+        taken.begin(writer, asyncio.get_running_loop())
         await reader.read(1)
     finally:
         end()
+        taken.flush()
 
 
 async def _next_line(reader: asyncio.StreamReader) -> bytes | TooLong:

@@ -10,14 +10,15 @@ segment. The last line is ``{"end":true}``: a log without it was cut.
 
 import base64
 import json
-import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
+from hil.core import Snapshot
 from hil.sim.input_reading import decode, hexadecimal, read_line, taken, text, time_ns, whole
-from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, OLD_VERSIONS, InputLogError, Logged, encode_line
+from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, OLD_VERSIONS, InputLogError, Logged, encode_line, quoted
+from hil.sim.state_checksum import StateChecksums, state_checksum
 from hil.sim.twin import Twin
 from hil.vocab.time import SimTimeNs
 
@@ -38,12 +39,20 @@ class Sent:
 
 
 def sent_now(device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
-    """Record what a device sends now. Bytes that an interrupt sent have no state: it is noticed later than it
+    """Record what a device sends now."""
+    snapshots = _snapshots(device)
+    state = None if snapshots is None else state_checksum(snapshots)
+    return Sent(at_ns, device.name, data, state, _port(device, port))
+
+
+def _snapshots(device: Twin) -> list[Snapshot] | None:
+    """State of a device that sends. Bytes that an interrupt sent have none: it is noticed later than it
     happened, at a time that depends on the machine's load."""
-    state = None
-    if not device.interrupting:
-        state = zlib.crc32("".join(repr(axis.snapshot()) for axis in device.axes.values()).encode())
-    return Sent(at_ns, device.name, data, state, "" if port == device.uarts.first else port)
+    return None if device.interrupting else [axis.snapshot() for axis in device.axes.values()]
+
+
+def _port(device: Twin, port: str) -> str:
+    return "" if port == device.uarts.first else port
 
 
 @dataclass(frozen=True)
@@ -75,13 +84,29 @@ class LineSink(Protocol):
         """Append a text to the destination."""
 
 
+_Record = Logged | tuple[SimTimeNs, str, bytes, str, list[Snapshot] | None]
+"""Input, or what a device sent: time, device, bytes, port, state."""
+
+
 class InputLogWriter:
-    """Writer of an input log to an open text file, which the caller flushes and closes."""
+    """Writer of an input log to an open text file, which the caller flushes and closes.
+
+    ``later``: called with each record that begins to wait for ``write_waiting``, which has to be called
+    soon, for what waits is not in the file; None: nothing waits. What a client waits for is then not held up
+    by texts."""
 
     def __init__(
-        self, file: LineSink, program: str, config: Mapping[str, object], memories: Memories
+        self,
+        file: LineSink,
+        program: str,
+        config: Mapping[str, object],
+        memories: Memories,
+        later: Callable[[int], object] | None = None,
     ) -> None:
         self.file = file
+        self._waiting: list[_Record] = []
+        self._checksums = StateChecksums()
+        self._later = later or (lambda waiting: self.write_waiting())
         nvm = {
             device: {name: base64.b64encode(data).decode() for name, data in sections.items()}
             for device, sections in memories.items()
@@ -96,18 +121,31 @@ class InputLogWriter:
         file.write(json.dumps(header, separators=(",", ":")) + "\n")
 
     def write(self, logged: Logged) -> None:
-        self.file.write(encode_line(logged) + "\n")
+        self._waiting.append(logged)
+        self._later(len(self._waiting))
 
     def sent(self, device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         """Write down what a device sent; a bench's listener."""
-        sent = sent_now(device, port, at_ns, data)
-        line = {"at_ns": at_ns, "device": device.name, "sent": data.hex(), "state": sent.state}
-        if sent.port:
-            line["port"] = sent.port
-        self.file.write(json.dumps(line, separators=(",", ":")) + "\n")
+        self._waiting.append((at_ns, device.name, data, _port(device, port), _snapshots(device)))
+        self._later(len(self._waiting))
+
+    def write_waiting(self, at_most: int | None = None) -> int:
+        """Write the first ``at_most`` records that wait, or all; answers how many wait still."""
+        records, self._waiting[:at_most] = self._waiting[:at_most], []
+        self.file.write("".join([self._line(record) for record in records]))
+        return len(self._waiting)
+
+    def _line(self, record: _Record) -> str:
+        if isinstance(record, Logged):
+            return encode_line(record) + "\n"
+        at_ns, device, data, port, snapshots = record
+        state = "null" if snapshots is None else self._checksums.of(device, snapshots)
+        on = f',"port":{quoted(port)}' if port else ""
+        return f'{{"at_ns":{at_ns},"device":{quoted(device)},"sent":"{data.hex()}","state":{state}{on}}}\n'
 
     def end(self) -> None:
         """Write down that the run ended here, and that nothing is missing."""
+        self.write_waiting()
         self.file.write(END_LINE)
 
 

@@ -8,6 +8,7 @@ log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name below), an
 import json
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
+from functools import lru_cache
 from typing import Any
 
 from hil.vocab.path import PathPiece
@@ -220,8 +221,17 @@ class InputLogError(Exception):
     """Error of an input log that cannot be read: ``str(error)`` says where and why."""
 
 
+quoted = lru_cache(1024)(json.dumps)
+"""Text of a name in a line of the log."""
+
+
 def encode_line(logged: Logged) -> str:
     """Encode one line of the log, without its end."""
+    if type(logged.input) is Bytes and not (logged.input.port or logged.input.client_format):
+        # As below, for the most frequent of all lines: a fifth of the time.
+        to = f'{{"at_ns":{logged.at_ns},"device":{quoted(logged.device)},"input":"bytes"'
+        baud = "null" if logged.input.client_baud is None else logged.input.client_baud
+        return f'{to},"data":"{logged.input.data.hex()}","client_baud":{baud}}}'
     values = dict(vars(logged.input))  # asdict copies every row: seconds for a long train
     if isinstance(logged.input, PulseTrain):
         values["train"] = [tuple(vars(edges).values()) for edges in logged.input.train]

@@ -66,6 +66,8 @@ _OPTION_END, _COMMENT, _IF_NAME, _IF_DESCRIPTION, _USER_APPLICATION = 0, 1, 2, 3
 _EPB_FLAGS, _EPB_DROPS, _IF_SPEED, _IF_TSRESOL, _IF_TSOFFSET = 2, 4, 8, 9, 14
 _NANOSECONDS = 9
 _INBOUND, _OUTBOUND = 1, 2
+_IN, _OUT = (struct.pack("<HHI", _EPB_FLAGS, 4, way) for way in (_INBOUND, _OUTBOUND))
+_EVENT_HEAD, _PACKET_HEAD, _PACKET_END = map(struct.Struct, (">IIBBH", "<7I", "<2I"))
 _BLOCK_MAX = 1 << 24
 RAW = "raw"
 """Framing of bytes that are no packets: what passes at a terminal."""
@@ -136,9 +138,8 @@ def record(
     """Encode one event of a serial line. ``at_ns``: nanoseconds since 1970. ``lost``: number of records that
     were lost before it."""
     seconds, rest_ns = divmod(at_ns, 10**9)
-    payload = struct.pack(">IIBBH", seconds & 0xFFFFFFFF, rest_ns // 1000, event, 0, 0) + data
-    direction = _OUTBOUND if event == RecordKind.TX else _INBOUND
-    return _packet(interface, at_ns, payload, comment, lost, (_EPB_FLAGS, struct.pack("<I", direction)))
+    payload = _EVENT_HEAD.pack(seconds & 0xFFFFFFFF, rest_ns // 1000, event, 0, 0) + data
+    return _packet(interface, at_ns, payload, comment, lost, _OUT if event == RecordKind.TX else _IN)
 
 
 def frame_record(interface: int, at_ns: int, packed: bytes, comment: str = "", lost: int = 0) -> bytes:
@@ -148,14 +149,16 @@ def frame_record(interface: int, at_ns: int, packed: bytes, comment: str = "", l
 
 
 def _packet(
-    interface: int, at_ns: int, payload: bytes, comment: str, lost: int, *options: tuple[int, bytes]
+    interface: int, at_ns: int, payload: bytes, comment: str, lost: int, options: bytes = b""
 ) -> bytes:
-    head = struct.pack(
-        "<IIIII", interface, at_ns >> 32 & 0xFFFFFFFF, at_ns & 0xFFFFFFFF, len(payload), len(payload)
-    )
-    said = [(_EPB_DROPS, struct.pack("<Q", lost))] if lost else []
-    said += [(_COMMENT, comment.encode())] if comment else []
-    return _block(_PACKET, head + _padded(payload) + _options(*options, *said))
+    if lost:
+        options += _option(_EPB_DROPS, struct.pack("<Q", lost))
+    if comment:
+        options += _option(_COMMENT, comment.encode())
+    length, at_high, at_low = len(payload), at_ns >> 32 & 0xFFFFFFFF, at_ns & 0xFFFFFFFF
+    size = _PACKET_HEAD.size + length + -length % 4 + len(options) + _PACKET_END.size
+    head = _PACKET_HEAD.pack(_PACKET, size, interface, at_high, at_low, length, length)
+    return head + _padded(payload) + options + _PACKET_END.pack(_OPTION_END, size)
 
 
 @dataclass(frozen=True)
@@ -384,9 +387,12 @@ def _padded(data: bytes) -> bytes:
     return data + bytes(-len(data) % 4)
 
 
+def _option(code: int, value: bytes) -> bytes:
+    return struct.pack("<HH", code, len(value)) + _padded(value)
+
+
 def _options(*options: tuple[int, bytes]) -> bytes:
-    packed = b"".join(struct.pack("<HH", code, len(value)) + _padded(value) for code, value in options)
-    return packed + struct.pack("<HH", _OPTION_END, 0)
+    return b"".join(_option(*each) for each in options) + struct.pack("<HH", _OPTION_END, 0)
 
 
 def _block(kind: int, body: bytes) -> bytes:
