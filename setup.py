@@ -203,6 +203,11 @@ setup(
             extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
         ),
         Extension(
+            "hil.sim._each_packet",
+            ["hil/sim/_each_packet.pyx"],
+            extra_compile_args=["-std=gnu11", "-O3", "-fvisibility=hidden"],
+        ),
+        Extension(
             LINES,
             native_sources("hil/host/native"),
             libraries=["dl"],  # dlsym, where the libc has it elsewhere: before glibc 2.34

@@ -85,11 +85,14 @@ class CommandLine:
     def takes(self, packets: Sequence[Item]) -> bool:
         """Execute a packet to everybody, if that takes no time and needs no terminal: as ``from_network``
         would, without the main loop; return whether it has."""
-        if not (quick := _quick(packets[0])) or len(packets) != 1 or not self.network.decoder.is_whole:
+        quick, network = _quick(packets[0]), self.network
+        if quick is None or len(packets) != 1 or not network.decoder.is_whole:
             return False
         if quick.is_remembered:
-            self.network.last_sender = None
-        if quick.run:
+            network.last_sender = None
+        if quick.velocity is not None:  # it prints nothing, and most packets to all are of it
+            self.moves.velocity(quick.velocity)
+        elif quick.run:
             self.terminal.is_muted = True
             quick.run(self, quick.rest)
             self.terminal.is_muted = False
@@ -130,11 +133,6 @@ class CommandLine:
             self.terminal.println(shown)
             return
         self.moves.velocity(text.rest())
-
-    def velocity_from_network(self, said: str) -> None:
-        """Execute ``v`` where nothing is shown."""
-        if said[:1] not in ("d", "D"):
-            self.moves.velocity(said)
 
     def debug(self, text: Text) -> None:
         self.session.is_debug = not self.session.is_debug
@@ -199,9 +197,7 @@ COMMANDS = (
     _quick_command("mM", "motion command", lambda line, text: line.moves.queued(text)),
     _quick_command("aA", "acceleration of the session", lambda line, text: line.moves.acceleration(text)),
     _quick_command("dD", "deceleration of the session", lambda line, text: line.moves.deceleration(text)),
-    Command(
-        "vV", "velocity of the session, vd: of now", CommandLine.velocity, CommandLine.velocity_from_network
-    ),
+    Command("vV", "velocity of the session, vd: of now", CommandLine.velocity),
     _quick_command("lL", "loops; alone: end in a controlled way", lambda line, text: line.moves.loop(text)),
     Command("xX", "run an entry or a one-shot at once; xRef array", CommandLine.xref),
     _bare_command("S", "stop at once", lambda line: line.motion.stop(None)),
@@ -227,6 +223,8 @@ class _Quick(NamedTuple):
     run: Callable[[CommandLine, str], object] | None = None
     rest: str = ""
     """Rest of its line behind the command's letter."""
+    velocity: str | None = None
+    """Text behind ``v``, which is set instead of ``run``."""
 
 
 @lru_cache(maxsize=4)
@@ -243,4 +241,7 @@ def _quick(packet: Item) -> _Quick | None:
     command = COMMANDS_BY_LETTER.get(text.take())
     if command is None:
         return _Quick(is_remembered=not is_signal(packet))
+    if command.letters == "vV":
+        said = text.rest()
+        return _Quick(True, velocity=None if said[:1] in ("d", "D") else said)
     return _Quick(True, command.quick, text.rest()) if command.quick else None

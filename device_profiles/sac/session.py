@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 from device_profiles.sac.parameters import Parameters
 from device_profiles.sac.typed_text import Attributes, Velocity
@@ -37,8 +38,12 @@ class Session:
     def say_velocity(self, velocity: Velocity) -> None:
         """Change the default velocity alone."""
         now = self.default
-        if now.rpm != velocity.rpm or now.cycle_us != velocity.cycle_us:
+        before, by, after = _last_change[0]
+        if before is now and by is velocity:
+            self.default = after
+        elif now.rpm != velocity.rpm or now.cycle_us != velocity.cycle_us:
             self.default = _at(now, velocity)
+            _last_change[0] = now, velocity, self.default
 
     def command(self, said: Attributes) -> MotionEntry:
         """Make a typed motion command on the defaults, except direction, wait and sync."""
@@ -68,6 +73,12 @@ class Session:
         yield f"CRC\t{int(self.is_crc_on)}"
         yield f"{'EnT' if self.is_throttle else 'EnF'}\t1"
         yield f"debug\t{int(self.is_debug)}"
+
+
+_last_change: list[tuple[Any, Any, Any]] = [(None, None, None)]
+"""Last change of an entry: from, by this velocity, to. A packet to all has every node do the same, and their
+entries become one: the cache of ``_at``, which compares them whole, is asked by the first. One tuple, as
+benches of other threads change it too."""
 
 
 @lru_cache(maxsize=4)

@@ -5,9 +5,10 @@ the firmware had not run in it. The log has what the firmware had already sent.
 """
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from typing import Protocol
 
+from hil.sim._each_packet import Nothing
 from hil.sim.inputs import Stopped
 from hil.vocab.time import SimTimeNs
 
@@ -30,7 +31,7 @@ def place_of(error: BaseException) -> str:
     return f" ({file.rpartition('/')[2]}:{line})"
 
 
-_NOTHING = nullcontext()
+NOTHING = Nothing()
 
 
 class FirmwareHung(BaseException):
@@ -62,11 +63,11 @@ class Guard(Protocol):
     """Guard of firmware: ``with guard(device):`` around each turn of its own code."""
 
     def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
-        return _NOTHING
+        return NOTHING
 
     def aside(self) -> AbstractContextManager[object]:
         """Exclude work that is not the firmware's, in the middle of a turn or after it."""
-        return _NOTHING
+        return NOTHING
 
 
 class Unguarded(Guard):
@@ -86,4 +87,4 @@ class LoggedStops(Unguarded):
     def __call__(self, device: Guarded, /) -> AbstractContextManager[object]:
         if stopped := self.left.pop((device.name, device.turns), None):
             raise StopLogged(stopped)
-        return _NOTHING
+        return NOTHING

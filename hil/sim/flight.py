@@ -74,5 +74,11 @@ def heard(
     return Flight(times_ns, bytes(each.byte for each in sampled), spoiled=frozenset(wrong))
 
 
+@lru_cache(maxsize=4)
+def end_times(framing: Framing, flight: Flight, before: bytes | None) -> tuple[int, ...]:
+    """Times of the characters that may be ends; cached: all receivers on a line hear the same."""
+    return tuple(flight.times_ns[place] for place in framing.ends(flight.data, before))
+
+
 def _is_wrong(sampled: Sampled) -> bool:
     return sampled.framing_error or sampled.parity_error

@@ -23,17 +23,16 @@ class DueTimes:
     def __init__(self, due_of: Callable[[int], int]) -> None:
         self._due_of = due_of
         self._times_ns: list[int] = []
-        """Heap of all times in ``_waiting``."""
-        self._waiting: dict[int, list[int]] = {}
+        """Heap of all times in ``waiting``."""
+        self.waiting: dict[int, list[int]] = {}
         """Indices by their times; one may stand there twice."""
 
     def add(self, due_ns: int, index: int) -> None:
-        if due_ns == FOREVER:
-            return
-        if waiting := self._waiting.get(due_ns):
-            waiting.append(index)
-        else:
-            self._waiting[due_ns] = [index]
+        # Mostly many wait for one time, as for the end of a packet to everybody.
+        if due_ns in self.waiting:
+            self.waiting[due_ns].append(index)
+        elif due_ns != FOREVER:
+            self.waiting[due_ns] = [index]
             heappush(self._times_ns, due_ns)
 
     @property
@@ -41,12 +40,12 @@ class DueTimes:
         """Earliest time that is not outdated; drops those that are."""
         while self._times_ns:
             due_ns = self._times_ns[0]
-            waiting = self._waiting[due_ns]
+            waiting = self.waiting[due_ns]
             while waiting and self._due_of(waiting[-1]) != due_ns:
                 waiting.pop()
             if waiting:
                 return SimTimeNs(due_ns)
-            del self._waiting[heappop(self._times_ns)]
+            del self.waiting[heappop(self._times_ns)]
         return FOREVER
 
     def take(self, now_ns: int) -> Iterator[int]:
@@ -55,7 +54,7 @@ class DueTimes:
         times_ns = self._times_ns
         while times_ns and times_ns[0] <= now_ns:
             due_ns = heappop(times_ns)
-            left = sorted(self._waiting.pop(due_ns), reverse=True)
+            left = sorted(self.waiting.pop(due_ns), reverse=True)
             try:
                 while left:
                     yield left.pop()
@@ -182,10 +181,7 @@ class Group:
                 self.devices[0].step(now_ns)
             return
         for index in self._due.take(now_ns):
-            device = self.devices[index]
-            if (due_ns := device.due_ns) <= now_ns:
-                due_ns = device.step(now_ns)
-            if due_ns < FOREVER:  # most wait for a byte
+            if (due_ns := self.devices[index].step(now_ns, is_due=False)) < FOREVER:  # most wait for a byte
                 self._due.add(due_ns, index)
 
     def apply(self, device: Twin, given: Input, part: str = "") -> Answer:
@@ -206,7 +202,11 @@ class Group:
         """Note that a device may be due at another time, for another reason than that it was due. ``at_ns``:
         at this one beside those that are known."""
         if len(self.devices) > 1:
-            self._due.add(device.due_ns if at_ns is None else at_ns, self._index[device])
+            index = self._index[device]
+            if at_ns in (waiting := self._due.waiting):
+                waiting[at_ns].append(index)  # as ``add``; each node of a line comes here at each packet
+            else:
+                self._due.add(device.due_ns if at_ns is None else at_ns, index)
 
     def _interrupts(self) -> None:
         self._events += self._core.take_events(self.id)

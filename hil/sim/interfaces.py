@@ -52,6 +52,7 @@ class Interfaces:
             }
         )
         self.all = tuple(self.by_name.values())
+        self.rx_lines = tuple(uart.incoming for uart in self.all)
         self.now_ns = SimTimeNs(0)
 
     def _make(self, baud: int | None, due_changed: DueChanged, room: int) -> DeviceUart:
@@ -80,25 +81,11 @@ class Interfaces:
             uart.polls_from_ns = polls_from_ns
             uart.take_arrivals()
 
-    def offered(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs) -> tuple[DeviceUart, Flight] | None:
-        """Take off the line what has come since the last turn, if it is nothing but whole packets for
-        everybody at one UART, and the firmware takes all bytes as they come; with its UART. None: ``begin``
-        comes next."""
-        found = None
-        self.now_ns = now_ns
-        for uart in self.all:
-            uart.now_ns = now_ns
-            if not uart.is_ready_for_packets:
-                return None
-            if uart.incoming.flights:
-                # Of two it is the main program that decides which it reads first.
-                if found:
-                    return None
-                found = uart
-        if not found or not (flight := found.incoming.whole(now_ns, polls_from_ns)):
-            return None
-        found.polls_from_ns = polls_from_ns
-        return found, flight
+    def take_in(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs, number: int, flight: Flight) -> None:
+        """Bring what was taken off the line of a UART into its buffer, in the main program's turn."""
+        self.set_time(now_ns)
+        self.all[number].polls_from_ns = polls_from_ns
+        self.all[number].take_in(flight)
 
     def has_input(self) -> bool:
         """True if a byte has come that the firmware is woken for."""

@@ -17,11 +17,9 @@ many costs time and changes nothing. That is so
 - after a collision has taken back what was announced: what stands before is not known (``forget``).
 """
 
-from collections import deque
-from collections.abc import Iterable, Sequence
-from functools import lru_cache
+from collections.abc import Iterable
 
-from hil.sim.flight import Flight
+from hil.sim._each_packet import Wakes
 from hil.vocab.framing import Framing
 from hil.vocab.time import FOREVER
 
@@ -29,22 +27,19 @@ Characters = Iterable[tuple[int, int]]
 """Times at which characters are complete, ascending, and the characters."""
 
 
-class PacketWakes:
-    """Times at which characters are complete that the sketch is woken for."""
+class PacketWakes(Wakes):
+    """Times at which characters are complete that the sketch is woken for, ``times_ns``.
 
-    def __init__(self) -> None:
-        self.framing: Framing | None = None
-        """Framing of the bytes for the sketch; None: each byte wakes it, and the times here mean nothing."""
-        self.is_loose = False
-        """True if each character counts that ends a packet after some bytes, whatever came before it."""
-        self._times_ns: deque[int] = deque()
-        self._before = b""
-        """Last bytes on the line, as far as they are known."""
-        self._has_gap = False
+    ``framing``: of the bytes for the sketch; None: each byte wakes it, and the times here mean nothing.
+    ``is_loose``: true if each character counts that ends a packet after some bytes, whatever came before it.
+    ``has_gap``: true once characters were lost to an overrun. ``before``: the last bytes on the line, as far
+    as they are known. ``add(flight)`` adds characters behind all others, and answers the times among them
+    that wake the sketch.
+    """
 
     @property
     def next_ns(self) -> int:
-        return self._times_ns[0] if self._times_ns else FOREVER
+        return self.times_ns[0] if self.times_ns else FOREVER
 
     def set(self, framing: Framing | None, flying: Characters) -> None:
         """Wake by a framing. ``flying``: what is on the line already."""
@@ -61,42 +56,22 @@ class PacketWakes:
 
     def note_gap(self, flying: Characters) -> None:
         """Note that characters were lost to an overrun."""
-        self._has_gap = True
+        self.has_gap = True
         self._renew(flying)
 
     def forget(self, flying: Characters) -> None:
         """Forget what stood before: ``flying`` is left of what was announced."""
-        self._before = b""
+        self.before = b""
         self._renew(flying)
-
-    def add(self, flight: Flight) -> int:
-        """Add characters behind all others; answers the first time that they add, or ``FOREVER``."""
-        before = None if self._has_gap or self.is_loose else self._before
-        self._before = flight.tail
-        if self.framing is None:
-            return FOREVER
-        times_ns = _end_times(self.framing, flight, before)
-        self._times_ns.extend(times_ns)
-        return times_ns[0] if times_ns else FOREVER
-
-    def clear(self) -> None:
-        """Drop all times: all characters have come."""
-        self._times_ns.clear()
 
     def drop_until(self, now_ns: int) -> None:
         """Drop the times up to now."""
-        while self._times_ns and self._times_ns[0] <= now_ns:
-            self._times_ns.popleft()
+        while self.times_ns and self.times_ns[0] <= now_ns:
+            self.times_ns.popleft()
 
     def _renew(self, flying: Characters) -> None:
         pairs = list(flying) if self.framing is not None else []
-        self._times_ns.clear()
+        self.times_ns.clear()
         if self.framing is not None and pairs:
             data = bytes(byte for _, byte in pairs)
-            self._times_ns.extend(pairs[place][0] for place in self.framing.ends(data, None))
-
-
-@lru_cache(maxsize=4)
-def _end_times(framing: Framing, flight: Flight, before: bytes | None) -> Sequence[int]:
-    """Times of the characters that may be ends; cached: all receivers on a line hear the same."""
-    return tuple(flight.times_ns[place] for place in framing.ends(flight.data, before))
+            self.times_ns.extend(pairs[place][0] for place in self.framing.ends(data, None))

@@ -4,10 +4,11 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from hil.firmware.runtime import Runtime
-from hil.sim.firmware_guard import Guard
+from hil.sim.firmware_guard import NOTHING, UNGUARDED, Guard
+from hil.sim.flight import Flight
 from hil.sim.hardware import DeviceSpec, Hardware
 from hil.vocab.firmware import Commit, Main
-from hil.vocab.time import SimTimeNs
+from hil.vocab.time import FOREVER, SimTimeNs
 
 Result = TypeVar("Result")
 
@@ -78,6 +79,35 @@ class Sketch:
                 raise
             self._on_raised(error)
             return None
+
+    def offer(self, now_ns: SimTimeNs, offered: tuple[int, Flight]) -> bool:
+        """Offer packets, in a turn, to a reader beside the main program; if it declines, the program gets
+        their bytes. ``offered``: the number of the UART, and what came there.
+
+        Return true if the turn is over with that, and nothing was written: the firmware's state is as before.
+        """
+        self.turns += 1
+        runtime, interfaces, guard = self.runtime, self._interfaces, self._guard
+        interfaces.now_ns = now_ns
+        try:
+            with NOTHING if guard is UNGUARDED else guard(self):
+                if runtime.takes and runtime.takes(offered[1].packets or ()):
+                    if not interfaces.written:
+                        runtime.polls_from_ns, runtime.due_ns = now_ns, FOREVER
+                        return True
+                    interfaces.set_time(now_ns)
+                    runtime.go_on_waiting(now_ns, interfaces.print_returns(now_ns))
+                else:
+                    with guard.aside():
+                        interfaces.take_in(now_ns, runtime.polls_from_ns, *offered)
+                    runtime.resume(now_ns)
+        # A firmware may raise SystemExit too, and ends nobody but its own device.
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt):
+                raise
+            interfaces.set_time(now_ns)
+            self._on_raised(error)
+        return False
 
     def close(self) -> None:
         """Stop the firmware forever."""

@@ -6,8 +6,8 @@ from functools import partial
 
 from hil.core import CoreAxis
 from hil.firmware.set_point_paths import rest_of
+from hil.sim._each_packet import offered as offered_packets
 from hil.sim.firmware_guard import Guard
-from hil.sim.flight import Flight
 from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.inputs import (
     Bytes,
@@ -76,6 +76,7 @@ class Twin:
         self.uarts: DeviceParts[DeviceUart] = self._interfaces.by_name
         """UARTs by name; each has a port or a segment of its own."""
         self._lines = self._interfaces.all
+        self._rx_lines = self._interfaces.rx_lines
         self.setpoints = Setpoints(spec.time_out, axis_arguments(self.axes))
         self.power = Power(
             spec,
@@ -102,7 +103,7 @@ class Twin:
     @property
     def due_ns(self) -> SimTimeNs:
         """The earliest time at which ``step`` has to be called."""
-        # As ``_stands``, which is asked three times for each packet to everybody: a call less each time.
+        # As ``_stands``: this is asked often, and it is a call less.
         if self.power.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
             return FOREVER
         due_ns = self._sketch.runtime.due_ns
@@ -111,39 +112,29 @@ class Twin:
                 due_ns = arrival_ns
         return due_ns if due_ns < self.setpoints.due_ns else self.setpoints.due_ns
 
-    def step(self, now_ns: SimTimeNs) -> SimTimeNs:
-        """Let the firmware run at ``now_ns``, as far as it gets; return ``due_ns``."""
-        if self.power.failed is not None or self.is_hung or (not self._sketch.is_on and self._stands):
-            return FOREVER
-        sketch, interfaces = self._sketch, self._interfaces
+    def step(self, now_ns: SimTimeNs, *, is_due: bool = True) -> SimTimeNs:
+        """Let the firmware run at ``now_ns``, as far as it gets; return ``due_ns``. ``is_due``: False if it
+        is to run only where that is no later than now."""
+        sketch = self._sketch
         runtime = sketch.runtime
-        offered = None
+        if self.power.failed is not None or self.is_hung or (not sketch.is_on and self._stands):
+            return FOREVER
         # Not once the set-points' time is over: then `_go_on` stops the axis first.
-        if runtime.takes and runtime.polls_from_ns <= now_ns < self.setpoints.due_ns:
-            offered = interfaces.offered(now_ns, runtime.polls_from_ns)
-        if not offered:
-            interfaces.begin(now_ns, runtime.polls_from_ns)
+        if (
+            runtime.takes is not None
+            and runtime.polls_from_ns <= now_ns < self.setpoints.due_ns
+            and (offered := offered_packets(self._rx_lines, now_ns, runtime.polls_from_ns)) is not None
+        ):
+            if sketch.offer(now_ns, offered):
+                return self.setpoints.due_ns  # it waits for a byte, and none is on a line
+        elif not is_due and (due_ns := self.due_ns) > now_ns:
+            return due_ns
+        else:
+            self._interfaces.begin(now_ns, runtime.polls_from_ns)
             sketch.turn(self._go_on, now_ns)
-        elif sketch.turn(self._offer, now_ns, *offered):
-            return self.setpoints.due_ns  # it waits for a byte, and none is on a line
-        interfaces.end()
-        interfaces.note_polling(now_ns, is_polling=runtime.polls_from_ns <= now_ns)
+        self._interfaces.end()
+        self._interfaces.note_polling(now_ns, is_polling=runtime.polls_from_ns <= now_ns)
         return self.due_ns
-
-    def _offer(self, now_ns: SimTimeNs, uart: DeviceUart, flight: Flight) -> bool:
-        """Offer packets to a reader beside the main program; if it declines, the program gets their bytes.
-
-        Return true if the turn is over with that: the firmware's state is as before.
-        """
-        runtime = self._sketch.runtime
-        if runtime.takes and runtime.takes(flight.packets or ()):
-            interfaces = self._interfaces
-            runtime.go_on_waiting(now_ns, interfaces.print_returns(now_ns) if interfaces.written else now_ns)
-            return not interfaces.written
-        with self._home.guard.aside():
-            uart.take_in(flight)
-        runtime.resume(now_ns)
-        return False
 
     def _go_on(self, now_ns: SimTimeNs) -> None:
         if now_ns >= self.setpoints.due_ns:

@@ -119,7 +119,6 @@ class DeviceUart:
         self._framing: Framing | None = None
         """Framing by which the sketch reads."""
         self._line_framing: Framing | None = None
-        self._is_woken = False
         self._rx_free_ns = 0
         self.clear()
 
@@ -139,6 +138,7 @@ class DeviceUart:
         self.baud = self._power_up_baud
         # On USB the host is held up instead (`room`): nothing is lost to a full buffer.
         self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
+        self.incoming.unread = self._rx.unread
         self.address = self.station.told_address if self.station else None
         self.wake_on(None)
 
@@ -149,14 +149,14 @@ class DeviceUart:
         if framing is not None and not framing.has_ends:
             framing = None
         if framing is not self._framing:
-            self._is_woken = False
+            self.incoming.is_woken = False
             self._framing = framing
         self.incoming.wake_on(framing)
 
     @property
     def has_input(self) -> bool:
         """True if a byte has come that the sketch is woken for."""
-        return self._rx.available() > 0 if self._framing is None else self._is_woken
+        return self._rx.available() > 0 if self._framing is None else self.incoming.is_woken
 
     def set_baud(self, baud: int | None) -> None:
         """Change the speed; what is on the line already keeps its times."""
@@ -170,7 +170,7 @@ class DeviceUart:
         return self._rx.read()
 
     def read_all(self) -> bytes:
-        self._is_woken = False
+        self.incoming.is_woken = False
         return self._rx.read_all()
 
     def peek(self) -> int:
@@ -233,16 +233,12 @@ class DeviceUart:
     def hear(
         self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
     ) -> None:
-        assert self.baud is not None
-        if flight := heard(start_ns, data, baud, self.baud, self._line_framing):
-            if packets is not None and baud == self.baud:
+        own_baud = self.baud
+        assert own_baud is not None
+        if flight := heard(start_ns, data, baud, own_baud, self._line_framing):
+            if packets is not None and baud == own_baud:
                 flight.packets = packets
             self.incoming.add(flight)
-
-    @property
-    def is_ready_for_packets(self) -> bool:
-        """True if nothing waits to be read, and the sketch takes bytes as they come."""
-        return not (self._rx.unread or self._is_woken or self.incoming.wakes.is_loose)
 
     def take_arrivals(self) -> None:
         """Move characters complete by now into the receive buffer; those without room are overruns."""
@@ -257,7 +253,7 @@ class DeviceUart:
         if at_once or len(flight.data) <= self._rx.room():
             self._rx.feed(flight.data, at_once=at_once)
             if framing is not None and framing.may_end(flight.data):
-                self._is_woken = True
+                self.incoming.is_woken = True
             return
         is_gapless = True
         for at_ns, byte in flight.characters():
@@ -267,7 +263,7 @@ class DeviceUart:
                 self.overrun_bytes += 1
                 is_gapless = False
             elif framing is not None and framing.may_end(data):
-                self._is_woken = True
+                self.incoming.is_woken = True
         if not is_gapless:
             self.incoming.note_gap()
 
