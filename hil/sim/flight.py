@@ -7,7 +7,7 @@ from functools import lru_cache
 from hil.vocab.framing import Framing, Item
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.segment import HeardCharacter
-from hil.wire.serial_line import Sampled, character_ns, resample
+from hil.wire.serial_line import Sampled, character_ends_ns, character_ns, resample
 
 
 @dataclass(eq=False, slots=True)
@@ -63,7 +63,7 @@ def heard(
     bits = line_format.bits
     sent_format = sent_format or line_format
     if sent_baud == baud and sent_format is line_format:
-        times_ns = tuple(start_ns + character_ns(i + 1, baud, bits) for i in range(len(data)))
+        times_ns = tuple(character_ends_ns(start_ns, len(data), baud, bits))
         return Flight(times_ns, data, framing=framing) if data else None
     one_ns = character_ns(1, baud, bits)
     sampled = resample(data, sent_baud, baud, sent_format, line_format)

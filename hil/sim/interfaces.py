@@ -79,7 +79,8 @@ class Interfaces:
         for uart in self.all:
             uart.now_ns = now_ns
             uart.polls_from_ns = polls_from_ns
-            uart.take_arrivals()
+            if uart.incoming.flights:  # asked here: it is a call less
+                uart.take_arrivals()
 
     def take_in(self, now_ns: SimTimeNs, polls_from_ns: SimTimeNs, number: int, flight: Flight) -> None:
         """Bring what was taken off the line of a UART into its buffer, in the main program's turn."""
@@ -110,7 +111,7 @@ class Interfaces:
     def end(self) -> None:
         """Tell addresses, and hand on all that was written to the listeners, after a turn."""
         for uart in self.all:
-            if uart.station:
+            if uart.station and uart.address != uart.station.told_address:
                 uart.station.tell_address(uart.address)
         if self.written or self._sent:
             with self._guard.aside():

@@ -45,6 +45,12 @@ def character_ns(n: int, baud: int, bits: int = EIGHT_N_1.bits) -> int:
     return n * bits * _NS_PER_S // baud
 
 
+def character_ends_ns(start_ns: int, count: int, baud: int, bits: int = EIGHT_N_1.bits) -> list[int]:
+    """Times at which characters that stand back to back from ``start_ns`` on are complete."""
+    one = bits * _NS_PER_S
+    return [start_ns + all_ns // baud for all_ns in range(one, one * (count + 1), one)]
+
+
 def resample(
     data: bytes,
     sent_baud: int,

@@ -275,6 +275,8 @@ class Rs485Segment:
         while self._clean and self._clean[0].burst.off_ns <= now_ns:
             clean = self._clean.pop(0)
             self.stats.count(clean.items)
+            if not self.watchers:
+                continue
             wrong = dict.fromkeys(item.fault for item in clean.items)
             about = " ".join([clean.burst.station, *filter(None, wrong)])
             for watcher in self.watchers:
@@ -298,8 +300,9 @@ class Rs485Segment:
         if self._has_parity and data != meant:
             self._bring_spoiled(burst, meant, concerned)
             return
+        sender = burst.station
         for station in concerned:
-            if not station.is_cut and (station.name != burst.station or station.has_echo):
+            if not station.is_cut and (station.name != sender or station.has_echo):
                 station.receiver.hear(start_ns, data, baud, packets)
 
     def _bring_spoiled(self, burst: Burst, meant: bytes, concerned: Iterable[Station]) -> None:
