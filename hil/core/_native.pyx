@@ -21,17 +21,31 @@ def axis_bytes(int law):
 
 
 cdef tuple unpack(const hil_snapshot *s):
-    cdef const char *base = <const char *>s
     cdef list values = []
     cdef int i
-    cdef const char *at
     for i in range(HIL_FIELDS):
-        at = base + hil_field_table[i].offset
-        if hil_field_table[i].type[0] == b"f":
-            values.append((<const double *>at)[0] if hil_field_table[i].type[1] == b"6" else (<const float *>at)[0])
-        else:
-            values.append((<const int64_t *>at)[0] if hil_field_table[i].type[1] == b"6" else (<const int32_t *>at)[0])
+        values.append(unpack_one(s, i))
     return tuple(values)
+
+
+cdef object unpack_one(const hil_snapshot *s, int field):
+    cdef const char *at = <const char *>s + hil_field_table[field].offset
+    if hil_field_table[field].type[0] == b"f":
+        return (<const double *>at)[0] if hil_field_table[field].type[1] == b"6" else (<const float *>at)[0]
+    return (<const int64_t *>at)[0] if hil_field_table[field].type[1] == b"6" else (<const int32_t *>at)[0]
+
+
+cdef class PackedValues:
+    """Values of all fields, each unpacked when it is asked for: who wants some does not pay for all."""
+    cdef hil_snapshot s
+
+    def __len__(self):
+        return HIL_FIELDS
+
+    def __getitem__(self, int field):
+        if not 0 <= field < HIL_FIELDS:
+            raise IndexError(field)
+        return unpack_one(&self.s, field)
 
 
 cdef class NativeCore:
@@ -327,6 +341,11 @@ cdef class NativeCore:
         cdef hil_snapshot s
         hil_axis_snapshot(self.core, axis, &s)
         return unpack(&s)
+
+    def packed_values(self, int axis):
+        cdef PackedValues values = PackedValues.__new__(PackedValues)
+        hil_axis_snapshot(self.core, axis, &values.s)
+        return values
 
     def published(self, int axis):
         cdef hil_snapshot s

@@ -131,6 +131,10 @@ class CoreAxis:
     def snapshot(self) -> Snapshot:
         return Snapshot(self._native.snapshot(self.id), self.kind.fields)
 
+    def glance(self) -> Snapshot:
+        """Snapshot for who reads a few fields, at once: each is unpacked when it is read."""
+        return Snapshot(self._native.packed_values(self.id), self.kind.fields)
+
     def published(self) -> Snapshot:
         """State as of the last release, in real time of the last 20 ms; from any thread, owner or not."""
         return Snapshot(self._native.published(self.id), self.kind.fields)

@@ -41,7 +41,7 @@ class Snapshot:
 
     __slots__ = ("names", "values")
 
-    def __init__(self, values: tuple[float, ...], names: Mapping[str, int]) -> None:
+    def __init__(self, values: Sequence[float], names: Mapping[str, int]) -> None:
         self.values = values
         self.names = names
 

@@ -114,7 +114,7 @@ class CardMotor:
         return angle_deg % 360 if isfinite(angle_deg) else 0.0
 
     def look(self) -> MotorLook:
-        shot, device = self._axis.snapshot(), self._device
+        shot, device = self._axis.glance(), self._device
         state, values = self._motion(shot), shot.values
         assert state.position_deg is not None
         if not self._is_servo:

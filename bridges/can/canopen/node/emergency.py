@@ -53,7 +53,7 @@ class Emergencies:
         self._timer = timers.make(self.flush)
         self._history: deque[int] = deque(maxlen=HISTORY)
         self._profile_bits = 0
-        self._lasting: set[object] = set()
+        self.lasting: set[object] = set()
         self._cob_id = INVALID
         self._inhibit_ns = 0
         self.is_silent = True
@@ -62,7 +62,7 @@ class Emergencies:
     @property
     def register(self) -> int:
         """Error register, as in 1001h."""
-        bits = self._profile_bits | (COMMUNICATION_BIT if self._lasting else 0)
+        bits = self._profile_bits | (COMMUNICATION_BIT if self.lasting else 0)
         return bits | GENERIC_BIT if bits else 0
 
     @property
@@ -80,25 +80,25 @@ class Emergencies:
 
     def begin(self, cause: object, code: ErrorCode, manufacturer: bytes = b"") -> None:
         """Report an error of communication, once until the same cause has ended."""
-        if cause not in self._lasting:
-            self._lasting.add(cause)
+        if cause not in self.lasting:
+            self.lasting.add(cause)
             self._put(code, manufacturer)
 
     def end(self, cause: object) -> None:
         """End what ``begin`` has begun, if so."""
-        if cause in self._lasting:
-            self._lasting.remove(cause)
+        if cause in self.lasting:
+            self.lasting.remove(cause)
             self._put(ErrorCode.NONE, b"")
 
     def has(self, cause: object) -> bool:
         """True if what ``begin`` has begun goes on."""
-        return cause in self._lasting
+        return cause in self.lasting
 
     def load(self) -> None:
         """Take the settings from the dictionary, and forget the errors of communication."""
         self._cob_id = self._dictionary.number(0x1014)
         self._inhibit_ns = self._dictionary.number(0x1015) * _INHIBIT_UNIT_NS
-        self._lasting.clear()
+        self.lasting.clear()
         self._timer.stop()
 
     def reset_profile(self) -> None:

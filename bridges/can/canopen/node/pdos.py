@@ -51,7 +51,7 @@ class Rpdo(Pdo):
         self._number = bytes((number,))
         self._causes = ("RPDO length", number), ("RPDO time-out", number)
         self._timer = timers.make(self._miss)
-        self._held: bytes | None = None
+        self.held: bytes | None = None
         self._targets: tuple[_Target, ...] = ()
         self._limits: tuple[tuple[float, float], ...] = ()
         """Lowest and highest value of each target; nothing if there are none."""
@@ -73,7 +73,7 @@ class Rpdo(Pdo):
 
     def stop(self) -> None:
         """Forget what was received, as the state is not OPERATIONAL."""
-        self._held = None
+        self.held = None
         self._timer.stop()
         for cause in self._causes:
             self._emergencies.end(cause)
@@ -87,7 +87,7 @@ class Rpdo(Pdo):
                 return
             self._emergencies.begin(self._causes[0], ErrorCode.PDO_TOO_LONG, self._number)
             data = data[:size]
-        else:
+        elif self._emergencies.lasting:
             self._emergencies.end(self._causes[0])
         if self.event_ns:
             self._timer.start(now_ns + self.event_ns)
@@ -95,12 +95,12 @@ class Rpdo(Pdo):
         if self.type > SYNC_TYPE_MAX:
             self._take(data, now_ns)
         elif self._is_open(now_ns):
-            self._held = data
+            self.held = data
 
     def synced(self, now_ns: int) -> None:
         """Take what was received since the last SYNC, if it is synchronous."""
-        if self._held is not None:
-            data, self._held = self._held, None
+        data, self.held = self.held, None
+        if data is not None:
             self._take(data, now_ns)
 
     def _take(self, data: bytes, now_ns: int) -> None:
@@ -314,7 +314,8 @@ class Pdos:
     def take_held(self, now_ns: int) -> None:
         """Take the synchronous RPDOs, as SYNC has come."""
         for rpdo in self._rpdos:
-            rpdo.synced(now_ns)
+            if rpdo.held is not None:
+                rpdo.synced(now_ns)
 
     def sample(self, counter: int, now_ns: int) -> None:
         """Send the synchronous TPDOs, as SYNC has come."""
