@@ -44,6 +44,8 @@ ENABLE, START = 0x0001, 8
 MOVE_REGISTER, MOVE_COIL = 2000 + 32 * START, START
 """Parameters of ``move_abs`` and its start bit at the Modbus door: ``hil modbus map``."""
 FIRST_ADDRESS = 4
+BROADCAST_CALLS = 15
+"""Calls of a node for a packet to all."""
 SHORT_CONFIG = """bench: short
 devices:
   m1: {profile: mechaduino, port: pty}
@@ -114,9 +116,9 @@ def _room(file: str) -> str:
 # ---- in the kit ----
 
 
-def packet(nodes: int) -> Walk:
-    """An addressed packet from a tap to one SAC of a line, and its ACK back."""
-    walk = Walk(f"packet to one of {nodes} SACs", most_calls=314)
+@contextmanager
+def line_of(nodes: int) -> Iterator[Bench]:
+    """A bench with a line of SACs, each at an address of its own."""
     names = [f"s{number}" for number in range(nodes)]
     segments = {"bus0": {"stations": names, "taps": {"master": {"port": "memory"}}}}
     devices = {name: {"profile": "sac"} for name in names}
@@ -126,6 +128,29 @@ def packet(nodes: int) -> Walk:
             for address, name in enumerate(names, FIRST_ADDRESS):
                 bench.port(name).write(typed.format(address).encode())
             bench.run(ms=wait_ms)
+        yield bench
+
+
+def broadcast(nodes: int) -> Walk:
+    """A packet from a tap to all SACs of a line, that only changes numbers."""
+    walk = Walk(f"packet to all {nodes} SACs", most_calls=BROADCAST_CALLS * nodes)
+    with line_of(nodes) as bench:
+        tap, sent = bench.tap("bus0.master"), bench.segment("bus0").stats
+        for speed in (b"v100", b"v101"):  # what is made once for all is made now
+            tap.write(encode(0, 1, speed))
+            bench.run(ms=20)
+        before = sent.packets
+        with walk.walked():
+            tap.write(encode(0, 1, b"v100"))
+            bench.run(ms=20)
+        check_work("packets", sent.packets - before, 1)
+    return walk
+
+
+def packet(nodes: int) -> Walk:
+    """An addressed packet from a tap to one SAC of a line, and its ACK back."""
+    walk = Walk(f"packet to one of {nodes} SACs", most_calls=250)
+    with line_of(nodes) as bench:
         tap = bench.tap("bus0.master")
         tap.write(encode(FIRST_ADDRESS, 1, b"y"))  # what is loaded late is loaded now
         bench.run(ms=50)
@@ -318,7 +343,7 @@ def table(walks: list[Walk]) -> Iterator[str]:
 def main() -> None:
     with TemporaryDirectory(prefix="hil-") as folder:
         walks = asyncio.run(live_walks(Path(folder)))
-    walks += [packet(2), packet(252), controlword(), configuration()]
+    walks += [packet(2), packet(252), broadcast(252), controlword(), configuration()]
     print(*table(walks), sep="\n", flush=True)
     if "--files" in sys.argv[1:]:
         for walk in walks:

@@ -40,7 +40,7 @@ ACTS = st.one_of(
     st.tuples(st.just("one"), DATA, st.booleans(), st.booleans()),
     st.tuples(
         st.just("type"),
-        st.sampled_from([b"0v99\r", b"cf\r", b"q\r", b"m", b"\r", b"85y\r"]),
+        st.sampled_from([b"0v99\r", b"v77\r", b"cf\r", b"q\r", b"m", b"\r", b"85y\r"]),
         st.none(),
         st.none(),
     ),
