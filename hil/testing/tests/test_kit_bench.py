@@ -85,6 +85,17 @@ def test_unknown_names_are_key_errors() -> None:
         bench.device("m1").pin("D9", 1)
 
 
+def test_a_glance_reads_what_a_snapshot_has() -> None:
+    with Bench(
+        {"bench": "t", "devices": {"m1": {"profile": "mechaduino"}, "s1": {"profile": "sac"}}}
+    ) as bench:
+        bench.run(ms=10)
+        for name in ("m1", "s1"):
+            axis = bench._runtime.devices[name].axis
+            assert repr((*axis.glance().values,)) == repr(axis.snapshot().values)
+            assert axis.glance().at_ns == axis.snapshot().at_ns == 10_000_000
+
+
 def test_a_snapshot_has_every_field_and_no_other() -> None:
     snapshot = Bench(CONFIG).axis("m1").snapshot()
     assert list(snapshot.as_dict()) == [

@@ -13,7 +13,9 @@ BAUDS = st.integers(50, 4_000_000)
 
 
 @given(st.integers(0, 10**15), st.integers(0, 40), BAUDS, st.integers(9, 12))
-def test_the_ends_of_characters_are_each_rounded_once(start_ns: int, count: int, baud: int, bits: int) -> None:
+def test_the_ends_of_characters_are_each_rounded_once(
+    start_ns: int, count: int, baud: int, bits: int
+) -> None:
     one_by_one = [start_ns + character_ns(n + 1, baud, bits) for n in range(count)]
     assert character_ends_ns(start_ns, count, baud, bits) == one_by_one
 
