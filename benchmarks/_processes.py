@@ -75,8 +75,9 @@ class Daemon:
 
 
 @contextmanager
-def daemon(config: str, prefix: Sequence[str] = ()) -> Iterator[Daemon]:
-    """Run ``hil serve`` with this configuration for the block, which begins when everything serves."""
+def daemon(config: str, prefix: Sequence[str] = (), *, log: bool = False) -> Iterator[Daemon]:
+    """Run ``hil serve`` with this configuration for the block, which begins when everything serves. ``log``:
+    with an input log."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "bench.yaml").write_text(config)
@@ -87,6 +88,7 @@ def daemon(config: str, prefix: Sequence[str] = ()) -> Iterator[Daemon]:
                     *prefix,
                     *(HIL, "serve", str(folder / "bench.yaml")),
                     *("--runtime-dir", str(folder / "run"), "--state-dir", str(folder / "state")),
+                    *(("--log", str(folder / "log")) if log else ()),
                 ],
                 stdout=file,
                 stderr=file,

@@ -15,8 +15,8 @@ from hil.wire.pcapng import Interface, RecordKind, frame_record, header, record
 
 BACKLOG_BYTES = 8 * 1024 * 1024
 """Maximum that may wait for a reader; more is lost, which the capture says."""
-BATCH_S = 0.01
-BATCH = 64
+BATCH_S = 0.02
+BATCH = 256
 """Time, and number of records, after which what was captured is sent to a reader, a batch in one call."""
 _RECORD_BYTES = 100
 """Size of a record without its data, about."""

@@ -18,7 +18,7 @@ from hil.sim.input_log import InputLogWriter
 _log = logging.getLogger("hil")
 
 FLUSH_S = 0.2
-BATCH = 64
+BATCH = 256
 """Number of records of the log that are written at once, in some 0.5 ms."""
 
 

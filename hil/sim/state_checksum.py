@@ -2,8 +2,6 @@
 
 import zlib
 from collections.abc import Hashable, Mapping, Sequence
-from itertools import compress
-from operator import itemgetter, ne
 from struct import Struct
 
 from hil.core.fields import Snapshot
@@ -23,36 +21,48 @@ class StateChecksums:
 
     def of(self, device: str, snapshots: Sequence[Snapshot]) -> int:
         """Checksum of the state of a device's axes."""
-        return zlib.crc32("".join([self._text((device, n), s) for n, s in enumerate(snapshots)]).encode())
-
-    def _text(self, axis: Hashable, snapshot: Snapshot) -> str:
-        kept = self._texts.get(axis)
-        # A reload may have put a device with another kind of axis in its place.
-        if kept is None or kept.names is not snapshot.names:
-            kept = self._texts[axis] = _SnapshotText(snapshot)
-        return kept.of(snapshot)
+        checksum = 0
+        for number, snapshot in enumerate(snapshots):
+            axis = device, number
+            kept = self._texts.get(axis)
+            # A reload may have put a device with another kind of axis in its place.
+            if kept is None or kept.names is not snapshot.names:
+                kept = self._texts[axis] = _SnapshotText(snapshot)
+            checksum = kept.added_to(checksum, snapshot)
+        return checksum
 
 
 class _SnapshotText:
-    """Text of an axis's snapshots, as ``repr`` makes it, of one after the other."""
+    """Text of an axis's snapshots, as ``repr`` makes it, of one after the other. The first value, the time,
+    is always another; of an axis at rest it alone is."""
 
     def __init__(self, snapshot: Snapshot) -> None:
         self.names: Mapping[str, int] = snapshot.names
-        self._labels = [f"{name}=" for name in self.names]
-        indices = list(self.names.values())
-        self._choose = itemgetter(*indices, indices[0])  # of one alone it would be no tuple
-        types = ["d" if isinstance(value, float) else "q" for value in self._choose(snapshot.values)]
-        self._as_bits = Struct("<" + "".join(types))
-        self._bits = Struct(f"<{len(types)}Q")
-        self._places = range(len(self._labels))
-        self._last: Sequence[int | None] = (None,) * len(types)
-        self._pieces = [""] * len(self._labels)
+        first, *others = self.names
+        self._head, self._labels = f"Snapshot({first}=", [f", {name}=" for name in others]
+        self._first, *rest = self.names.values()
+        self._order = rest
+        types = ["d" if isinstance(value, float) else "q" for value in snapshot.values]
+        self._as_bits, self._bits = Struct("<" + "".join(types)), Struct(f"<{len(types)}Q")
+        self._last = b""
+        self._words: Sequence[int | None] = (None,) * len(types)
+        self._pieces = [""] * len(rest)
+        self._tail = b""
 
-    def of(self, snapshot: Snapshot) -> str:
-        values = self._choose(snapshot.values)
+    def added_to(self, checksum: int, snapshot: Snapshot) -> int:
+        """Checksum of what was before and this text."""
         # Bits, not values: -0.0 equals 0.0 and reads otherwise.
-        bits = self._bits.unpack(self._as_bits.pack(*values))
-        for at in compress(self._places, map(ne, bits, self._last)):
-            self._pieces[at] = f"{self._labels[at]}{values[at]}"
-        self._last = bits
-        return f"Snapshot({', '.join(self._pieces)})"
+        packed, at = self._as_bits.pack(*snapshot.values), self._first * 8
+        if (rest := packed[:at] + packed[at + 8 :]) != self._last:
+            self._change(packed, snapshot.values)
+            self._last = rest
+        head = f"{self._head}{snapshot.values[self._first]}"
+        return zlib.crc32(self._tail, zlib.crc32(head.encode(), checksum))
+
+    def _change(self, packed: bytes, values: Sequence[float]) -> None:
+        words, before = self._bits.unpack(packed), self._words
+        for place, at in enumerate(self._order):
+            if words[at] != before[at]:
+                self._pieces[place] = f"{self._labels[place]}{values[at]}"
+        self._words = words
+        self._tail = ("".join(self._pieces) + ")").encode()

@@ -4,6 +4,7 @@ import asyncio
 import json
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 from hil.operations.reports import SharedReport
@@ -47,3 +48,33 @@ def test_each_asker_gets_a_report_that_was_begun_after_the_question() -> None:
 
     asyncio.run(main())
     assert begun == 2
+
+
+def test_a_report_of_a_thousand_rows_leaves_turns_to_others() -> None:
+    """Turns of the loop are counted in rows, not in time, which depends on the machine's load."""
+    rows, now_s = 1000, [0.0]
+    begun = 0
+
+    def made() -> Iterator[Any]:
+        nonlocal begun
+        begun += 1
+        for _ in range(rows):
+            now_s[0] += 0.0005
+            yield None
+        yield {"devices": [{"device": f"m{n}", "axes": []} for n in range(rows)]}
+
+    async def main() -> None:
+        loop, turns = asyncio.get_running_loop(), list[float]()
+        loop.time = lambda: now_s[0]  # type: ignore[method-assign]
+        report = SharedReport(made)
+        askers = [loop.create_task(report.read()) for _ in range(20)]
+        while not all(asker.done() for asker in askers):
+            turns.append(now_s[0])
+            await asyncio.sleep(0)
+        assert len({id(asker.result()) for asker in askers}) == 1
+        steps = [after - before for before, after in pairwise(turns)]
+        assert max(steps) <= 0.005
+        assert len(json.loads(b"".join(askers[0].result().parts))["devices"]) == rows
+
+    asyncio.run(main())
+    assert begun == 1
