@@ -11,6 +11,9 @@ from typing import Any
 from hil import __version__
 
 INTERRUPTED = 130
+_OF_ONE_THREAD = {"check", "list", "ready", "reload", "status"}
+"""Verbs whose start is most of their time, and which have one thread: two that use a dataclass for the first
+time at one moment would be in each other's way."""
 
 
 def main() -> None:
@@ -44,9 +47,10 @@ def main() -> None:
             print(f"hil {__version__}", flush=True)
             return
         if not (is_serving or is_for_another):
-            from hil.vocab.late_dataclass import make_later
+            if _verb(sys.argv[1:]) in _OF_ONE_THREAD:
+                from hil.vocab.late_dataclass import make_later
 
-            make_later()
+                make_later()
             _put_off_metadata()
         from hil.cli.framework.command_answers import wants_json
         from hil.cli.framework.command_group import app
