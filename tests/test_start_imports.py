@@ -25,7 +25,7 @@ HEAVY = {
 FOR_PEOPLE = {"rich"}
 """Packages that show things on a terminal."""
 OF_PACKAGES = {"email", "zipfile"}
-"""What ``importlib.metadata`` imports: entry points of others are looked for by the names of files first."""
+"""Imports of ``importlib.metadata``: entry points of others are looked for by the names of files first."""
 OF_CONFIGURATIONS = {"hil.compose", "hil.config", "hil.core", "pydantic", "yaml"}
 OF_BENCHES = {
     *("hil.firmware.runtime", "hil.live", "hil.operations", "hil.runs", "hil.sim.bench", "hil.testing"),

@@ -44,7 +44,7 @@ class BusLine:
         """Time of what happens next, as far as is known."""
         self._is_telling = False
         self._waiting: dict[BusNode, None] = {}
-        """Those whose next frame has changed since it could matter."""
+        """Nodes whose next frame has changed since it could matter."""
 
     def offer(self, loader: BusNode) -> None:
         """Have a controller's next frame loaded: now, or when the frame on the wire is over."""

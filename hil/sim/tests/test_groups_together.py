@@ -72,7 +72,7 @@ def test_a_day_of_rest_takes_no_time() -> None:
 
 @pytest.mark.parametrize("name", ["m0", "m3"])
 def test_a_board_that_hears_something_in_between_is_not_ahead(name: str) -> None:
-    """What comes to a board between two runs comes at its time, wherever the others are."""
+    """Bytes between two runs reach a board at their time, wherever the others are."""
     with Bench(CONFIG) as bench, Bench(CONFIG) as other:
         for each in (bench, other):
             each.run_until(4500)
