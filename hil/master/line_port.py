@@ -10,6 +10,7 @@ from typing import Any
 
 from hil.master.line_place import LineUnreachable
 from hil.net.echo_guard import EchoGuard
+from hil.net.port_client import close_serial
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.echo import Echo
 
@@ -78,8 +79,7 @@ class LinePort:
             self._guard.close()
             if self._fd is not None:
                 self._loop.remove_reader(self._fd)
-            with suppress(*ERRORS):
-                self._port.close()
+            close_serial(self._port)
 
     def _readable(self) -> None:
         try:

@@ -8,6 +8,7 @@ import threading
 import tty
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from typing import Any
 
 _PIECE = 4096
 _LAST_S = 1.0
@@ -21,6 +22,19 @@ _COMMAND = re.compile(
 
 class PortUnreachable(Exception):
     """Error of a port that cannot be opened: ``str(error)`` has its address and the reason."""
+
+
+def close_serial(port: Any) -> None:
+    """Close a port of pyserial, and its socket too.
+
+    pyserial 3.5 leaves the socket of ``socket://`` open if the peer has reset it, since its ``shutdown``
+    fails first.
+    """
+    connection = getattr(port, "_socket", None)
+    with suppress(OSError, ValueError, termios.error):
+        port.close()
+    if connection is not None:
+        connection.close()
 
 
 @contextmanager

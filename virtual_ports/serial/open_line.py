@@ -11,6 +11,7 @@ from typing import Any
 
 import serial
 
+from hil.net.port_client import close_serial
 from hil.net.traffic import Outgoing, Traffic
 from hil.vocab.ports import PortHost
 
@@ -116,8 +117,7 @@ class FdLine:
             self._open = False
             self._out.stop()
             self._loop.remove_reader(self._fd)
-            with suppress(OSError):
-                self._port.close()
+            close_serial(self._port)
 
 
 class ThreadLine:
@@ -203,8 +203,7 @@ class ThreadLine:
                 self._tell(self._die, why(error))
                 continue
             self._tell(self._written, len(data))
-        with suppress(OSError):
-            self._port.close()  # sleeps for 0.3 s
+        close_serial(self._port)  # sleeps for 0.3 s
 
     def _written(self, count: int) -> None:
         self._backlog -= count

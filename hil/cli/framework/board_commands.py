@@ -10,7 +10,6 @@ import inspect
 import os
 import termios
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -232,8 +231,9 @@ class SerialTalk:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(OSError):
-            self._port.close()
+        from hil.net.port_client import close_serial
+
+        close_serial(self._port)
 
     def run(self, dialogue: Dialogue[Result]) -> Result:
         """Run a dialogue; answers its result. Progress goes to standard error.

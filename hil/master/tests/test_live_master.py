@@ -1,9 +1,12 @@
 """Master at real ports, on the computer's clock: a pty with a node that a test writes."""
 
 import asyncio
+import gc
 import os
 import pty
 import re
+import socket
+import struct
 import tty
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
@@ -147,6 +150,20 @@ def test_a_line_that_cannot_be_opened_is_told(line: str, why: str) -> None:
 
     with pytest.raises(LineUnreachable, match=re.escape(why)):
         asyncio.run(run())
+
+
+def test_a_socket_that_its_peer_resets_is_closed() -> None:
+    async def run(address: str) -> None:
+        async with open_line(address) as line:
+            peer, _ = server.accept()
+            peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            peer.close()  # a reset
+            while line.gone is None:
+                await asyncio.sleep(0.01)
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        asyncio.run(run(f"socket://127.0.0.1:{server.getsockname()[1]}"))
+    gc.collect()  # an unclosed socket would warn here
 
 
 def test_a_port_that_somebody_else_has_is_told() -> None:

@@ -1,8 +1,10 @@
 """A real serial port, played by pseudo-terminals, sockets and pyserial's own RFC 2217 client."""
 
 import asyncio
+import gc
 import os
 import socket
+import struct
 import threading
 import time
 import tty
@@ -166,6 +168,19 @@ def test_a_socket_is_a_serial_port_too() -> None:
             await until(lambda: port.stats().clients == 0)
 
         run(f"socket://127.0.0.1:{server.getsockname()[1]}", scenario)
+
+
+def test_a_socket_that_its_peer_resets_is_closed() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        async def scenario(port: SerialPort, host: RecordingHost) -> None:
+            peer, _ = server.accept()
+            peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            peer.close()  # a reset
+            await until(lambda: port.stats().clients == 0)
+
+        run(f"socket://127.0.0.1:{server.getsockname()[1]}", scenario)
+    gc.collect()  # an unclosed socket would warn here
 
 
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial 3.5 of its threads
