@@ -16,6 +16,7 @@ _MOVE = (
     Parameter("acceleration_rpm_per_s", "of both ramps", "rpm/s", 0.01, 1e6, 600.0),
 )
 _ANGLE_DEG = 1e6
+_POSITION = ord("x")
 _DIR_NS = 1000
 """Time in which the direction is told before the first pulse: chosen."""
 GAINS = ("pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF")
@@ -165,8 +166,8 @@ def _is_on_the_way(board: Mechaduino) -> bool:
 def follow(board: Mechaduino, path: Path, start_ns: int) -> None:
     """Follow a run's path: position mode, and the set-point along the path from then on."""
     _may_move(board, "x")
-    if _letter(board) != "x":
-        board.axis.set("mode", ord("x"))
+    if board.axis.get("mode") != _POSITION:
+        board.axis.set("mode", _POSITION)
         board.axis.set("r", path[0].r)
     board.axis.follow(path, start_ns)
     board.path, board.path_from_ns = path, max(start_ns, int(board.axis.get("at_ns")))

@@ -29,6 +29,7 @@ from hil.sim.verb_calls import Answer, VerbCalls, axis_arguments
 from hil.vocab.address import DeviceParts
 from hil.vocab.firmware import Commit, CoreEvent
 from hil.vocab.line_format import format_named
+from hil.vocab.path import Path
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 
@@ -162,11 +163,9 @@ class Twin:
         self._interfaces.set_time(now_ns)
         match given:
             case Follow(start_ns, path, is_joined):
-                self._check_takes()
                 if is_joined and start_ns < now_ns:
                     start_ns, path = now_ns, rest_of(path, now_ns - start_ns)
-                self._calls.follow(path, start_ns, now_ns, part)
-                self._end_of_verb()
+                self.follow(path, start_ns, now_ns, part)
             case Do(verb, parameters):
                 self._check_takes()
                 answer = self._calls.carry_out(self.verbs[verb], dict(parameters), now_ns, part)
@@ -181,6 +180,18 @@ class Twin:
             case Reset():
                 self.power.reset()
         return {}
+
+    def follow(self, path: Path, start_ns: int, now_ns: SimTimeNs, part: str = "") -> None:
+        """Let an axis follow a path from a time on: the input ``Follow``, as drives have it at each SYNC.
+        ``part``: as ``apply``.
+
+        Raises:
+            VerbRefused: it was not carried out.
+        """
+        self._interfaces.set_time(now_ns)
+        self._check_takes()
+        self._calls.follow(path, start_ns, now_ns, part)
+        self._end_of_verb()
 
     def _check_takes(self) -> None:
         """Check that the main program can be told something. Raises VerbRefused."""

@@ -48,9 +48,12 @@ class BusLine:
 
     def offer(self, loader: BusNode) -> None:
         """Have a controller's next frame loaded: now, or when the frame on the wire is over."""
+        if self._is_telling:
+            self._waiting[loader] = None
+            return
         now_ns = self._clock.now_ns
         # Nothing can come of it before the frame on the wire has ended: a look ahead would be for nothing.
-        if self._is_telling or (self._next_ns < FOREVER and now_ns > self._ahead.decided_ns):
+        if self._next_ns < FOREVER and now_ns > self._ahead.decided_ns:
             self._waiting[loader] = None
             return
         wire = self.wire

@@ -155,7 +155,11 @@ class CanOpenCard:
         if now_ns != self._timer_ns:
             return  # an earlier time was asked for since, or the power went
         self._timer_ns = FOREVER
-        if not self._has_raised:
+        if self._has_raised:
+            return
+        if self.node.due_ns > now_ns:
+            self._plan(now_ns)  # what was due has been put off, as by each SYNC
+        else:
             self._call(self.node.step, now_ns)
 
     # ---- what the node does ----

@@ -10,7 +10,7 @@ from bridges.can.canopen.cia402.motor_axis import MotorLook
 from hil.core import CoreAxis, Snapshot
 from hil.core.fields import INDEX
 from hil.sim.group import Group
-from hil.sim.inputs import Do, Follow, Input
+from hil.sim.inputs import Do, Input
 from hil.sim.twin import Twin
 from hil.sim.verb_calls import Answer
 from hil.vocab.axis import AxisState, How
@@ -161,7 +161,7 @@ class CardMotor:
 
     def follow(self, path: Path, start_ns: int = 0) -> None:
         # As an input, but for the board's main program, which has nothing to do with it.
-        self._device.apply(Follow(start_ns, path), self._group.now_ns, self._part)
+        self._device.follow(path, start_ns, self._group.now_ns, self._part)
         self._group.note_due(self._device)
 
     def velocity(self, rpm: float) -> None:

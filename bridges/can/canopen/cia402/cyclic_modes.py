@@ -25,23 +25,22 @@ def end_of(piece: PathPiece) -> float:
 
 
 class CyclicMode(OperatingMode):
-    """Base of both cyclic modes."""
+    """Base of both cyclic modes. ``due_ns``: when a SYNC is missing; FOREVER: none has come yet."""
 
     def __init__(self, context: DriveContext) -> None:
         super().__init__(context)
         assert isinstance(context.mover, PathMover)
         self._mover = context.mover
         self._is_following = False
-        self.times_out_ns: int = FOREVER
-        """Time at which a SYNC is missing; FOREVER: none has come yet."""
 
     @property
     def watch_ns(self) -> int:
-        return max(IDLE_NS, 2 * self.context.period_ns)
+        watch_ns = 2 * self.context.period_ns
+        return watch_ns if watch_ns > IDLE_NS else IDLE_NS  # for each SYNC: max() takes twice the time
 
     def begin(self, word: int, now_ns: int) -> None:
         self._is_following = False
-        self.times_out_ns = FOREVER
+        self.due_ns = FOREVER
         if not self._mover.is_over(now_ns):
             self.stop(1, now_ns)
 
@@ -51,7 +50,7 @@ class CyclicMode(OperatingMode):
     def synced(self, now_ns: int) -> None:
         self._is_following = True
         period_ns = self.context.period_ns
-        self.times_out_ns = now_ns + max(TIME_OUT_PERIODS * period_ns, LEAST_TIME_OUT_NS)
+        self.due_ns = now_ns + max(TIME_OUT_PERIODS * period_ns, LEAST_TIME_OUT_NS)
         self.follow(period_ns, now_ns)
 
     def follow(self, period_ns: int, now_ns: int) -> None:
@@ -64,7 +63,7 @@ class CyclicMode(OperatingMode):
 
     def stop(self, option: int, now_ns: int) -> None:
         self._is_following = False
-        self.times_out_ns = FOREVER
+        self.due_ns = FOREVER
         super().stop(option, now_ns)
 
     def status(self, now_ns: int) -> int:
@@ -105,5 +104,5 @@ class CyclicVelocity(CyclicMode):
         t = period_ns * _S_PER_NS
         first = PathPiece(period_ns, now.deg, now.rate, (target - now.rate) / t)
         then_deg = end_of(first)
-        then = PathPiece(self.times_out_ns - now_ns - period_ns, then_deg, target)
+        then = PathPiece(self.due_ns - now_ns - period_ns, then_deg, target)
         self._mover.go_along((first, then, PathPiece(0, end_of(then), target)), now_ns)

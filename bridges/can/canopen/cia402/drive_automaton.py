@@ -140,7 +140,7 @@ class DriveAutomaton:
 
     def written(self, index: int, now_ns: int) -> bool:
         """Take note of a new value; answers True if the mode in force wants to know it."""
-        if not self.is_enabled or index not in self.mode.targets:
+        if index not in self.mode.targets or not self.is_enabled:
             return False
         with refusals(self, now_ns):
             self.mode.written(index, now_ns)
@@ -310,10 +310,10 @@ class AutomatonClock:
         elif automaton.state in UNDER_POWER:
             mode = automaton.mode
             try:
-                if not self._check(now_ns):
+                if not self._check(now_ns, is_enabled=automaton.is_enabled):
                     self._leave(now_ns)
-                elif isinstance(mode, CyclicMode) and now_ns >= mode.times_out_ns:
-                    mode.times_out_ns = FOREVER
+                elif isinstance(mode, CyclicMode) and now_ns >= mode.due_ns:
+                    mode.due_ns = FOREVER
                     automaton.lose(DriveError.SYNC, now_ns)
                 else:
                     mode.step(now_ns)
@@ -328,7 +328,7 @@ class AutomatonClock:
         mode = automaton.mode
         if automaton.is_enabled and isinstance(mode, CyclicMode):
             try:
-                if self._check(now_ns):
+                if self._check(now_ns, is_enabled=True):
                     mode.synced(now_ns)
             except VerbRefused as refusal:
                 automaton.fail(DriveError.REFUSED, now_ns, str(refusal))
@@ -345,10 +345,7 @@ class AutomatonClock:
             self.due_ns = FOREVER
             return
         if state is DriveState.OPERATION_ENABLED and automaton.leaves_by is None:
-            mode = automaton.mode
-            exact_ns, watch_ns = mode.due_ns, mode.watch_ns
-            if isinstance(mode, CyclicMode):
-                exact_ns = mode.times_out_ns
+            exact_ns, watch_ns = automaton.mode.due_ns, automaton.mode.watch_ns
         else:
             exact_ns = self._context.mover.due_ns
             watch_ns = IDLE_NS if self._context.mover.is_over(now_ns) else WATCH_NS
@@ -356,11 +353,10 @@ class AutomatonClock:
         due_ns = looked_ns + watch_ns
         self.due_ns = exact_ns if looked_ns < exact_ns < due_ns else due_ns
 
-    def _check(self, now_ns: int) -> bool:
+    def _check(self, now_ns: int, *, is_enabled: bool) -> bool:
         """Look at the axis for whatever is a fault, and at the limit switches; answers True if the mode still
         moves it."""
         automaton = self._automaton
-        is_enabled = automaton.is_enabled
         if found := automaton.watch.look(automaton.mode, now_ns, obeys_switches=is_enabled):
             automaton.fail(found.code, now_ns, found.why)
             return False

@@ -26,7 +26,8 @@ INT32 = 2**31 - 1
 
 def to_int32(value: float) -> int:
     """Round to a whole number that an INTEGER32 can have: of those that are beyond it the nearest."""
-    return max(-INT32 - 1, min(INT32, round(value)))
+    whole = round(value)
+    return whole if abs(whole) <= INT32 else INT32 if whole > 0 else -INT32 - 1
 
 
 @dataclass(frozen=True)
@@ -154,9 +155,8 @@ class DriveContext:
     def within(self, angle_deg: float) -> float:
         """Angle within the software limits that is nearest; notes whether that is another one."""
         low_deg, high_deg = self.bounds_deg
-        bound_deg = min(max(angle_deg, low_deg), high_deg)
-        self.is_limited = bound_deg != angle_deg
-        return bound_deg
+        self.is_limited = not low_deg <= angle_deg <= high_deg
+        return min(max(angle_deg, low_deg), high_deg) if self.is_limited else angle_deg
 
     def bound_ahead_deg(self, rate: float) -> float | None:
         """Software limit ahead of a motion; None: there is none."""

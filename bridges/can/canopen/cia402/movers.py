@@ -166,14 +166,14 @@ class PathMover:
         self.due_ns: int = FOREVER
         self._path: Path = (PathPiece(0, 0.0),)
         self._from_ns = self._end_ns = 0
-        self._end_rate = 0.0
+        self._end_deg = self._end_rate = 0.0
 
     def begin(self, look: MotorLook, rate: float = 0.0) -> None:
         has_angle = look.commanded_deg is not None and not rate
         here_deg = look.commanded_deg if has_angle else look.position_deg
         assert here_deg is not None
         self._path, self._from_ns, self._end_ns = (PathPiece(0, here_deg),), 0, look.at_ns
-        self._end_rate, self.due_ns = rate, FOREVER
+        self._end_deg, self._end_rate, self.due_ns = here_deg, rate, FOREVER
 
     def check(self, look: MotorLook) -> None:
         is_deg, now_ns = look.commanded_deg, look.at_ns
@@ -182,14 +182,14 @@ class PathMover:
         if now_ns < self._end_ns:  # the path may be broken off
             is_other = not look.is_moving and now_ns >= self._from_ns + _SHOWS_NS
         else:
-            off_deg = abs(is_deg - self._path[-1].r)
+            off_deg = abs(is_deg - self._end_deg)
             is_other = now_ns >= self._end_ns + _SHOWS_NS and off_deg > max(_OTHER_DEG, abs(is_deg) * 1e-6)
         if is_other:
             self.begin(look)
 
     def where(self, now_ns: int) -> SetPointNow:
         if now_ns >= self._end_ns:
-            return SetPointNow(self._path[-1].r, self._end_rate if now_ns == self._end_ns else 0.0)
+            return SetPointNow(self._end_deg, self._end_rate if now_ns == self._end_ns else 0.0)
         into_ns = now_ns - self._from_ns
         for piece in self._path:
             if into_ns < piece.duration_ns:
@@ -228,7 +228,7 @@ class PathMover:
     def where_exactly(self, now_ns: int) -> float:
         """Set-point now, in the core's own arithmetic: of a path that has ended its end."""
         if now_ns >= self._end_ns:
-            return self._path[-1].r
+            return self._end_deg
         piece = self._path[0]
         if now_ns - self._from_ns > piece.duration_ns:
             return self.where(now_ns).deg
@@ -237,9 +237,10 @@ class PathMover:
 
     def follow(self, piece: PathPiece, end_deg: float, now_ns: int) -> None:
         """Follow one piece, which ends at an angle."""
-        self._axis.follow((piece,), now_ns)
-        self._path, self._from_ns, self._end_rate = (piece, PathPiece(0, end_deg)), now_ns, 0.0
-        self._end_ns = now_ns + piece.duration_ns
+        path = (piece,)
+        self._axis.follow(path, now_ns)
+        self._path, self._from_ns, self._end_ns = path, now_ns, now_ns + piece.duration_ns
+        self._end_deg, self._end_rate = end_deg, 0.0
         self.due_ns = FOREVER
 
     def go_along(self, path: Path, now_ns: int) -> None:
@@ -252,8 +253,8 @@ class PathMover:
         if duration_ns > _LONGEST_NS:
             raise VerbRefused("bad_parameter", f"it would take {duration_ns / NS_PER_S:.3g} s")
         self._axis.follow(path, now_ns)
-        self._path, self._from_ns, self._end_rate = path, now_ns, 0.0
-        self._end_ns = now_ns + duration_ns
+        self._path, self._from_ns, self._end_ns = path, now_ns, now_ns + duration_ns
+        self._end_deg, self._end_rate = path[-1].r, 0.0
         self.due_ns = self._end_ns
 
 

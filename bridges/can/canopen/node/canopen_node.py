@@ -73,6 +73,7 @@ class CanOpenNode:
         self._remote_handlers: Routes = {}
         self._application = make_application(self)
         self.dictionary = _dictionary_of(self._application, identity)
+        self._values = self.dictionary.values
         StoredEds(self.dictionary, identity)
         self._management = NetworkManagement(
             self.dictionary,
@@ -151,7 +152,7 @@ class CanOpenNode:
 
     def value(self, index: int, subindex: int) -> Value:
         """Tell the value of an entry that is not live. Raises KeyError: there is none."""
-        return self.dictionary.values[key_of(index, subindex)]
+        return self._values[index << 8 | subindex]  # as ``key_of``, a call less: for each SYNC
 
     def set_value(self, index: int, subindex: int, value: Value) -> None:
         """Set what reads get, without asking the application."""

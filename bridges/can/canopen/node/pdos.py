@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from bridges.can.canopen.abort_codes import AbortCode
-from bridges.can.canopen.can_ids import NO_RTR
+from bridges.can.canopen.can_ids import ID_MASK, NO_RTR
 from bridges.can.canopen.node.application import SdoAbort, Value
 from bridges.can.canopen.node.communication_entries import PDOS
 from bridges.can.canopen.node.emergency import Emergencies, ErrorCode
@@ -53,11 +53,13 @@ class Rpdo(Pdo):
         self._timer = timers.make(self._miss)
         self.held: bytes | None = None
         self._targets: tuple[_Target, ...] = ()
+        self._size, self._unpack = self.mapping.layout.size, self.mapping.layout.unpack
         self._limits: tuple[tuple[float, float], ...] = ()
         """Lowest and highest value of each target; nothing if there are none."""
 
     def compile(self) -> None:
         entries = self.mapping.entries
+        self._size, self._unpack = self.mapping.layout.size, self.mapping.layout.unpack
         targets = []
         for entry in entries:
             owner = self._dictionary.owner_of(entry.index)
@@ -80,7 +82,7 @@ class Rpdo(Pdo):
 
     def hear(self, data: bytes, now_ns: int) -> None:
         """Take a frame."""
-        size = self.mapping.size
+        size = self._size
         if len(data) != size:
             if len(data) < size:
                 self._emergencies.begin(self._causes[0], ErrorCode.PDO_TOO_SHORT, self._number)
@@ -105,17 +107,18 @@ class Rpdo(Pdo):
 
     def _take(self, data: bytes, now_ns: int) -> None:
         """Take all values, then tell the application of each: it sees them together."""
-        found = self.mapping.layout.unpack(data)
+        found = self._unpack(data)
         targets = self._targets
         if self._limits:
             taken = [low <= value <= high for (low, high), value in zip(self._limits, found, strict=True)]
             if not all(taken):
                 targets = tuple(target for target, is_taken in zip(targets, taken, strict=True) if is_taken)
                 found = tuple(value for value, is_taken in zip(found, taken, strict=True) if is_taken)
-        values = self._dictionary.values
-        former = [values[target[0]] for target in targets]
+        values, former = self._dictionary.values, []
         for target, value in zip(targets, found, strict=True):
-            values[target[0]] = value
+            key = target[0]
+            former.append(values[key])
+            values[key] = value
         for at, (key, index, subindex, write) in enumerate(targets):
             try:
                 write(index, subindex, found[at], now_ns)
@@ -145,6 +148,7 @@ class Tpdo(Pdo):
         super().__init__(dictionary, 0x1800 + number - 1, _SENT_TYPES, on_change)
         self._sources: tuple[tuple[_Read | None, int, int, int], ...] = ()
         """Entries in their order: how it is read if it is live, its key, index and sub-index."""
+        self._pack_values = self.mapping.layout.pack
         self.keys: frozenset[int] = frozenset()
         self.has_event = False
         """True if something has changed since it was sent."""
@@ -173,7 +177,7 @@ class Tpdo(Pdo):
             owner = self._dictionary.owner_of(entry.index) if entry.is_live else None
             key = key_of(entry.index, entry.subindex)
             sources.append((owner.read if owner else None, key, entry.index, entry.subindex))
-        self._sources = tuple(sources)
+        self._sources, self._pack_values = tuple(sources), self.mapping.layout.pack
         self.keys = frozenset(key for _, key, _, _ in sources)
 
     def set_more(self, subindex: int, value: int) -> None:
@@ -246,7 +250,7 @@ class Tpdo(Pdo):
 
     def _put(self, data: bytes) -> None:
         self.has_event = False
-        self._send(self.can_id, data)
+        self._send(self.cob_id & ID_MASK, data)
 
     def _pack(self, now_ns: int) -> bytes:
         values = self._dictionary.values
@@ -259,7 +263,7 @@ class Tpdo(Pdo):
                 found.append(read(index, subindex, now_ns))
             except SdoAbort:  # what was read last is what the PDO has
                 found.append(values[key])
-        return self.mapping.layout.pack(*found)
+        return self._pack_values(*found)
 
 
 Handler = Callable[[bytes, int], None]
@@ -287,6 +291,8 @@ class Pdos:
         ]
         self._tpdos = [Tpdo(number, dictionary, timers, send, self._change) for number in numbers]
         self._active: list[Tpdo] = []
+        self._receiving: list[Rpdo] = []
+        """RPDOs that are used, or hold what came while they were."""
         self._is_operational = False
         self.has_events = False
         """True if ``flush`` has something to do."""
@@ -299,6 +305,7 @@ class Pdos:
     def enter(self, now_ns: int) -> None:
         """Begin, as the state is OPERATIONAL. Event-driven TPDOs are sent once."""
         self._is_operational = True
+        self._note_receiving()
         for tpdo in self._tpdos:
             self._start(tpdo, now_ns)
         for tpdo in self._active:
@@ -313,7 +320,7 @@ class Pdos:
 
     def take_held(self, now_ns: int) -> None:
         """Take the synchronous RPDOs, as SYNC has come."""
-        for rpdo in self._rpdos:
+        for rpdo in self._receiving:
             if rpdo.held is not None:
                 rpdo.synced(now_ns)
 
@@ -349,9 +356,14 @@ class Pdos:
 
     def _change(self, pdo: Pdo, now_ns: int) -> None:
         """Do what follows from other parameters of a PDO."""
-        if self._is_operational and isinstance(pdo, Tpdo):
+        if isinstance(pdo, Rpdo):
+            self._note_receiving()
+        elif self._is_operational and isinstance(pdo, Tpdo):
             self._start(pdo, now_ns)
         self._on_new_ids()
+
+    def _note_receiving(self) -> None:
+        self._receiving = [each for each in self._rpdos if each.is_used or each.held is not None]
 
     def _start(self, tpdo: Tpdo, now_ns: int) -> None:
         self._active = [each for each in self._tpdos if each.is_used]

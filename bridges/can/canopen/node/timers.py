@@ -1,7 +1,7 @@
 """Times at which a node has to do something of its own accord, in one heap."""
 
 from collections.abc import Callable
-from heapq import heappop, heappush
+from heapq import heappop, heappush, heapreplace
 
 from hil.vocab.time import FOREVER
 
@@ -60,11 +60,15 @@ class Timers:
         """Put entries at the top right that are outdated."""
         heap = self.heap
         while heap and heap[0][0] != heap[0][2].at_ns:
-            queued_ns, number, timer = heappop(heap)
-            if queued_ns == timer.queued_ns:
-                timer.queued_ns = timer.at_ns
-                if timer.at_ns != FOREVER:
-                    heappush(heap, (timer.at_ns, number, timer))
+            queued_ns, number, timer = heap[0]
+            if queued_ns != timer.queued_ns:
+                heappop(heap)
+                continue
+            timer.queued_ns = timer.at_ns
+            if timer.at_ns != FOREVER:
+                heapreplace(heap, (timer.at_ns, number, timer))
+            else:
+                heappop(heap)
         self.due_ns = heap[0][0] if heap else FOREVER
 
     def run(self, now_ns: int) -> None:

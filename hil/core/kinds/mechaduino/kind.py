@@ -7,14 +7,15 @@ from hil.core.core_axis import CoreAxis
 from hil.core.fields import INDEX, Snapshot, fields_of
 from hil.vocab.axis import TURNS_RPM, AxisState
 from hil.vocab.faults import SERVO, SHAFT
+from hil.vocab.time import SimTimeNs
 
 FULL_SCALE_V = 0.33
 """Full scale of the current command, at the driver's sense resistor: 3.3 V / 10."""
 ANGLES = (ord("x"), ord("h"))
 """Modes whose set-point is an angle."""
 _REGISTER = Settable(0.0, float(0x7FFF), is_around=True)
-_LOOP_ON, _FOLLOWING, _MODE, _R, _YW, _VELOCITY = (
-    INDEX[name] for name in ("loop_on", "following", "mode", "r", "yw", "velocity_rpm")
+_AT, _LOOP_ON, _FOLLOWING, _MODE, _R, _YW, _VELOCITY = (
+    INDEX[name] for name in ("at_ns", "loop_on", "following", "mode", "r", "yw", "velocity_rpm")
 )
 
 
@@ -23,7 +24,7 @@ def _servo_motion(said: Snapshot) -> AxisState:
     is_on, follows = bool(values[_LOOP_ON]), bool(values[_FOLLOWING])
     is_angle = values[_MODE] in ANGLES
     return AxisState(
-        at_ns=said.at_ns,
+        at_ns=SimTimeNs(int(values[_AT])),
         commanded_deg=values[_R],
         position_deg=values[_YW],
         is_moving=follows or (is_on and not is_angle and abs(values[_VELOCITY]) > TURNS_RPM),
