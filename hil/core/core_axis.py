@@ -121,11 +121,12 @@ class CoreAxis:
         self._native.watch(self.id, slot, *interval_ns.as_integer_ratio(), capacity)
 
     def take_samples(self, slot: int) -> list[bytes]:
-        """The samples since the last call, each in the binary layout (``hil.core.fields.OFFSETS``)."""
+        """The samples since the last call, each in the binary layout (``hil.core.fields.OFFSETS``). The group
+        need not be owned."""
         return self._native.take_samples(self.id, slot)
 
     def lost_samples(self, slot: int) -> int:
-        """Number of samples lost for lack of room, since ``watch``."""
+        """Number of samples lost for lack of room, since ``watch``. The group need not be owned."""
         return self._native.lost_samples(self.id, slot)
 
     def snapshot(self) -> Snapshot:

@@ -108,7 +108,8 @@ int hil_bank_pulses(hil_core *c, int axis, int pin, int n, const hil_pulses *row
 
 /* Samples: watch `slot` of HIL_WATCHES takes a snapshot at each floor(k * num_ns / den), after all that happens at
    that time. Its ring keeps the first `capacity` that nobody has taken and counts the others as lost. num_ns at
-   least den, both below 2^62; num_ns = 0 ends the watch. -1: no memory. */
+   least den, both below 2^62; num_ns = 0 ends the watch. -1: no memory. The loop thread takes the samples, and need
+   not own the axis. */
 int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int capacity);
 int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, int max); /* how many */
 int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot);

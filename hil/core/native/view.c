@@ -169,7 +169,9 @@ void view_sample(hil_axis *a)
     int64_t at_ns = a->watch_next_ns;
     for (int i = 0; i < HIL_WATCHES; i++) {
         hil_snapshot *place = watch_place(&a->watches[i], at_ns);
-        if (place) fill(a, at_ns, place);
+        if (!place) continue;
+        fill(a, at_ns, place);
+        watch_keep(&a->watches[i]);
     }
     a->watch_next_ns = watch_soonest_ns(a->watches);
 }
@@ -179,4 +181,7 @@ int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, in
     return watch_take(&c->axes[axis].watches[slot], out, max);
 }
 
-int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot) { return c->axes[axis].watches[slot].lost; }
+int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot)
+{
+    return atomic_load_explicit(&c->axes[axis].watches[slot].lost, memory_order_relaxed);
+}

@@ -48,17 +48,22 @@ hil_snapshot *watch_place(watch *w, int64_t at_ns)
 {
     if (!w->ring || w->next_ns != at_ns) return NULL;
     step_grid(w);
-    if (w->len < w->capacity) return &w->ring[(w->first + w->len++) % w->capacity];
-    w->lost++;
+    int64_t made = atomic_load_explicit(&w->made, memory_order_relaxed);
+    int64_t waiting = made - atomic_load_explicit(&w->taken, memory_order_acquire);
+    if (waiting == 0) w->first = made; /* memory beyond what ever waits is not touched */
+    if (waiting < w->capacity) return &w->ring[(made - w->first) % w->capacity];
+    atomic_fetch_add_explicit(&w->lost, 1, memory_order_relaxed);
     return NULL;
 }
 
+void watch_keep(watch *w) { atomic_fetch_add_explicit(&w->made, 1, memory_order_release); }
+
 int watch_take(watch *w, hil_snapshot *out, int max)
 {
-    int n = 0;
-    for (; n < max && w->len > 0; n++, w->len--) {
-        out[n] = w->ring[w->first];
-        w->first = (w->first + 1) % w->capacity;
-    }
+    int64_t taken = atomic_load_explicit(&w->taken, memory_order_relaxed);
+    int64_t waiting = atomic_load_explicit(&w->made, memory_order_acquire) - taken;
+    int n = waiting < max ? (int)waiting : max;
+    for (int i = 0; i < n; i++) out[i] = w->ring[(taken + i - w->first) % w->capacity];
+    atomic_store_explicit(&w->taken, taken + n, memory_order_release);
     return n;
 }

@@ -270,6 +270,38 @@ static void too_much_work_is_shared(void)
     hil_core_free(c);
 }
 
+/* Taken while the thread makes them: all of the grid, each whole, with the ring full at times and empty at others. */
+static void samples_are_taken_by_who_does_not_own(void)
+{
+    enum { WANTED = 4000, GRID_NS = 50000, CAPACITY = 1000 };
+    hil_core *c = new_core(1);
+    open_axis(c, open_group(c, 0));
+    hil_axis_set(c, 0, HIL_FIELD_mode, 'x');
+    hil_axis_loop(c, 0, 1);
+    hil_axis_watch(c, 0, 0, GRID_NS, 1, CAPACITY);
+    start(c, &EVERY_MS);
+    hil_group_set_horizon(c, 0, HIL_FOREVER);
+    hil_group_release(c, 0);
+    hil_snapshot s[7];
+    int64_t at_ns = 0, deadline_ns = wall_ns() + 10000000000;
+    int got = 0, wrong = 0, gaps = 0;
+    while (got < WANTED && wall_ns() < deadline_ns) {
+        if (got % 16 == 0) wait_ticks(c, 2);
+        int n = hil_axis_take_samples(c, 0, 0, s, 1 + got % 7);
+        for (int i = 0; i < n; i++) {
+            wrong += s[i].control_steps != steps_until(s[i].at_ns) || (s[i].at_ns - at_ns) % GRID_NS || s[i].at_ns <= at_ns;
+            gaps += s[i].at_ns - at_ns != GRID_NS;
+            at_ns = s[i].at_ns;
+        }
+        got += n;
+    }
+    CHECK(got >= WANTED);
+    CHECK_INT(wrong, 0);
+    CHECK(hil_axis_lost_samples(c, 0, 0) ? gaps : !gaps);
+    hil_rt_stop(c);
+    hil_core_free(c);
+}
+
 static void far_times_saturate(void)
 {
     hil_core *c = new_core(1);
@@ -308,6 +340,7 @@ int main(int argc, char **argv)
     RUN(starts_and_stops);
     RUN(refused_permissions_are_known_at_start);
     RUN(too_much_work_is_shared);
+    RUN(samples_are_taken_by_who_does_not_own);
     RUN(far_times_saturate);
     RUN(signals_are_the_others);
     return check_report("concurrent", argc > 1 ? argv[1] : NULL);

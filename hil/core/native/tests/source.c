@@ -120,6 +120,22 @@ static void samples_stand_on_the_grid_and_lost_ones_are_counted(void)
     hil_core_free(c);
 }
 
+/* Whatever waits when some are taken, it comes in order, also around the ring's end. */
+static void a_ring_runs_around(void)
+{
+    hil_core *c = new_bench();
+    hil_snapshot s[5];
+    int64_t taken = 0;
+    hil_axis_watch(c, 0, 0, 1000000, 1, 5);
+    for (int64_t ms = 0; taken < 100; ms += 3) { /* three come each time: five places are enough */
+        int n = hil_axis_take_samples(c, 0, 0, s, ms % 2 ? 2 : 4);
+        for (int i = 0; i < n; i++) CHECK_INT(s[i].at_ns, ++taken * 1000000);
+        hil_group_advance(c, 0, ms * 1000000);
+    }
+    CHECK_INT(hil_axis_lost_samples(c, 0, 0), 0);
+    hil_core_free(c);
+}
+
 /* 30 samples a second do not stand a whole number of ns apart; 1 ms and 1.000001 ms have hardly one time in common. */
 static void each_watch_has_its_own_grid(void)
 {
@@ -205,6 +221,7 @@ void source_tests(void)
     RUN(a_new_source_ends_the_old_one);
     RUN(cuts_and_watchers_change_nothing);
     RUN(samples_stand_on_the_grid_and_lost_ones_are_counted);
+    RUN(a_ring_runs_around);
     RUN(each_watch_has_its_own_grid);
     RUN(a_grid_that_begins_late_stands_where_it_would);
     RUN(one_call_does_only_so_much);
