@@ -26,7 +26,7 @@ class RxBuffer:
 
     def feed(self, data: bytes, *, at_once: bool = False) -> int:
         """Take bytes from the line; answers how many found room. ``at_once``: all do, read as they come."""
-        taken = data if at_once else data[: self.room()]
+        taken = data if at_once else data[: self._capacity - len(self.unread)]
         self.unread.extend(taken)
         return len(taken)
 
@@ -45,8 +45,9 @@ class RxBuffer:
 
     def read(self) -> int:
         """Take the next byte, the held one first; -1 if there is none."""
-        byte = self.peek()
-        self._held = -1
+        if self._held < 0:
+            return self.unread.pop(0) if self.unread else -1
+        byte, self._held = self._held, -1
         return byte
 
     def peek(self) -> int:

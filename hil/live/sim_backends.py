@@ -45,7 +45,7 @@ class UartBackend:
 
     def __post_init__(self) -> None:
         self._uart = self.device.uarts[self.name]
-        self._uart.listeners.append(self.send)
+        self._uart.listeners.insert(0, self.send)  # a client has its answer before it is written down
         if self.native_usb and self._uart.baud is None and isinstance(self.link.port, PowerPort):
             self._powered = self.link.port
             self._powered.power(self.device.power.is_there)
@@ -54,7 +54,10 @@ class UartBackend:
     # ---- Backend ----
 
     def room(self) -> int:
-        return 0 if self.link.port.backlog() > BACKLOG_HOLD_BYTES else self._uart.room(self.bench.now_ns)
+        if self.link.port.backlog() > BACKLOG_HOLD_BYTES:
+            return 0
+        uart = self._uart
+        return uart.room_on_usb if uart.baud is None else uart.room(self.bench.now_ns)
 
     def hold(self, is_held: bool) -> None:
         """Hold the port up. On a line room comes with time, and no firmware has to run for it."""
@@ -63,7 +66,8 @@ class UartBackend:
             self.lines.schedule(self)
 
     def feed(self, data: bytes) -> None:
-        self.link.tell("board", data)
+        if self.link.listeners:
+            self.link.tell("board", data)
         if self._uart.baud:
             client_format = self.link.client_format()
             name = "" if client_format is EIGHT_N_1 else client_format.name

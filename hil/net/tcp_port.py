@@ -290,7 +290,7 @@ class TcpPort:
 
     def backlog(self) -> int:
         """Backlog of the fastest client: one that does not read must not hold up the others."""
-        return min((client.out.backlog_bytes for client in self._clients.values()), default=0)
+        return min([client.out.backlog_bytes for client in self._clients.values()], default=0)
 
     def client_baud(self) -> int | None:
         """Baud of the client that sent last, where its codec has one."""

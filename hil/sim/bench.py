@@ -4,7 +4,7 @@ Every input goes through ``BenchRuntime.apply_input``, which fixes its effective
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -17,7 +17,7 @@ from hil.sim.client_tap import ClientTap
 from hil.sim.faults.in_force import Faults
 from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
-from hil.sim.groups_together import HeardLine, advance_together, advance_until_heard
+from hil.sim.groups_together import advance_together
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
@@ -108,7 +108,7 @@ class BenchRuntime:
     each.
     """
 
-    check_input: ClassVar["staticmethod[[BenchRuntime, Logged], None]"] = staticmethod(lambda *_: None)
+    check_input: ClassVar["staticmethod[[BenchRuntime, Logged], None] | None"] = None
     """Called with each input before it is logged. Tests have ``input_check.assert_taken_back`` here: a replay
     has to take what is logged."""
 
@@ -215,12 +215,13 @@ class BenchRuntime:
 
     def _note(self, device: Twin, at_ns: SimTimeNs, what: Input) -> None:
         """Write down what came to a device beside its inputs."""
-        self._write(Logged(at_ns, device.name, what))
+        self._write(at_ns, device.name, what)
 
-    def _write(self, logged: Logged) -> None:
-        self.check_input(self, logged)
+    def _write(self, at_ns: SimTimeNs, target: str, given: Input) -> None:
+        if self.check_input:
+            self.check_input(self, Logged(at_ns, target, given))
         if self.log:
-            self.log.write(logged)
+            self.log.write(Logged(at_ns, target, given))
 
     def apply_input(
         self,
@@ -238,10 +239,9 @@ class BenchRuntime:
         """
         group = self.parts.group_of(target)
         with self.real_time.owning(group):
-            group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.real_time.turn())
-            at_ns = group.now_ns
+            at_ns = group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.real_time.turn())
             # Before it takes effect: one that is refused, or stops the device, is an input of a replay too.
-            self._write(Logged(at_ns, target, given))
+            self._write(at_ns, target, given)
             try:
                 return at_ns, self._apply(group, target, given, at_ns, on_refused)
             finally:
@@ -259,8 +259,10 @@ class BenchRuntime:
         if target in self.taps:
             self.taps[target].apply(given, at_ns)
             return {}
-        name, part = address_of(target)
-        device = self.devices[name]
+        part = ""
+        if (device := self.devices.get(target)) is None:
+            name, part = address_of(target)
+            device = self.devices[name]
         if isinstance(given, Do):
             if given.at_ns is not None and given.at_ns > at_ns:
                 self._later.add(group, device, part, given, given.at_ns, on_refused)
@@ -270,7 +272,7 @@ class BenchRuntime:
 
     def apply_to(self, to: Twin | ClientTap, given: Input, part: str = "") -> SimTimeNs:
         """Let an input take effect now; answers its effective time. ``part``: name of the axis it is for."""
-        target = to.axes.label(to.name, part) if isinstance(to, Twin) else to.name
+        target = to.axes.label(to.name, part) if part and isinstance(to, Twin) else to.name
         return self.apply_input(target, given)[0]
 
     def do_verb(
@@ -349,21 +351,6 @@ class BenchRuntime:
         elif groups:
             advance_together(self.core, groups, until_ns)
         self._now_ns = max(self._now_ns, until_ns)
-
-    def advance_until_heard(self, limit_ns: SimTimeNs, lines: Sequence[HeardLine]) -> None:
-        """Take every group to the time of the next byte at one of some lines, no further than a limit, in
-        virtual time. No lines: to the limit."""
-        now_ns = self._now_ns
-        if lines:
-            groups = {id(group): group for group in (self.parts.group_of(line.address) for line in lines)}
-            for group in groups.values():
-                if group.now_ns < now_ns:
-                    group.advance(now_ns)
-            self._now_ns = advance_until_heard([*groups.values()], lines, limit_ns)
-            if len(groups) == len(self._groups):
-                return
-            limit_ns = self._now_ns
-        self.advance(limit_ns)
 
     def stop(self) -> None:
         """End the real-time thread, if it runs; the groups are the caller's again."""

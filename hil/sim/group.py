@@ -109,17 +109,13 @@ class Group:
     def give_back(self) -> None:
         """Return the group to the core's thread, which goes on as far as what is waited for now: an interrupt
         may have come last, or what an input has caused."""
-        self._native.advance(self.id, self.due_ns, self.now_ns)
-        self._native.release(self.id)
+        native = self._native
+        native.advance(self.id, self.due_ns, native.now(self.id))
+        native.release(self.id)
 
     @property
     def now_ns(self) -> SimTimeNs:
         return SimTimeNs(self._native.now(self.id))
-
-    @property
-    def is_quiet(self) -> bool:
-        """True if no axis can wake a firmware before it is due."""
-        return bool(self._native.is_quiet(self.id))
 
     @property
     def due_ns(self) -> SimTimeNs:
@@ -133,10 +129,10 @@ class Group:
         self._timer_count += 1
         heappush(self._timers, (at_ns, self._timer_count, call))
 
-    def advance(self, until_ns: SimTimeNs, is_over: Callable[[], bool] | None = None) -> None:
+    def advance(self, until_ns: SimTimeNs, is_over: Callable[[], bool] | None = None) -> SimTimeNs:
         """Run axes and firmwares up to and at ``until_ns``; never back. It stops before where ``is_over``
-        says so, which is asked now and then. The core does some milliseconds' work in one call, so that
-        Ctrl-C is heard however far it has to go."""
+        says so, which is asked now and then. Answers the time that it has reached. The core does some
+        milliseconds' work in one call, so that Ctrl-C is heard however far it has to go."""
         steps = 0
         while True:
             horizon_ns = self.due_ns
@@ -148,11 +144,11 @@ class Group:
                 steps += 1
                 asks = steps % _ASK_EVERY == 0
             elif now_ns >= until_ns:
-                return
+                return SimTimeNs(now_ns)
             else:
                 asks = True
             if is_over and asks and self.due_ns > now_ns and is_over():
-                return  # all of this time has happened: an input that comes now comes after it
+                return SimTimeNs(now_ns)  # all of this has happened: an input that comes now comes after it
 
     def turn_ns(self) -> SimTimeNs:
         """Time of what its firmwares have to do next, as far as the core has come; FOREVER: nothing yet."""
@@ -196,12 +192,13 @@ class Group:
         Raises:
             VerbRefused: as ``Twin.apply``.
         """
-        now_ns = self.now_ns
+        now_ns = SimTimeNs(self._native.now(self.id))
         try:
             return device.apply(given, now_ns, part)
         finally:
             device.step(now_ns)
-            self.note_due(device)
+            if len(self.devices) > 1:  # asked here too: it is a call less
+                self.note_due(device)
 
     def note_due(self, device: Twin, at_ns: SimTimeNs | None = None) -> None:
         """Note that a device may be due at another time, for another reason than that it was due. ``at_ns``:

@@ -7,9 +7,9 @@ log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name below), an
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
@@ -208,8 +208,7 @@ KINDS: dict[str, type[Any]] = {
 _NAMES = {kind: name for name, kind in KINDS.items()}
 
 
-@dataclass(frozen=True)
-class Logged:
+class Logged(NamedTuple):
     """Input with its effective time. ``device``: address of what it is for (``hil.vocab.address``)."""
 
     at_ns: SimTimeNs
@@ -235,8 +234,10 @@ def encode_line(logged: Logged) -> str:
     values = dict(vars(logged.input))  # asdict copies every row: seconds for a long train
     if isinstance(logged.input, PulseTrain):
         values["train"] = [tuple(vars(edges).values()) for edges in logged.input.train]
-    if isinstance(logged.input, Follow) and not logged.input.is_joined:
-        del values["is_joined"]
+    if isinstance(logged.input, Follow):
+        values["path"] = [astuple(piece) for piece in logged.input.path]
+        if not logged.input.is_joined:
+            del values["is_joined"]
     if isinstance(logged.input, Do):
         values["later_ns"] = values.pop("at_ns")
         if values["later_ns"] is None:

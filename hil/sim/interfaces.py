@@ -154,7 +154,7 @@ class Interfaces:
                 listener(at_ns, data)
             return
         for (uart, at_ns), pieces in groupby(sent, key=itemgetter(0, 1)):
-            whole = b"".join(data for _, _, data in pieces)
+            whole = b"".join(map(itemgetter(2), pieces))
             for listener in uart.listeners:
                 listener(at_ns, whole)
 

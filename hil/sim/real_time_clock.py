@@ -99,5 +99,5 @@ class _Turn:
         self._group.__enter__()
 
     def __exit__(self, *error: object) -> None:
-        self._group.__exit__(*error)
+        self._group.give_back()
         self._over()

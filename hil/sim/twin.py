@@ -132,7 +132,7 @@ class Twin:
             return due_ns
         else:
             self._interfaces.begin(now_ns, runtime.polls_from_ns)
-            sketch.turn(self._go_on, now_ns)
+            sketch.turn(runtime.resume if now_ns < self.setpoints.due_ns else self._go_on, now_ns)
         self._interfaces.end()
         self._interfaces.note_polling(now_ns, is_polling=runtime.polls_from_ns <= now_ns)
         return self.due_ns
@@ -161,6 +161,9 @@ class Twin:
             VerbRefused: a verb, or a path, was not carried out.
         """
         self._interfaces.set_time(now_ns)
+        if isinstance(given, Bytes):  # the most frequent, without the pattern's cost
+            self.uarts[given.port].arrive(given.data, given.client_baud, format_named(given.client_format))
+            return {}
         match given:
             case Follow(start_ns, path, is_joined):
                 if is_joined and start_ns < now_ns:
@@ -171,8 +174,6 @@ class Twin:
                 answer = self._calls.carry_out(self.verbs[verb], dict(parameters), now_ns, part)
                 self._end_of_verb()
                 return answer
-            case Bytes(data, client_baud, port, client_format):
-                self.uarts[port].arrive(data, client_baud, format_named(client_format))
             case Pin() | SetField() | ScriptEncoder() | PulseTrain():
                 self._hardware.apply(given, self.axes[part])
             case CommitDone(durable):

@@ -59,6 +59,9 @@ class Transmitter:
 
     def put(self, now_ns: SimTimeNs, baud: int | None, data: bytes) -> None:
         """Send what was written, through the faults."""
+        if baud is None and not self.faults:
+            self._sent(now_ns, data)
+            return
         for delay_ns, piece in apply_all(self.faults.values(), data) if self.faults else ((0, data),):
             self._send(now_ns, baud, piece, delay_ns)
 
@@ -156,7 +159,7 @@ class DeviceUart:
     @property
     def has_input(self) -> bool:
         """True if a byte has come that the sketch is woken for."""
-        return self._rx.available() > 0 if self._framing is None else self.incoming.is_woken
+        return bool(self._rx.unread) if self._framing is None else self.incoming.is_woken
 
     def set_baud(self, baud: int | None) -> None:
         """Change the speed; what is on the line already keeps its times."""
@@ -187,10 +190,16 @@ class DeviceUart:
     def room(self, now_ns: SimTimeNs) -> int:
         """Number of bytes that may be taken from a client now. On a line those count that are not out yet: a
         sketch that is not woken for what has come leaves it there. 0: its buffer is full of it."""
-        if self.baud is not None and self.incoming.waiting > UART_BUFFER_BYTES:
+        if self.baud is None:
+            return self.room_on_usb
+        if self.incoming.waiting > UART_BUFFER_BYTES:
             return 0
-        waiting = self._rx.available() if self.baud is None else len(self.incoming.under_way(now_ns))
-        return max(0, USB_HELD_BYTES - waiting)
+        return max(0, USB_HELD_BYTES - len(self.incoming.under_way(now_ns)))
+
+    @property
+    def room_on_usb(self) -> int:
+        """Number of bytes that may be taken from a client now, where bytes take no time."""
+        return max(0, USB_HELD_BYTES - len(self._rx.unread))
 
     def room_ns(self, now_ns: SimTimeNs) -> SimTimeNs:
         """Time at which half of what is on the line from a client is out; ``FOREVER``: nothing is."""
@@ -199,6 +208,9 @@ class DeviceUart:
 
     def arrive(self, data: bytes, client_baud: int | None, client_format: LineFormat | None = None) -> None:
         """Let a client start to send ``data`` now, at its own baud and in its own format (None: in ours)."""
+        if self.baud is None and not self.rx_faults:
+            self._rx.feed(data)
+            return
         for delay_ns, piece in apply_all(self.rx_faults.values(), data) if self.rx_faults else ((0, data),):
             self._rx_free_ns = max(self.now_ns + delay_ns, self._rx_free_ns)
             self._begin(piece, client_baud, client_format or EIGHT_N_1)

@@ -82,7 +82,7 @@ class DeviceParts(Mapping[str, Part_co]):
 
     def label(self, device: str, name: str) -> str:
         """Address of a part as hil writes it: the first one's is the device's name."""
-        return str(Address(device, self.short(name)))
+        return f"{device}.{name}" if name and name != self.first else device
 
 
 def no_input(axis: str, pin: str, inputs: Collection[str]) -> tuple[str, str]:

@@ -88,7 +88,10 @@ class _Inotify:
     def drain(self) -> None:
         if not self._listeners:
             return  # closed meanwhile
-        self._read()
+        if self._poll.poll(0):  # asked here too: mostly nothing has come, and it is a call less
+            self._read()
+        if not self._untold and not self._events_lost:
+            return
         steps, self._untold = self._untold, {}
         lost, self._events_lost = self._events_lost, False
         for wd in list(self._listeners) if lost else steps:
@@ -127,15 +130,13 @@ class ClientWatch:
         if shared is None:
             shared = _of_loop[self._loop] = _Inotify(self._loop, pts.parent)
         self._shared = shared
+        self.drain = shared.drain
+        """Tells all that has happened so far, now: to this watch's listener and to the others'."""
         try:
             self._wd = shared.add(pts, listener)
         except OSError:
             self._leave()
             raise
-
-    def drain(self) -> None:
-        """Tell all that has happened so far, now: to this watch's listener and to the others'."""
-        self._shared.drain()
 
     def pending(self) -> bool:
         """True if something has happened to this pts that ``drain`` has not told."""
