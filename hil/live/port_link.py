@@ -93,7 +93,8 @@ class PortLink(Generic[BackendKind]):
 
     def received(self, data: bytes) -> None:
         """Take bytes from a client: they take effect now."""
-        self.backend.feed(data)
+        assert self._backend is not None  # who has no backend has no room, and nothing was read
+        self._backend.feed(data)
 
     def drained(self) -> None:
         if self._backend:
@@ -128,6 +129,6 @@ class PortLink(Generic[BackendKind]):
 
     def send(self, data: bytes) -> None:
         """Send bytes to clients, due now."""
+        self.port.write(data)
         for listener in self.listeners:
             listener("client", data)
-        self.port.write(data)

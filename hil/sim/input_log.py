@@ -48,7 +48,7 @@ def sent_now(device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
 def _snapshots(device: Twin) -> list[Snapshot] | None:
     """State of a device that sends. Bytes that an interrupt sent have none: it is noticed later than it
     happened, at a time that depends on the machine's load."""
-    return None if device.interrupting else [axis.snapshot() for axis in device.axes.values()]
+    return None if device.interrupting else [axis.glance() for axis in device.axes.values()]
 
 
 def _port(device: Twin, port: str) -> str:
