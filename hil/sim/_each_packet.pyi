@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar
 from typing_extensions import Buffer
 
 from hil.sim.flight import Flight
-from hil.vocab.framing import Framing
+from hil.vocab.framing import Framing, Item
 from hil.vocab.time import SimTimeNs
 
 class Wakes:
@@ -31,6 +31,15 @@ class RxLine(Generic[_W]):
     @property
     def wakes(self) -> _W: ...
     def add(self, flight: Flight) -> None: ...
+    def hear(
+        self,
+        start_ns: int,
+        data: bytes,
+        baud: int,
+        own_baud: int | None,
+        framing: Framing | None,
+        packets: Sequence[Item] | None,
+    ) -> None: ...
 
 def offered(lines: Sequence[RxLine[Any]], now_ns: int, from_ns: int) -> tuple[int, Flight] | None: ...
 

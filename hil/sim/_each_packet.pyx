@@ -4,7 +4,7 @@
 
 from collections import deque
 
-from hil.sim.flight import end_times
+from hil.sim.flight import end_times, heard
 from hil.vocab.time import FOREVER
 
 
@@ -19,6 +19,22 @@ cdef tuple ends(framing, flight, before):
         last_times_ns = end_times(framing, flight, before)
         last_framing, last_flight, last_before = framing, flight, before
     return last_times_ns
+
+
+cdef object last_start = None, last_data = None, last_baud = None, last_own = None, last_line = None
+cdef object last_heard = None
+
+
+cdef object heard_by_all(start_ns, data, baud, own_baud, framing):
+    # As above: one burst comes to each receiver in turn, and mostly makes the same flight.
+    global last_start, last_data, last_baud, last_own, last_line, last_heard
+    if (
+        data is not last_data or framing is not last_line
+        or start_ns != last_start or baud != last_baud or own_baud != last_own
+    ):
+        last_heard = heard(start_ns, data, baud, own_baud, framing)
+        last_start, last_data, last_baud, last_own, last_line = start_ns, data, baud, own_baud, framing
+    return last_heard
 
 
 cdef class Wakes:
@@ -61,6 +77,16 @@ cdef class RxLine:
         return cls
 
     def add(self, flight):
+        self.put(flight)
+
+    def hear(self, start_ns, data, baud, own_baud, framing, packets):
+        flight = heard_by_all(start_ns, data, baud, own_baud, framing)
+        if flight is not None:
+            if packets is not None and baud == own_baud:
+                flight.packets = packets
+            self.put(flight)
+
+    cdef put(self, flight):
         self.flights.append(flight)
         cdef tuple times_ns = self.wakes.add(flight)
         # It comes behind all others: where a time is known already, that one is earlier.

@@ -245,12 +245,7 @@ class DeviceUart:
     def hear(
         self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
     ) -> None:
-        own_baud = self.baud
-        assert own_baud is not None
-        if flight := heard(start_ns, data, baud, own_baud, self._line_framing):
-            if packets is not None and baud == own_baud:
-                flight.packets = packets
-            self.incoming.add(flight)
+        self.incoming.hear(start_ns, data, baud, self.baud, self._line_framing, packets)
 
     def take_arrivals(self) -> None:
         """Move characters complete by now into the receive buffer; those without room are overruns."""

@@ -49,6 +49,9 @@ class Incoming(RxLine[PacketWakes]):
 
     def loosen(self) -> None:
         """Note that the sketch does not take bytes as they come, until ``wakes.tighten``."""
+        if not self.flights:  # asked here: nothing is on the line, as mostly when a packet was taken
+            self.wakes.is_loose = True
+            return
         self.wakes.loosen(self.characters())
         self._find_next()
 
