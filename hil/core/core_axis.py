@@ -106,9 +106,7 @@ class CoreAxis:
         Raises:
             ValueError: a piece that is not finite, or too long.
         """
-        self._native.follow(
-            self.id, start_ns, [(p.duration_ns, p.r, p.per_s, p.per_s2, p.per_s3) for p in path]
-        )
+        self._native.follow(self.id, start_ns, list(path))
 
     def watch(self, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
         """Sample the axis at the multiples of ``interval_ns``, rounded down to whole nanoseconds; 0 ends it.

@@ -4,7 +4,7 @@ Every input goes through ``BenchRuntime.apply_input``, which fixes its effective
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -17,7 +17,7 @@ from hil.sim.client_tap import ClientTap
 from hil.sim.faults.in_force import Faults
 from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
-from hil.sim.groups_together import advance_together
+from hil.sim.groups_together import HeardLine, advance_together, advance_until_heard
 from hil.sim.hardware import DeviceSpec
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
@@ -351,6 +351,21 @@ class BenchRuntime:
         elif groups:
             advance_together(self.core, groups, until_ns)
         self._now_ns = max(self._now_ns, until_ns)
+
+    def advance_until_heard(self, limit_ns: SimTimeNs, lines: Sequence[HeardLine]) -> None:
+        """Take every group to the time of the next byte at one of some lines, no further than a limit, in
+        virtual time. No lines: to the limit."""
+        now_ns = self._now_ns
+        if lines:
+            groups = {id(group): group for group in (self.parts.group_of(line.address) for line in lines)}
+            for group in groups.values():
+                if group.now_ns < now_ns:
+                    group.advance(now_ns)
+            self._now_ns = advance_until_heard([*groups.values()], lines, limit_ns)
+            if len(groups) == len(self._groups):
+                return
+            limit_ns = self._now_ns
+        self.advance(limit_ns)
 
     def stop(self) -> None:
         """End the real-time thread, if it runs; the groups are the caller's again."""

@@ -118,6 +118,11 @@ class Group:
         return SimTimeNs(self._native.now(self.id))
 
     @property
+    def is_quiet(self) -> bool:
+        """True if no axis can wake a firmware before it is due."""
+        return bool(self._native.is_quiet(self.id))
+
+    @property
     def due_ns(self) -> SimTimeNs:
         """Earliest time at which a firmware has to run."""
         timer_ns = self._timers[0][0] if self._timers else FOREVER

@@ -8,6 +8,7 @@ once.
 
 from collections.abc import Sequence
 from heapq import heappop, heappush
+from typing import Protocol
 
 from hil.core import Core
 from hil.sim.group import Group
@@ -15,6 +16,10 @@ from hil.vocab.time import FOREVER, NS_PER_MS, SimTimeNs
 
 SLICE_NS = 100 * NS_PER_MS
 """Time by which groups are ahead of the firmware that runs at the most, so that they go on together again."""
+
+UNQUIET_NS = NS_PER_MS
+"""Time by which a byte of a group whose axes may wake its firmware may be noticed late at the most: a host
+looks for bytes on USB once in a millisecond."""
 
 
 def advance_together(
@@ -28,6 +33,34 @@ def advance_together(
         due_ns = [group.due_ns for group in groups]
         end_ns = SimTimeNs(min(max(min(due_ns), end_ns) + SLICE_NS, until_ns))
         together.advance(due_ns, end_ns)
+
+
+class HeardLine(Protocol):
+    """Line at which somebody outside listens. ``address``: of what is behind it, as inputs have it."""
+
+    address: str
+
+    @property
+    def next_ns(self) -> SimTimeNs:
+        """Time at which the next byte is complete, of those on the line; ``FOREVER``: none is."""
+
+
+def advance_until_heard(
+    groups: Sequence[Group], lines: Sequence[HeardLine], limit_ns: SimTimeNs
+) -> SimTimeNs:
+    """Run axes and firmwares of the groups of some lines up to the time of the next byte there, no further
+    than a limit; answers the time. No group runs ahead of it: what is sent then takes effect at that time."""
+    while True:
+        now_ns = groups[0].now_ns
+        heard_ns = min(line.next_ns for line in lines)
+        if (end_ns := min(limit_ns, heard_ns)) <= now_ns:
+            return now_ns
+        for group in groups:
+            end_ns = min(end_ns, group.due_ns)
+            if not group.is_quiet:
+                end_ns = min(end_ns, SimTimeNs(now_ns + UNQUIET_NS))
+        for group in groups:
+            group.advance(end_ns)
 
 
 class _Together:

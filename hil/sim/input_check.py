@@ -5,7 +5,6 @@ be. What hil makes itself has to be such that a replay takes it.
 """
 
 import re
-from dataclasses import astuple
 from math import isfinite
 
 from hil.core import CoreAxis
@@ -209,6 +208,6 @@ def _path_problem(start_ns: int, path: Path) -> str | None:
         return "a path begins and ends within 73 years"
     if any(piece.duration_ns < 0 for piece in path):
         return "no piece of a path takes less than no time"
-    if not all(isfinite(value) for piece in path for value in astuple(piece)):
+    if not all(isfinite(value) for piece in path for value in piece):
         return "all numbers of a path are finite"
     return None

@@ -7,7 +7,7 @@ log line is a JSON object: ``at_ns``, ``device``, ``input`` (the name below), an
 
 import json
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -234,10 +234,8 @@ def encode_line(logged: Logged) -> str:
     values = dict(vars(logged.input))  # asdict copies every row: seconds for a long train
     if isinstance(logged.input, PulseTrain):
         values["train"] = [tuple(vars(edges).values()) for edges in logged.input.train]
-    if isinstance(logged.input, Follow):
-        values["path"] = [astuple(piece) for piece in logged.input.path]
-        if not logged.input.is_joined:
-            del values["is_joined"]
+    if isinstance(logged.input, Follow) and not logged.input.is_joined:
+        del values["is_joined"]
     if isinstance(logged.input, Do):
         values["later_ns"] = values.pop("at_ns")
         if values["later_ns"] is None:

@@ -42,7 +42,7 @@ class Setpoints:
     def note(
         self, axis: str, effect: Effect, now_ns: SimTimeNs, note: Callable[[str, str | None], None]
     ) -> None:
-        if effect == Effect.NONE or self._time_out is None:
+        if self._time_out is None or effect == Effect.NONE:
             return
         self._due_ns.pop(axis, None)
         if effect == Effect.STREAM:

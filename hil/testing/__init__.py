@@ -1,10 +1,10 @@
 """The shipped test kit: benches for pytest and for scripts.
 
-``Bench`` is a whole bench in memory, on the virtual clock; ``live`` runs one in a process of its own, in real
-time; ``replay`` runs an input log again; ``replay_control`` runs a
-control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``check_port`` and
-``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
-stable: changes stand in the CHANGELOG.
+``Bench`` is a whole bench in memory, on the virtual clock, with pyserial's ``Serial`` at its ports
+(``serial_ports``); ``live`` runs one in a process of its own, in real time; ``replay`` runs an input log
+again; ``replay_control`` runs a control law over recorded encoder counts. ``check_profile``, ``check_codec``,
+``check_port`` and ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them
+keep to. Public and stable: changes stand in the CHANGELOG.
 
 May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.net,
 hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, numpy, pytest,

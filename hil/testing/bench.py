@@ -25,6 +25,7 @@ from hil.sim.twin import Twin
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such, path_of, unreadable
+from hil.testing.serial_ports.ports_of_bench import SerialPorts
 from hil.vocab.address import address_of, no_part, owner_of
 from hil.vocab.axis import AxisNow
 from hil.vocab.bus import WireKind
@@ -59,6 +60,7 @@ class WireFaces:
 
 RUN_LEAD_NS = 1_000_000
 """Time between a run's phrases: in virtual time nothing needs longer."""
+START_MS, START_STEP_MS = 30_000, 10
 LISTEN_SLICE_NS = 10 * NS_PER_MS
 """Time that a dialogue that listens lets pass between two looks at the port."""
 
@@ -82,6 +84,8 @@ class Bench:
     ``config`` is a path, YAML text or a dict. The kit's own port stands in for each kind that it names.
     ``store`` and ``around``: as ``hil.compose.bench_runtime`` takes them. Nothing runs until ``run``; the
     same configuration, seed and calls give the same bytes.
+
+    Long because all that a test asks of a bench stands here, one short method each.
 
     Raises:
         ConfigError: with every problem of the configuration, or its file cannot be read.
@@ -119,6 +123,7 @@ class Bench:
         self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
         self._wires = WireFaces(self, runtime, catalogue.wire_kinds)
         self._taps = {name: self._wires.tap(name, tap) for name, tap in runtime.taps.items()}
+        self._serials = SerialPorts(runtime, self.config, catalogue, self._passed)
         self._sampler = Sampler(runtime)
         self._run_axes = TwinAxes(runtime, self._sampler)
         for fault in self.config.faults:
@@ -129,6 +134,26 @@ class Bench:
     def now_ns(self) -> SimTimeNs:
         """Simulated time since the bench's start."""
         return self._runtime.now_ns
+
+    @property
+    def runtime(self) -> BenchRuntime:
+        """Devices and wires behind the faces, for what drives them itself."""
+        return self._runtime
+
+    @property
+    def serial_ports(self) -> SerialPorts:
+        """Ports as programs open them."""
+        return self._serials
+
+    def start(self) -> list[str]:
+        """Let simulated time pass until all boards answer; answers the names of those that do not within
+        half a minute."""
+        for _ in range(START_MS // START_STEP_MS):
+            late = [name for name, device in self._runtime.devices.items() if not device.is_ready]
+            if not late:
+                return []
+            self.run(START_STEP_MS)
+        return late
 
     def run(self, ms: float) -> None:
         """Let ``ms`` milliseconds of simulated time pass."""
@@ -152,6 +177,17 @@ class Bench:
         if (uart or part) not in uarts:
             raise NoSuchName(no_part(device, "serial interface", uart or part, uarts))
         return self._ports[uarts.label(device, uart or part)]
+
+    def serial(self, name: str, baudrate: int | None = None, **options: Any) -> Any:
+        """Open a port or a tap as pyserial's ``Serial``, whose ``options`` these are: reading lets simulated
+        time pass, up to the time-out, and no further than the bytes. ``baudrate``: the line's own by default.
+
+        Raises:
+            KeyError: there is no such port.
+            serial.SerialException: as at a real port.
+        """
+        __tracebackhide__ = True
+        return self._serials.open(name, baudrate, options)
 
     def tap(self, name: str) -> TapFace:
         """Tap by its name, as in ``bus0.master``. Raises KeyError: there is none."""
@@ -270,6 +306,10 @@ class Bench:
 
     def _advance_to(self, until_ns: SimTimeNs) -> None:
         self._runtime.advance(until_ns)
+        self._passed(until_ns)
+
+    def _passed(self, now_ns: SimTimeNs) -> None:
+        self._serials.passed(now_ns)
         if self._recordings:
             self._sampler.poll()
         for subscription, recording in self._recordings:

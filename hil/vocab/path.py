@@ -1,14 +1,14 @@
 """Paths of a set-point: pieces of constant jerk, one after the other."""
 
-from hil.vocab.late_dataclass import dataclass
+from typing import NamedTuple
+
 from hil.vocab.time import NS_PER_S
 
 DEG_PER_S = 6.0
 """One rpm in degrees per second."""
 
 
-@dataclass(frozen=True)
-class PathPiece:
+class PathPiece(NamedTuple):
     """Set-point and its first three derivatives by the second, at the beginning of ``duration_ns``."""
 
     duration_ns: int

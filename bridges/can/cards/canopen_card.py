@@ -110,8 +110,10 @@ class CanOpenCard:
         if self._has_raised:
             return
         try:
-            self.node.hear(frame, end_ns)
-            self._plan(end_ns)
+            node = self.node
+            node.hear(frame, end_ns)
+            if node.due_ns < self._timer_ns or node.can_ids is not self._ids:  # asked here: mostly not
+                self._plan(end_ns)
         except Exception as error:
             self._fail(error)
 

@@ -5,7 +5,7 @@ Trapezoids have a deceleration of their own; with a jerk the lesser of both acce
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import copysign, sqrt
 from typing import Protocol, TypeVar
 
@@ -71,7 +71,7 @@ def to_speed(now: SetPointNow, rate: float, rules: MotionRules) -> Path:
         pieces = _s_curve_to_speed(now, rate, rules)
     if not pieces:
         pieces = list(_ramps_to_speed(now, rate, rules))
-        return (*pieces[:-1], replace(pieces[-1], duration_ns=ENDLESS_NS if rate else 0, per_s=rate))
+        return (*pieces[:-1], pieces[-1]._replace(duration_ns=ENDLESS_NS if rate else 0, per_s=rate))
     last = pieces[-1]
     seconds = last.duration_ns / NS_PER_S
     end_deg = last.r + seconds * (last.per_s + seconds * (last.per_s2 / 2 + seconds * last.per_s3 / 6))

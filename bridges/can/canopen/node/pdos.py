@@ -59,6 +59,7 @@ class Rpdo(Pdo):
 
     def compile(self) -> None:
         entries = self.mapping.entries
+        self.held = None  # its bytes are those of another mapping
         self._size, self._unpack = self.mapping.layout.size, self.mapping.layout.unpack
         targets = []
         for entry in entries:

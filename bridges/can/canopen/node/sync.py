@@ -75,7 +75,8 @@ class Sync(SettingsOwner):
         if len(data) != (1 if self._overflow else 0):
             self._emergencies.begin("sync", ErrorCode.SYNC_LENGTH, bytes((len(data),)))
             return
-        self._emergencies.end("sync")
+        if self._emergencies.lasting:
+            self._emergencies.end("sync")
         self._last_ns = now_ns
         self._synced(data[0] if data else 0, now_ns)
 

@@ -170,6 +170,15 @@ def test_what_is_received_is_forgotten_with_the_state(rig: Rig) -> None:
     assert rig.told() == [("synced",)]
 
 
+def test_what_is_received_is_forgotten_with_the_mapping(rig: Rig) -> None:
+    rig.put(0x1400, 2, 0, 1)
+    rig.hear(START, "205#FFFFFFFF0300")
+    rig.map(0x1600, [POSITION])
+    rig.told()
+    rig.hear(SYNC)
+    assert rig.told() == [("synced",)]
+
+
 def test_window_of_sync(rig: Rig) -> None:
     rig.put(0x1400, 2, 1, 1)
     rig.put(0x1007, 0, 2000, 4)

@@ -1,0 +1,275 @@
+"""Calls of the system that pyserial makes, answered for terminals of a bench."""
+
+import errno
+import fcntl
+import itertools
+import math
+import os
+import select
+import struct
+import termios
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hil.testing.serial_ports.passing import Passing
+from hil.testing.serial_ports.port_terminal import PortTerminal
+from hil.vocab.near_words import meant
+from hil.vocab.time import FOREVER, NS_PER_S, SimTimeNs
+
+_FIRST_FD = 1 << 20
+"""First number of descriptors here, above all of Linux (fs.nr_open)."""
+_UINT = struct.Struct("I")
+_SET_BREAK, _CLEAR_BREAK = 0x5427, 0x5428  # TIOCSBRK, TIOCCBRK of asm-generic/ioctls.h
+_GET_SETTINGS_2, _SET_SETTINGS_2 = 0x802C542A, 0x402C542B  # TCGETS2, TCSETS2
+_SPEEDS_AT = (9, 10)
+"""Places of both speeds in struct termios2, in ints."""
+_LINES_OF_PORT = termios.TIOCM_CTS | termios.TIOCM_DSR | termios.TIOCM_CD
+"""Lines that a port with lines shows, as an adapter at a board that leaves them on."""
+USB_FRAME_NS = 1_000_000
+"""Interval at which a host gets what a serial adapter has read (USB 2.0, 8.4.3)."""
+CLOCK_START_S = 1000.0
+"""Reading of the monotonic clock at the start of a bench: some programs take 0 for "not yet"."""
+
+
+class Abort:
+    """Pipe by which pyserial ends a wait from another thread: only whether something is in it counts."""
+
+    def __init__(self) -> None:
+        self.held = b""
+
+
+class OpenTerminal:
+    """Terminal as one ``open`` has it."""
+
+    def __init__(self, terminal: PortTerminal) -> None:
+        self.terminal = terminal
+
+
+def _error(number: int, words: str = "", path: str | None = None) -> OSError:
+    return OSError(number, words or os.strerror(number), path)
+
+
+class SystemCalls:
+    """Calls for the terminals of one bench, by the paths at which programs open them."""
+
+    def __init__(self, passing: Passing, terminals: Mapping[str, PortTerminal]) -> None:
+        self.passing, self.terminals = passing, terminals
+        self._files: dict[int, OpenTerminal | Abort] = {}
+        self._numbers = itertools.count(_FIRST_FD)
+
+    def terminal(self, fd: Any) -> PortTerminal:
+        """Terminal that is open under a number. Raises OSError EBADF."""
+        if isinstance(file := self._files.get(fd), OpenTerminal):
+            return file.terminal
+        raise _error(errno.EBADF)
+
+    def has(self, fd: Any) -> bool:
+        """True if a number is one of ours."""
+        return fd in self._files
+
+    # ---- os ----
+
+    def open(self, path: str, flags: int) -> int:
+        """Open a terminal. Raises OSError: there is none of this name."""
+        if path not in self.terminals:
+            raise _error(errno.ENOENT, f"no such port in this bench; {meant(path, self.terminals)}", path)
+        terminal = self.terminals[path]
+        terminal.open(self.passing.now_ns)
+        return self._add(OpenTerminal(terminal))
+
+    def _add(self, file: OpenTerminal | Abort) -> int:
+        self._files[number := next(self._numbers)] = file
+        return number
+
+    def pipe(self) -> tuple[int, int]:
+        """Make a pipe, both ends of which are one here."""
+        abort = Abort()
+        return self._add(abort), self._add(abort)
+
+    def close(self, fd: int) -> None:
+        """Close a terminal or an end of a pipe."""
+        file = self._files.pop(fd, None)
+        if file is None:
+            raise _error(errno.EBADF)
+        if isinstance(file, OpenTerminal):
+            if file.terminal.lock is file:
+                file.terminal.lock = None
+            file.terminal.close()
+
+    def read(self, fd: int, count: int) -> bytes:
+        """Read what is there. Raises OSError EAGAIN: nothing is."""
+        file = self._files.get(fd)
+        if isinstance(file, Abort):
+            data, file.held = file.held, b""
+            return data
+        if data := self.terminal(fd).read(count, self.passing.now_ns):
+            self.passing.acted()
+            return data
+        raise _error(errno.EAGAIN)
+
+    def write(self, fd: int, data: bytes) -> int:
+        """Send bytes: all are taken, and wait if the board does not take them."""
+        file = self._files.get(fd)
+        if isinstance(file, Abort):
+            file.held += bytes(data)
+        else:
+            self.passing.acted()
+            self.terminal(fd).write(bytes(data), self.passing.now_ns)
+        return len(data)
+
+    # ---- select ----
+
+    def select(
+        self,
+        reads: Sequence[int],
+        writes: Sequence[int],
+        errors: Sequence[int],
+        timeout_s: float | None = None,
+    ) -> tuple[list[int], list[int], list[int]]:
+        """Wait until something can be read; writing is possible always."""
+        found = [fd for fd in reads if self.readable(fd)]
+        if found or writes:
+            return found, [*writes], []
+        at = next((fd for fd in reads if isinstance(self._files.get(fd), OpenTerminal)), None)
+        terminal = None if at is None else self.terminal(at)
+        if timeout_s is not None and timeout_s <= 0:
+            if terminal:
+                self._poll(terminal)
+            return [fd for fd in reads if self.readable(fd)], [], []
+        self.passing.wait(
+            lambda: any(map(self.readable, reads)),
+            self.end_of(timeout_s),
+            f"read at {terminal.name}" if terminal else "select",
+            terminal.end if terminal else None,
+        )
+        return [fd for fd in reads if self.readable(fd)], [], []
+
+    def _poll(self, terminal: PortTerminal) -> int:
+        """Number of bytes that a program sees which does not wait for them: it looks, and sees what follows
+        each other at once, as a host has it from USB."""
+        passing = self.passing
+        if not terminal.waiting(passing.now_ns):
+            passing.look()
+        if terminal.waiting(passing.now_ns):
+            frame_ns = passing.now_ns + USB_FRAME_NS
+            if terminal.end.next_ns <= frame_ns:
+                passing.wait(lambda: terminal.end.next_ns > frame_ns, frame_ns, "a frame", None)
+        return terminal.waiting(passing.now_ns)
+
+    def end_of(self, timeout_s: float | None) -> SimTimeNs:
+        """Time at which a time-out is over, never before it."""
+        if timeout_s is None:
+            return FOREVER
+        return SimTimeNs(min(self.passing.now_ns + math.ceil(timeout_s * NS_PER_S), FOREVER))
+
+    def readable(self, fd: int) -> bool:
+        """True if something can be read at once."""
+        file = self._files.get(fd)
+        if isinstance(file, Abort):
+            return bool(file.held)
+        return self.terminal(fd).waiting(self.passing.now_ns) > 0
+
+    # ---- fcntl and termios ----
+
+    def flock(self, fd: int, operation: int) -> None:
+        """Lock a terminal against others that lock it, or unlock it. Raises OSError EAGAIN."""
+        terminal, file = self.terminal(fd), self._files[fd]
+        if operation & fcntl.LOCK_UN:
+            if terminal.lock is file:
+                terminal.lock = None
+        elif terminal.lock not in (None, file):
+            raise _error(errno.EAGAIN)
+        else:
+            terminal.lock = file
+
+    def ioctl(self, fd: int, request: int, argument: Any = 0, mutate: bool = True) -> Any:
+        """Answer the requests that pyserial makes. Raises OSError ENOTTY: as a terminal without them."""
+        terminal = self.terminal(fd)
+        if request == termios.FIONREAD:
+            return _UINT.pack(self._poll(terminal))
+        if request == termios.TIOCOUTQ:
+            return _UINT.pack(0)  # all that a pty has taken is at the other end
+        if request in (_SET_BREAK, _CLEAR_BREAK):
+            return argument
+        if request in (_GET_SETTINGS_2, _SET_SETTINGS_2):
+            return self._settings_2(terminal, request, argument)
+        if terminal.has_lines:
+            return self._lines(terminal, request, argument)
+        raise _error(errno.ENOTTY)
+
+    def _settings_2(self, terminal: PortTerminal, request: int, settings: Any) -> int:
+        if request == _SET_SETTINGS_2:
+            terminal.set_custom_baud(settings[_SPEEDS_AT[1]])
+        return 0
+
+    def _lines(self, terminal: PortTerminal, request: int, argument: Any) -> Any:
+        if request == termios.TIOCMGET:
+            return _UINT.pack(terminal.lines_on | _LINES_OF_PORT)
+        bits = _UINT.unpack(argument)[0] if isinstance(argument, bytes) else 0
+        if request == termios.TIOCMBIS:
+            terminal.lines_on |= bits
+        elif request == termios.TIOCMBIC:
+            terminal.lines_on &= ~bits
+        else:
+            raise _error(errno.ENOTTY)
+        return argument
+
+    def tcgetattr(self, fd: int) -> list[Any]:
+        """Settings of a terminal."""
+        settings = self.terminal(fd).settings
+        return [*settings[:6], [*settings[6]]]
+
+    def tcsetattr(self, fd: int, when: int, settings: list[Any]) -> None:
+        """Set a terminal."""
+        self.terminal(fd).set(settings)
+
+    def tcflush(self, fd: int, queue: int) -> None:
+        """Throw away what waits to be read, or to be sent."""
+        terminal = self.terminal(fd)
+        if queue in (termios.TCIFLUSH, termios.TCIOFLUSH):
+            terminal.flush_input(self.passing.now_ns)
+        if queue in (termios.TCOFLUSH, termios.TCIOFLUSH):
+            terminal.flush_output()
+
+    def tcdrain(self, fd: int) -> None:
+        """Wait until all is sent."""
+        terminal = self.terminal(fd)
+        if terminal.unsent:
+            self.passing.wait(lambda: not terminal.unsent, FOREVER, f"flush at {terminal.name}", terminal.end)
+
+    def nothing(self, fd: int, *_: object) -> None:
+        """Do nothing, as a pty does on a break and on flow control. Raises OSError EBADF."""
+        self.terminal(fd)
+
+
+class Replaced:
+    """Module of which some names are ours."""
+
+    def __init__(self, module: Any, **ours: Any) -> None:
+        self._module = module
+        self.__dict__.update(ours)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._module, name)
+
+
+def modules_for(calls: SystemCalls) -> dict[str, Any]:
+    """Modules by name, in place of those that pyserial imports."""
+    return {
+        "os": Replaced(
+            os, open=calls.open, pipe=calls.pipe, close=calls.close, read=calls.read, write=calls.write
+        ),
+        "select": Replaced(select, select=calls.select),
+        "fcntl": Replaced(
+            fcntl, flock=calls.flock, ioctl=calls.ioctl, fcntl=lambda fd, request, argument=0: 0
+        ),
+        "termios": Replaced(
+            termios,
+            tcgetattr=calls.tcgetattr,
+            tcsetattr=calls.tcsetattr,
+            tcflush=calls.tcflush,
+            tcdrain=calls.tcdrain,
+            tcsendbreak=calls.nothing,
+            tcflow=calls.nothing,
+        ),
+    }

@@ -1,0 +1,107 @@
+"""pyserial's ``Serial`` at ports of a bench in memory."""
+
+import pytest
+import serial
+
+from hil.testing import Bench
+from hil.testing.serial_ports.passing import EndlessWait
+from hil.vocab.time import NS_PER_MS
+
+MECHADUINO = {"bench": "b", "devices": {"m1": {"profile": "mechaduino"}}}
+SAC = {"bench": "b", "devices": {"s1": {"profile": "sac"}}}
+LINE = {
+    "bench": "b",
+    "devices": {"s1": {"profile": "sac"}},
+    "segments": {"bus0": {"stations": ["s1"], "taps": {"master": {"port": "memory"}}}},
+}
+
+
+def test_a_command_is_answered_at_its_time() -> None:
+    with Bench(MECHADUINO) as b:
+        assert b.start() == []
+        with b.serial("m1", timeout=1) as port:
+            assert isinstance(port, serial.Serial)
+            before_ns = b.now_ns
+            port.write(b"p")
+            line = port.readline()
+            assert line.startswith(b"stepNumber: 0 , Angle: ")
+            assert line.endswith(b"\r\n")
+            assert b.now_ns - before_ns == 100 * NS_PER_MS  # ten readings of the encoder
+
+
+def test_a_time_out_lets_its_time_pass() -> None:
+    with Bench(MECHADUINO) as b:
+        b.start()
+        port = b.serial("m1", timeout=0.25)
+        port.reset_input_buffer()
+        before_ns = b.now_ns
+        assert port.read(1) == b""
+        assert b.now_ns - before_ns == 250 * NS_PER_MS
+
+
+def test_a_read_stops_at_the_byte_on_a_paced_line() -> None:
+    with Bench(SAC) as b:
+        b.start()
+        port = b.serial("s1", timeout=2)
+        port.reset_input_buffer()
+        port.write(b"$?\r")
+        first_ns = b.now_ns if port.read(1) else 0
+        port.read(1)
+        assert b.now_ns - first_ns == 10 * 10**9 // 38400
+
+
+def test_a_wrong_speed_garbles() -> None:
+    with Bench(SAC) as b:
+        b.start()
+        right = b.serial("s1", timeout=0.5)
+        right.write(b"$?\r")
+        answer = right.read(20)
+        right.baudrate = 9600
+        right.write(b"$?\r")
+        assert answer
+        assert right.read(20) != answer
+
+
+def test_polling_ends() -> None:
+    with Bench(MECHADUINO) as b:
+        b.start()
+        port = b.serial("m1", timeout=0)
+        port.write(b"p")
+        got = b""
+        while not got.endswith(b"\r\n"):
+            got += port.read(port.in_waiting)
+        assert b"Angle" in got
+
+
+def test_a_tap_is_a_port() -> None:
+    with Bench(LINE) as b:
+        b.start()
+        tap = b.serial("bus0.master", timeout=0.01)
+        tap.write(b"\x01")
+        assert tap.read(1) == b""
+
+
+def test_errors_are_those_of_pyserial() -> None:
+    with Bench(MECHADUINO) as b:
+        port = b.serial("m1")
+        port.close()
+        with pytest.raises(serial.PortNotOpenError):
+            port.read(1)
+        port.port = "m2"
+        with pytest.raises(serial.SerialException, match="no such port in this bench; there are m1"):
+            port.open()
+        with pytest.raises(KeyError, match="m1"):
+            b.serial("m7")
+        locked = b.serial("m1", exclusive=True)
+        with pytest.raises(serial.SerialException, match="Could not exclusively lock port m1"):
+            b.serial("m1", exclusive=True)
+        locked.close()
+
+
+def test_a_read_without_end_is_told() -> None:
+    with Bench(MECHADUINO) as b:
+        b.start()
+        port = b.serial("m1", timeout=None)
+        port.reset_input_buffer()
+        with pytest.raises(EndlessWait, match="read at m1: nothing has come for an hour"):
+            port.read(1)
