@@ -4,7 +4,7 @@ from codecs import BOM_UTF8
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count, zip_longest
 from pathlib import Path
@@ -48,12 +48,12 @@ class Replayed:
     """Stops of devices by a daemon's guard."""
 
     def difference(self) -> str | None:
-        """First difference from the log, or None: identical bytes, times and states. What a device sent after
-        the log's last input counts too, unless the log was cut, or does not say so."""
+        """First difference from the log, or None: identical bytes, times and states, where it has them. What
+        a device sent after the log's last input counts too, unless the log was cut, or does not say so."""
         for name in self.sent:
             then = [sent for sent in self.logged.sent if sent.device == name]
             for index, (was, now) in enumerate(zip_longest(then, self.sent[name])):
-                if was != now and not (was is None and self.logged.cut):
+                if _differs(was, now) and not (was is None and self.logged.cut):
                     return f"{name}, piece {index}: logged {_shown(was, now)}, now {_shown(now, was)}"
         for (name, _), stopped in self.stops.left.items():
             return f"{name}: logged as stopped ({stopped.reason}), now not"
@@ -63,10 +63,16 @@ class Replayed:
         """One line for people."""
         pieces = [sent for device in self.sent.values() for sent in device]
         size = sum(len(sent.data) for sent in pieces)
-        states = sum(sent.state is not None for sent in pieces)
+        states = sum(sent.state is not None for sent in self.logged.sent)
         inputs, cut = len(self.logged.inputs), self.logged.cut
         end = f"; up to where the log ends: {cut}" if cut else ""
         return f"{inputs} inputs, {size} bytes in {len(pieces)} pieces, {states} states of axes{end}"
+
+
+def _differs(was: Sent | None, now: Sent | None) -> bool:
+    if was and now and was.state is None:  # of an interrupt, or not kept
+        now = replace(now, state=None)
+    return was != now
 
 
 def _shown(sent: Sent | None, other: Sent | None) -> str:

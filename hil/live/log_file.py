@@ -5,11 +5,9 @@ import logging
 from collections.abc import Callable
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Any
 
 from hil import __version__
-from hil.config import BenchConfig
-from hil.config.drive_findings import EMULATED_KEYS
+from hil.compose.simulated_config import as_simulated
 from hil.host.new_file import begin_file
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.refusals import StartError
@@ -20,22 +18,6 @@ _log = logging.getLogger("hil")
 FLUSH_S = 0.2
 BATCH = 256
 """Number of records of the log that are written at once, in some 0.5 ms."""
-
-
-def as_simulated(config: BenchConfig) -> dict[str, Any]:
-    """Convert a configuration for the log, to a dict that ``hil.config.from_dict`` takes: without ports and
-    real boards, whose bytes are no part of a simulation."""
-    dumped: dict[str, Any] = config.model_dump(mode="json", by_alias=True)
-    for device in dumped["devices"].values():
-        device["port"] = "memory" if device["port"] else None
-        device |= {"network": None, "ports": {}}
-        if device["at"]:
-            for key in EMULATED_KEYS:
-                device.pop(key)
-    for line in (wire for key in config.bus_keys for wire in dumped[key].values()):
-        for tap in line["taps"].values():
-            tap["port"] = "memory"
-    return dumped
 
 
 class LogFile:

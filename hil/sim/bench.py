@@ -19,7 +19,7 @@ from hil.sim.firmware_guard import UNGUARDED, Guard
 from hil.sim.group import Group
 from hil.sim.groups_together import HeardLine, advance_together, advance_until_heard
 from hil.sim.hardware import DeviceSpec
-from hil.sim.input_log import InputLogWriter
+from hil.sim.input_log import InputLogSink
 from hil.sim.inputs import Attach, Clear, CommitDone, Do, Inject, Input, Logged
 from hil.sim.real_time_clock import RealTimeClock
 from hil.sim.twin import Home, Twin
@@ -60,7 +60,7 @@ class BenchHooks:
     """Guard around each turn of a firmware's own code."""
     on_failed: Callable[[Twin], None] = lambda device: None
     """Called once when a device has stopped; ``Twin.failed`` says why."""
-    log: InputLogWriter | None = None
+    log: InputLogSink | None = None
     """Receives all inputs with their effective times, and all that devices send."""
 
 

@@ -3,7 +3,8 @@
 A text file of JSON lines. The first is the header: format, version, the program's version, the configuration,
 and each device's memory at the start. The others are inputs (``inputs.encode_line``), and, for comparison,
 what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state`` (CRC-32 of the axes'
-snapshots at that time; null for what an interrupt sent). ``port`` is in lines of another UART than the first.
+snapshots at that time; null for what an interrupt sent, and where it was not kept). ``port`` is in lines of
+another UART than the first.
 ``device`` of an input is the address of what it is for: a device, an axis of one with several, a tap, a
 segment. The last line is ``{"end":true}``: a log without it was cut.
 """
@@ -42,7 +43,7 @@ def sent_now(device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> Sent:
     """Record what a device sends now."""
     snapshots = _snapshots(device)
     state = None if snapshots is None else state_checksum(snapshots)
-    return Sent(at_ns, device.name, data, state, _port(device, port))
+    return Sent(at_ns, device.name, data, state, logged_port(device, port))
 
 
 def _snapshots(device: Twin) -> list[Snapshot] | None:
@@ -51,7 +52,8 @@ def _snapshots(device: Twin) -> list[Snapshot] | None:
     return None if device.interrupting else [axis.glance() for axis in device.axes.values()]
 
 
-def _port(device: Twin, port: str) -> str:
+def logged_port(device: Twin, port: str) -> str:
+    """Name of a UART in the log: empty, it is the first."""
     return "" if port == device.uarts.first else port
 
 
@@ -84,8 +86,18 @@ class LineSink(Protocol):
         """Append a text to the destination."""
 
 
-_Record = Logged | tuple[SimTimeNs, str, bytes, str, list[Snapshot] | None]
-"""Input, or what a device sent: time, device, bytes, port, state."""
+LogRecord = Logged | tuple[SimTimeNs, str, bytes, str, list[Snapshot] | None]
+"""Input, or what a device sent: time, device, bytes, port (empty: the first), state."""
+
+
+class InputLogSink(Protocol):
+    """Receiver of all inputs of a bench with their effective times, and of all that its devices send."""
+
+    def write(self, logged: Logged) -> None:
+        """Receive an input."""
+
+    def sent(self, device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> None:
+        """Receive what a device sends; a bench's listener."""
 
 
 class InputLogWriter:
@@ -104,7 +116,7 @@ class InputLogWriter:
         later: Callable[[int], object] | None = None,
     ) -> None:
         self.file = file
-        self._waiting: list[_Record] = []
+        self._waiting: list[LogRecord] = []
         self._checksums = StateChecksums()
         self._later = later or (lambda waiting: self.write_waiting())
         nvm = {
@@ -121,12 +133,15 @@ class InputLogWriter:
         file.write(json.dumps(header, separators=(",", ":")) + "\n")
 
     def write(self, logged: Logged) -> None:
-        self._waiting.append(logged)
-        self._later(len(self._waiting))
+        self.add(logged)
 
     def sent(self, device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         """Write down what a device sent; a bench's listener."""
-        self._waiting.append((at_ns, device.name, data, _port(device, port), _snapshots(device)))
+        self.add((at_ns, device.name, data, logged_port(device, port), _snapshots(device)))
+
+    def add(self, record: LogRecord) -> None:
+        """Write down a record."""
+        self._waiting.append(record)
         self._later(len(self._waiting))
 
     def write_waiting(self, at_most: int | None = None) -> int:
@@ -135,7 +150,7 @@ class InputLogWriter:
         self.file.write("".join([self._line(record) for record in records]))
         return len(self._waiting)
 
-    def _line(self, record: _Record) -> str:
+    def _line(self, record: LogRecord) -> str:
         if isinstance(record, Logged):
             return encode_line(record) + "\n"
         at_ns, device, data, port, snapshots = record

@@ -1,6 +1,7 @@
 """A bench in memory, on the virtual clock."""
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from hil.sim.twin import Twin
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such, path_of, unreadable
+from hil.testing.kept_inputs import KeptInputs
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
 from hil.vocab.address import address_of, no_part, owner_of
 from hil.vocab.axis import AxisNow
@@ -109,7 +111,10 @@ class Bench:
         self.seed = seed
         catalogue = find_catalogue({"memory": MemoryOptions}, self.config.profile_path)
         memories = start_memories(self.config, catalogue, folder)
-        self._runtime = bench_runtime(self.config, catalogue, memories, store, around)
+        self.inputs = KeptInputs(self.config, memories, around.log)
+        """Inputs so far, of which an input log can be written."""
+        hooks = replace(around, log=self.inputs)
+        self._runtime = bench_runtime(self.config, catalogue, memories, store, hooks)
         runtime, devices = self._runtime, self._runtime.devices
         self._ports = {
             device.uarts.label(name, uart): PortFace(runtime, device, uart)

@@ -13,6 +13,7 @@ from bridges.can.cards.can_tap import CanTap
 from bridges.can.frames.can_frame import CanFrame
 from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
+from hil.sim.inputs import Attach, Frames, Input, Logged
 from hil.testing.faces import TapFace
 from hil.testing.given import NamedThings, checked_bytes
 from hil.vocab.address import Address
@@ -126,6 +127,7 @@ class CanBusFace:
         self._node = str(Address(of.name, TESTER))
         self._read = 0
         self.bus.join(self._node, self, mailboxes=_MAILBOXES)
+        self._log(of.name, Attach(TESTER))
 
     # ---- frames ----
 
@@ -140,9 +142,18 @@ class CanBusFace:
     def send_frame(self, frame: CanFrame, *, at_ms: float | None = None) -> None:
         """Send as ``send``, any frame."""
         if at_ms is None:
-            self.bus.send(self._node, frame)
+            self._send(frame)
         else:
-            self._group.at(round(at_ms * NS_PER_MS), lambda now_ns: self.bus.send(self._node, frame))
+            self._group.at(round(at_ms * NS_PER_MS), lambda now_ns: self._send(frame))
+
+    def _send(self, frame: CanFrame) -> None:
+        self.bus.send(self._node, frame)
+        self._log(self._node, Frames((str(frame),)))
+
+    def _log(self, target: str, given: Input) -> None:
+        """Write down what a replay has to do in place of the test, as at a node of a channel."""
+        if log := self._runtime.log:
+            log.write(Logged(self._group.now_ns, target, given))
 
     def read(self) -> list[HeardFrame]:
         """Read all frames since the last call."""

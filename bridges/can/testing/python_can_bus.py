@@ -9,7 +9,7 @@ from bridges.can.bus.bus_events import BusEvent
 from bridges.can.cards.channel_node import ChannelNode
 from bridges.can.frames.can_frame import CanFrame, check
 from hil.sim.bench import BenchRuntime
-from hil.sim.inputs import Attach, Detach, Frames
+from hil.sim.inputs import Attach, Detach, Frames, Logged
 from hil.testing.bench import Bench
 from hil.vocab.time import NS_PER_MS, NS_PER_S, SimTimeNs
 
@@ -33,6 +33,7 @@ class PythonCanBus(can.BusABC):
         self.channel_info = f"{bus} of a bench in simulated time"
         self._bench, self._runtime = bench, runtime
         self._on = runtime.wires_of("can")[bus].bus
+        self._group = runtime.parts.group_of(bus)
         self._step_ns = _FRAME_BITS * NS_PER_S // self._on.bit_rate
         self._lock = threading.RLock()
         self._heard: deque[can.Message] = deque()
@@ -62,10 +63,9 @@ class PythonCanBus(can.BusABC):
             raise can.CanOperationError(str(error)) from None
         with self._lock:
             before = self._sender.refused
-            if self._runtime.log:
-                self._runtime.apply_input(self._node, Frames((str(frame),)))
-            else:  # an input without its notes, which take longer than it
-                self._sender.put((frame,))
+            if log := self._runtime.log:
+                log.write(Logged(self._group.now_ns, self._node, Frames((str(frame),))))
+            self._sender.put((frame,))  # an input whose frame need not be read back from its text
             if self._sender.refused > before:
                 raise can.CanOperationError("too many frames wait already")
 

@@ -9,8 +9,8 @@ from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.cells import BIT
 from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 from hil.compose import find_catalogue
+from hil.compose.simulated_config import as_simulated
 from hil.config import BenchConfig, ConfigError, diff, from_dict, parse
-from hil.live.log_file import as_simulated
 
 CATALOGUE = find_catalogue()
 PROFILE = CATALOGUE.profiles["modbus_drive"]

@@ -11,9 +11,9 @@ import pytest
 import hil
 from hil.compose import find_catalogue
 from hil.compose.replay import MemoryOptions, replay
+from hil.compose.simulated_config import as_simulated
 from hil.config import ConfigError, from_dict, parse
 from hil.config import schema as json_schema
-from hil.live.log_file import as_simulated
 from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench, CheckFailed, check_profile
