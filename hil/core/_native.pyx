@@ -47,6 +47,13 @@ cdef class PackedValues:
             raise IndexError(field)
         return unpack_one(&self.s, field)
 
+    def __bytes__(self):
+        return (<const char *>&self.s)[:sizeof(hil_snapshot)]
+
+    def unpacked(self):
+        """All values, at once."""
+        return unpack(&self.s)
+
 
 cdef class NativeCore:
     cdef hil_core *core

@@ -4,7 +4,8 @@ import zlib
 from collections.abc import Hashable, Mapping, Sequence
 from struct import Struct
 
-from hil.core.fields import Snapshot
+from hil.core._native import PackedValues
+from hil.core.fields import OFFSETS, Snapshot
 
 
 def state_checksum(snapshots: Sequence[Snapshot]) -> int:
@@ -41,6 +42,7 @@ class _SnapshotText:
         first, *others = self.names
         self._head, self._labels = f"Snapshot({first}=", [f", {name}=" for name in others]
         self._first, *rest = self.names.values()
+        self._offset = OFFSETS[first]
         self._order = rest
         types = ["d" if isinstance(value, float) else "q" for value in snapshot.values]
         self._as_bits, self._bits = Struct("<" + "".join(types)), Struct(f"<{len(types)}Q")
@@ -52,15 +54,19 @@ class _SnapshotText:
     def added_to(self, checksum: int, snapshot: Snapshot) -> int:
         """Checksum of what was before and this text."""
         # Bits, not values: -0.0 equals 0.0 and reads otherwise.
-        packed, at = self._as_bits.pack(*snapshot.values), self._first * 8
+        values = snapshot.values
+        if isinstance(values, PackedValues):  # as the core has it: mostly nothing has to be unpacked
+            packed, at = bytes(values), self._offset
+        else:
+            packed, at = self._as_bits.pack(*values), self._first * 8
         if (rest := packed[:at] + packed[at + 8 :]) != self._last:
-            self._change(packed, snapshot.values)
+            self._change(values.unpacked() if isinstance(values, PackedValues) else values)
             self._last = rest
-        head = f"{self._head}{snapshot.values[self._first]}"
+        head = f"{self._head}{values[self._first]}"
         return zlib.crc32(self._tail, zlib.crc32(head.encode(), checksum))
 
-    def _change(self, packed: bytes, values: Sequence[float]) -> None:
-        words, before = self._bits.unpack(packed), self._words
+    def _change(self, values: Sequence[float]) -> None:
+        words, before = self._bits.unpack(self._as_bits.pack(*values)), self._words
         for place, at in enumerate(self._order):
             if words[at] != before[at]:
                 self._pieces[place] = f"{self._labels[place]}{values[at]}"

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from hil.core import Snapshot
 from hil.sim.state_checksum import StateChecksums, state_checksum
+from hil.testing import Bench
 
 NAMES = {"at_ns": 0, "a": 2, "b": 1}
 VALUES = st.sampled_from([0.0, -0.0, float("nan"), float("inf"), 1.5, 1e22, 5e-324]) | st.floats()
@@ -27,3 +28,14 @@ def test_another_kind_of_axis_in_the_same_place_has_its_own_text() -> None:
     for names in (NAMES, other, NAMES):
         snapshots = [Snapshot((7, 1.5, 2.5), names)]
         assert checksums.of("m1", snapshots) == state_checksum(snapshots)
+
+
+def test_states_as_the_core_has_them_have_the_same_checksums() -> None:
+    checksums = StateChecksums()
+    with Bench({"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}}) as bench:
+        axis = bench._runtime.devices["m1"].axis
+        for ms in (4500, 0, 1, 0, 10):
+            bench.run(ms=ms)
+            for state in (axis.snapshot(), axis.glance()):
+                assert checksums.of("m1", [state]) == state_checksum([axis.snapshot()])
+            bench.port("m1").write(b"y")  # its loop is on: the state changes
