@@ -20,7 +20,7 @@ import serial
 from _processes import Daemon, daemon
 from _report import check_work, is_quick, report
 from modbus_door import CLIENTS, Client, free_port
-from pty_round_trip import opened, trip_us
+from round_trips import opened, trip_us
 
 from hil.net.control_client import ask
 
