@@ -92,7 +92,7 @@ class Mailboxes:
         self._waiting.clear()
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class BusNode:
     """Node on a bus, under its name. ``filters``: frames that it is told of; None: of all."""
 

@@ -310,7 +310,7 @@ class AutomatonClock:
         elif automaton.state in UNDER_POWER:
             mode = automaton.mode
             try:
-                if not self._check(now_ns, is_enabled=automaton.is_enabled):
+                if not self._check(now_ns):
                     self._leave(now_ns)
                 elif isinstance(mode, CyclicMode) and now_ns >= mode.due_ns:
                     mode.due_ns = FOREVER
@@ -328,7 +328,9 @@ class AutomatonClock:
         mode = automaton.mode
         if automaton.is_enabled and isinstance(mode, CyclicMode):
             try:
-                if self._check(now_ns, is_enabled=True):
+                if found := automaton.watch.look(mode, now_ns, obeys_switches=True):
+                    automaton.fail(found.code, now_ns, found.why)
+                else:
                     mode.synced(now_ns)
             except VerbRefused as refusal:
                 automaton.fail(DriveError.REFUSED, now_ns, str(refusal))
@@ -353,10 +355,11 @@ class AutomatonClock:
         due_ns = looked_ns + watch_ns
         self.due_ns = exact_ns if looked_ns < exact_ns < due_ns else due_ns
 
-    def _check(self, now_ns: int, *, is_enabled: bool) -> bool:
+    def _check(self, now_ns: int) -> bool:
         """Look at the axis for whatever is a fault, and at the limit switches; answers True if the mode still
         moves it."""
         automaton = self._automaton
+        is_enabled = automaton.is_enabled
         if found := automaton.watch.look(automaton.mode, now_ns, obeys_switches=is_enabled):
             automaton.fail(found.code, now_ns, found.why)
             return False

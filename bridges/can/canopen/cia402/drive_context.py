@@ -93,6 +93,7 @@ class DriveContext:
         self._defaults = {(entry.index, entry.subindex): entry.default for entry in entries}
         self._node_value: Callable[[int, int], Any] = self._default
         self.mover: Mover = PathMover(axis) if axis.follows_paths else RampMover(axis)
+        self._has_limits = not {NEGATIVE, POSITIVE}.isdisjoint(axis.look().inputs)
         self.is_limited = False
         """True while what was asked for is beyond a limit: bit 11."""
         self.torque_demand = 0.0
@@ -165,7 +166,7 @@ class DriveContext:
 
     def is_blocked(self, direction: float, now_ns: int) -> bool:
         """True if the limit switch on that side of the motor is active; ``direction`` is 0 of no motion."""
-        if not direction:
+        if not direction or not self._has_limits:
             return False
         return bool(self.look(now_ns).inputs.get(POSITIVE if direction > 0 else NEGATIVE))
 

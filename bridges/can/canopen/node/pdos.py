@@ -96,18 +96,12 @@ class Rpdo(Pdo):
             self._timer.start(now_ns + self.event_ns)
             self._emergencies.end(self._causes[1])
         if self.type > SYNC_TYPE_MAX:
-            self._take(data, now_ns)
+            self.deliver(data, now_ns)
         elif self._is_open(now_ns):
             self.held = data
 
-    def synced(self, now_ns: int) -> None:
-        """Take what was received since the last SYNC, if it is synchronous."""
-        data, self.held = self.held, None
-        if data is not None:
-            self._take(data, now_ns)
-
-    def _take(self, data: bytes, now_ns: int) -> None:
-        """Take all values, then tell the application of each: it sees them together."""
+    def deliver(self, data: bytes, now_ns: int) -> None:
+        """Put in all values of a frame, then tell the application of each: it sees them together."""
         found = self._unpack(data)
         targets = self._targets
         if self._limits:
@@ -322,8 +316,9 @@ class Pdos:
     def take_held(self, now_ns: int) -> None:
         """Take the synchronous RPDOs, as SYNC has come."""
         for rpdo in self._receiving:
-            if rpdo.held is not None:
-                rpdo.synced(now_ns)
+            data, rpdo.held = rpdo.held, None
+            if data is not None:
+                rpdo.deliver(data, now_ns)
 
     def sample(self, counter: int, now_ns: int) -> None:
         """Send the synchronous TPDOs, as SYNC has come."""
