@@ -1,6 +1,6 @@
 # bash completion of hil
 declare -gA _hil_commands=(
-    ['hil']='init check serve list status reload benches replay monitor with-lines state reset pin set zero profile axis run runs step drive plot capture decode play mother fault doctor usb docs schema completion arduino sac can modbus web zenoh'
+    ['hil']='init virtual check serve list status reload benches replay monitor with-lines state reset pin set zero profile axis run runs step drive plot capture decode play mother fault doctor usb docs schema completion arduino sac can modbus web zenoh'
     ['hil profile']='list new check'
     ['hil runs']='show cancel pace'
     ['hil mother']='send text release stop scan nodes watch queue gcode'
@@ -16,6 +16,7 @@ declare -gA _hil_commands=(
 declare -gA _hil_options=(
     ['hil']='--version --bench -b --runtime-dir --json -h --help'
     ['hil init']='--json -h --help'
+    ['hil virtual']='--map --module -m --seed --date -h --help'
     ['hil check']='--diff --json -h --help'
     ['hil serve']='--runtime-dir --state-dir --require-rt --port-group --log --ready-file --json -h --help'
     ['hil list']='--bench -b --programs --runtime-dir --json -h --help'
@@ -91,6 +92,9 @@ declare -gA _hil_takes=(
     ['hil --bench']='benches'
     ['hil -b']='benches'
     ['hil --runtime-dir']='folder'
+    ['hil virtual --map']='-'
+    ['hil virtual --seed']='-'
+    ['hil virtual --date']='-'
     ['hil check --diff']='file'
     ['hil serve --runtime-dir']='folder'
     ['hil serve --state-dir']='folder'
@@ -325,6 +329,7 @@ declare -gA _hil_takes=(
 )
 declare -gA _hil_arguments=(
     ['hil init']='file'
+    ['hil virtual']='benches file+'
     ['hil check']='file'
     ['hil serve']='file'
     ['hil replay']='file'

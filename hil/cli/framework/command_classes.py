@@ -101,6 +101,21 @@ class OneCommand(Quick, TyperCommand):
         return super().parse_args(ctx, [*_own_words(self, said), *args])
 
 
+class BeforeProgram(OneCommand):
+    """Command with an argument, options, and then a program with options of its own."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        if args and not args[0].startswith("-"):
+            flags = {
+                word for each in self.get_params(ctx) if getattr(each, "is_flag", False) for word in each.opts
+            }
+            end = 1
+            while end < len(args) and args[end].startswith("-") and args[end] != "--":
+                end += 1 if args[end] in flags or "=" in args[end] else 2
+            args = [*args[1:end], args[0], *args[end:]]
+        return super().parse_args(ctx, args)
+
+
 class Below(Quick, TyperGroup):
     """Group of commands below one of ``hil``, as `hil fault`. ``hint``: as in its row."""
 

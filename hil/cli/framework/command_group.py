@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 from hil import __version__
 from hil.cli.framework.ask import Bench, RuntimeDir
 from hil.cli.framework.command_answers import AsJson, asks_a_bench, begin, telling
-from hil.cli.framework.command_classes import Below, OneCommand, Quick, summary
+from hil.cli.framework.command_classes import BeforeProgram, Below, OneCommand, Quick, summary
 from hil.cli.framework.command_table import BOARD, COMMANDS, PANELS, CommandRow, rows_below
 
 _HELP = {"help_option_names": ["--help", "-h"]}
@@ -72,7 +72,8 @@ def _made(row: CommandRow) -> Any:
             "allow_interspersed_args": not each.takes_command,
         }
         name = each.name.rpartition(" ")[2]
-        app.command(name, cls=OneCommand, hidden=each.is_hidden, context_settings=settings)(
+        kind = BeforeProgram if each.has_place else OneCommand
+        app.command(name, cls=kind, hidden=each.is_hidden, context_settings=settings)(
             telling(_function(each))
         )
     made: Any = typer.main.get_command(app)

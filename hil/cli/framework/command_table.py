@@ -27,10 +27,13 @@ class CommandRow(NamedTuple):
     is_hidden: bool = False
     takes_command: bool = False
     """True if all that stands behind the first argument is another program's."""
+    has_place: bool = False
+    """True if an argument stands before that program, which options may follow."""
 
 
 _ROWS = (
     CommandRow("init", BENCH, "bench.config_commands:init"),
+    CommandRow("virtual", BENCH, "bench.virtual_command:virtual", takes_command=True, has_place=True),
     CommandRow("check", BENCH, "bench.config_commands:check"),
     CommandRow("serve", BENCH, "bench.serve_command:serve"),
     CommandRow("list", BENCH, "bench.bench_commands:list_benches"),

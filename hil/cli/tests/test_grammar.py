@@ -23,6 +23,7 @@ EXAMPLE = re.compile(r"^Example: hil (.+)", re.M)
 TELL_NOTHING = {
     "monitor": "it is a terminal: what it shows is the board's bytes, as they are",
     "with-lines": "it becomes another program",
+    "virtual": "it becomes another program",
     "schema": "what it prints is JSON",
     "completion": "what it prints is a shell's script",
 }

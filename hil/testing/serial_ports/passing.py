@@ -1,6 +1,7 @@
 """Passing of simulated time while somebody waits at ports."""
 
 from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol
 
 from hil.sim.bench import BenchRuntime
@@ -38,6 +39,9 @@ class Passing(Protocol):
     def acted(self) -> None:
         """Note that more than looking has happened."""
 
+    def inside(self) -> AbstractContextManager[object]:
+        """Context in which the bench works: what it calls itself takes no time."""
+
 
 class Looks:
     """Time that looks cost: a program that only looks would stand still otherwise. Doubled with each look in
@@ -67,6 +71,7 @@ class OneThread:
         self._runtime, self._ends, self._passed = runtime, ends, passed
         self._looks = Looks()
         self.acted = self._looks.acted
+        self._inside = nullcontext()
 
     @property
     def now_ns(self) -> SimTimeNs:
@@ -81,6 +86,9 @@ class OneThread:
                 raise EndlessWait(f"{what}: nothing has come for an hour of simulated time")
             self._runtime.advance_until_heard(limit_ns, [end] if end else [])
             self._passed(self.now_ns)
+
+    def inside(self) -> AbstractContextManager[object]:
+        return self._inside
 
     def look(self) -> None:
         limit_ns = SimTimeNs(self.now_ns + self._looks.next_cost_ns())

@@ -63,13 +63,16 @@ class SerialPorts:
     @cached_property
     def serial_class(self) -> type[serial.Serial]:
         """Class of pyserial for these ports, at which a test's only thread waits."""
-        return self.class_for(self.passing, {})
+        return self.class_for(self.passing, self.terminals)
 
-    def class_for(self, passing: Passing, mapped: Mapping[str, str]) -> type[serial.Serial]:
-        """Make a class of pyserial for these ports. ``passing``: how time passes for those who wait;
-        ``mapped``: names of ports by further paths."""
-        more = {path: NamedThings("port", self.terminals)[name] for path, name in mapped.items()}
-        return serial_class(SystemCalls(passing, self.terminals | more))
+    def class_for(self, passing: Passing, terminals: Mapping[str, PortTerminal]) -> type[serial.Serial]:
+        """Make a class of pyserial for some ports. ``passing``: how time passes for those who wait."""
+        return serial_class(SystemCalls(passing, terminals))
+
+    def named(self, mapped: Mapping[str, str]) -> dict[str, PortTerminal]:
+        """Terminals by their addresses, and by further paths that have names of ports. Raises KeyError."""
+        ports = NamedThings("port", self.terminals)
+        return self.terminals | {path: ports[name] for path, name in mapped.items()}
 
     def descriptors(self) -> set[int]:
         """File descriptors that programs have for these ports now."""

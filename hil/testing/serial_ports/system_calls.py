@@ -94,7 +94,8 @@ class SystemCalls:
         if isinstance(file, OpenTerminal):
             if file.terminal.lock is file:
                 file.terminal.lock = None
-            file.terminal.close()
+            with self.passing.inside():
+                file.terminal.close()
 
     def read(self, fd: int, count: int) -> bytes:
         """Read what is there. Raises OSError EAGAIN: nothing is."""
@@ -114,7 +115,8 @@ class SystemCalls:
             file.held += bytes(data)
         else:
             self.passing.acted()
-            self.terminal(fd).write(bytes(data), self.passing.now_ns)
+            with self.passing.inside():
+                self.terminal(fd).write(bytes(data), self.passing.now_ns)
         return len(data)
 
     # ---- select ----

@@ -1,0 +1,175 @@
+"""Programs as users write them, with what each prints on simulated time. ``p`` of a Mechaduino prints the
+first half of a line at once and the rest 100 ms later."""
+
+PROGRAMS = {
+    "reads with a time-out": (
+        """
+import serial, time
+s = serial.Serial("m1", 115200, timeout=1); s.reset_input_buffer()
+start = time.monotonic(); s.write(b"p"); line = s.readline(); took = time.monotonic() - start
+print(line.startswith(b"stepNumber"), 0.1 <= took < 0.101, s.read(5), time.monotonic() - start < 1.2)
+""",
+        "True True b'' True",
+    ),
+    "polls without a sleep": (
+        """
+import serial, time
+s = serial.Serial("m1", 115200, timeout=0); s.reset_input_buffer()
+end, got = time.time() + 2, b""; s.write(b"p")
+while not got.endswith(b"\\r\\n") and time.time() < end:
+    if s.in_waiting: got += s.read(s.in_waiting)
+print(got.count(b"Angle"), 1.88 < end - time.time() < 1.9)
+""",
+        "1 True",
+    ),
+    "a reading thread, a queue, an event": (
+        """
+import queue, serial, threading, time
+s = serial.Serial("m1", 115200, timeout=0.2); s.reset_input_buffer()
+lines, done = queue.Queue(), threading.Event()
+def receive():
+    while not done.is_set():
+        if line := s.readline(): lines.put(line)
+thread = threading.Thread(target=receive); thread.start()
+s.write(b"p"); first = lines.get(timeout=1); start = time.monotonic()
+try: lines.get(timeout=0.5)
+except queue.Empty: print(len(first) > 20, 0.5 <= time.monotonic() - start < 0.51)
+done.set(); thread.join(); print(thread.is_alive(), threading.active_count())
+""",
+        "True True\nFalse 1",
+    ),
+    "locks, conditions, a semaphore, a barrier, a timer": (
+        """
+import threading, time
+order, condition, barrier = [], threading.Condition(), threading.Barrier(3)
+def work(n):
+    time.sleep(n / 10); barrier.wait()
+    with condition: order.append(n); condition.notify_all()
+for n in (3, 1): threading.Thread(target=work, args=(n,)).start()
+start = time.monotonic(); barrier.wait()
+print(round(time.monotonic() - start, 2))
+with condition: print(condition.wait_for(lambda: len(order) == 2, 5), sorted(order))
+few, lock = threading.BoundedSemaphore(2), threading.RLock()
+with few, lock, lock: print(few.acquire(timeout=0.1), few.acquire(timeout=0.1), lock.acquire(blocking=False))
+threading.Timer(0.5, order.append, [9]).start(); time.sleep(0.6); print(order[-1])
+""",
+        "0.3\nTrue [1, 3]\nTrue False True\n9",
+    ),
+    "spins on a queue and sleeps nothing": (
+        """
+import queue, threading, time
+q = queue.Queue()
+threading.Thread(target=lambda: (time.sleep(0.1), q.put(1), time.sleep(0.1), q.put(2))).start()
+while q.empty(): pass
+while q.qsize() < 2: time.sleep(0)
+print(q.get(), q.get_nowait())
+""",
+        "1 2",
+    ),
+    "an executor and asyncio": (
+        """
+import asyncio, concurrent.futures, serial
+s = serial.Serial("m1", 115200, timeout=1); s.reset_input_buffer()
+with concurrent.futures.ThreadPoolExecutor(2) as pool:
+    s.write(b"p"); print(len(pool.submit(s.readline).result(timeout=2)) > 20)
+async def main():
+    loop, heard = asyncio.get_running_loop(), asyncio.StreamReader()
+    loop.add_reader(s.fileno(), lambda: heard.feed_data(s.read(s.in_waiting))); s.write(b"p")
+    start = loop.time(); line = await asyncio.wait_for(heard.readline(), 1); took = loop.time() - start
+    loop.remove_reader(s.fileno()); s.write(b"p")
+    rest = await loop.run_in_executor(None, s.readline)
+    async with asyncio.timeout(5): await asyncio.sleep(0.2)
+    return len(line) > 20, 0.1 <= took < 0.11, len(rest) > 20, loop.time() - start < 0.5
+print(asyncio.run(main()))
+""",
+        "True\n(True, True, True, True)",
+    ),
+    "select, poll and selectors": (
+        """
+import select, selectors, serial, time
+s = serial.Serial("m1", 115200, timeout=0); s.reset_input_buffer()
+start = time.monotonic(); print(select.select([s], [], [], 0.25), round(time.monotonic() - start, 2))
+s.write(b"p"); print(len(select.select([s], [], [], 1)[0]), s.read(99)[:4])
+poll = select.poll(); poll.register(s, select.POLLIN); print(len(poll.poll(500))); s.read(99)
+chosen = selectors.DefaultSelector(); chosen.register(s, selectors.EVENT_READ); print(chosen.select(0.1))
+""",
+        "([], [], []) 0.25\n1 b'step'\n1\n[]",
+    ),
+    "cancels a read": (
+        """
+import serial, threading, time
+s = serial.Serial("m1", 115200); s.reset_input_buffer(); out = []
+t = threading.Thread(target=lambda: out.append(s.read(100))); t.start(); start = time.monotonic()
+time.sleep(0.2); s.cancel_read(); t.join(1); print(out, t.is_alive(), time.monotonic() - start < 0.21)
+""",
+        "[b''] False True",
+    ),
+    "timers by signal": (
+        """
+import serial, signal, time
+class Late(Exception): pass
+def ring(number, frame): raise Late
+signal.signal(signal.SIGALRM, ring)
+s = serial.Serial("m1", 115200); s.reset_input_buffer(); start = time.monotonic(); signal.alarm(2)
+try: s.read(1)
+except Late: print("late", round(time.monotonic() - start, 3))
+rung = []; signal.signal(signal.SIGALRM, lambda number, frame: rung.append(time.monotonic()))
+signal.setitimer(signal.ITIMER_REAL, 0.1, 0.05); time.sleep(0.32)
+print(len(rung), signal.getitimer(signal.ITIMER_REAL)[1]); signal.setitimer(signal.ITIMER_REAL, 0)
+signal.alarm(1); signal.pause(); print(len(rung))
+""",
+        "late 2.0\n5 0.05\n6",
+    ),
+    "calendars": (
+        """
+import datetime, pickle, time
+from datetime import datetime as stamp
+a = stamp.now(datetime.timezone.utc); time.sleep(86400); b = stamp.now(datetime.timezone.utc)
+print(a.isoformat()[:19], b.isoformat()[:10], (b - a).days, time.strftime("%H:%M", time.gmtime()))
+print(isinstance(a, datetime.datetime), isinstance(stamp.strptime("2020", "%Y"), stamp))
+print(issubclass(stamp, datetime.date), pickle.loads(pickle.dumps(a)) == a)
+print(datetime.date.today().year, isinstance(datetime.date.today(), stamp))
+""",
+        "2026-01-01T00:00:00 2026-01-02 1 00:00\nTrue True\nTrue True\n2026 False",
+    ),
+    "a child that has the port": (
+        """
+import subprocess, sys, time
+code = "import serial; s = serial.Serial('m1', 115200, timeout=2); s.reset_input_buffer(); s.write(b'p')"
+code += "; print(s.readline()[:10])"
+print(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip())
+late = "import time; time.sleep(0.3); print('child')"
+child = subprocess.Popen([sys.executable, "-c", late], stdout=subprocess.PIPE)
+start = time.time(); print(child.communicate()[0], child.returncode, time.time() - start < 20)
+""",
+        "b'stepNumber'\nb'child\\n' 0 True",
+    ),
+    "sockets within the program": (
+        """
+import socket, threading, time
+server = socket.create_server(("127.0.0.1", 0))
+def serve():
+    came, _ = server.accept(); came.sendall(came.recv(9).upper()); time.sleep(1); came.close()
+threading.Thread(target=serve).start()
+client = socket.create_connection(server.getsockname(), timeout=5); client.sendall(b"abc")
+print(client.recv(9))
+client.settimeout(0.2)
+try: client.recv(1) and print("more")
+except TimeoutError: print("timed out")
+client.close()
+""",
+        "b'ABC'\ntimed out",
+    ),
+    "is closed and opened, and is a Serial": (
+        """
+import serial
+class Mine(serial.Serial):
+    def ask(self): self.write(b"p"); return self.readline()[:4]
+with Mine("m1", 115200, timeout=1) as s: s.reset_input_buffer(); print(s.ask(), isinstance(s, serial.Serial))
+with serial.serial_for_url("m1", 115200) as s: print(type(s) is serial.Serial)
+try: serial.Serial("/dev/ttyUSB7")
+except serial.SerialException as error: print(error.errno, "there are m1" in str(error))
+""",
+        "b'step' True\nTrue\n2 True",
+    ),
+}
