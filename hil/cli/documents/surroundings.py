@@ -18,6 +18,7 @@ ENVIRONMENT = {
     "WATCHDOG_USEC": "of a service: the watchdog's time.",
     "WATCHDOG_PID": "of a service: the process that the watchdog is for.",
     "JOURNAL_STREAM": "of a service: whether its messages go to the journal, with priorities.",
+    "PYTHONPATH": "of `hil virtual`: child processes of its program have it too, behind a folder of hil's.",
     "NO_COLOR": "if it is set, no colours on terminals (https://no-color.org).",
     "TERM": "`dumb`: no colours either.",
     "ARDUINO_DIRECTORIES_USER": "the sketchbook of the IDE 2 and of arduino-cli for `hil arduino`, unless"

@@ -3,7 +3,8 @@ own.
 
 ``turns.py`` lets one thread run at a time, and time pass when all wait. ``owned_locks.py``, ``threads.py``,
 ``clocks.py``, ``selecting.py``, ``signal_timers.py`` and ``children.py`` are what the program has in place of
-what Python has; ``put_in_place.py`` puts them there. ``program.py`` runs a program so.
+what Python has; ``put_in_place.py`` puts them there. ``program.py`` runs a program so. ``child_start.py``
+begins its children.
 
 May import: hil.config, hil.sim, hil.testing.bench, hil.testing.serial_ports, hil.vocab, the standard library,
 serial.

@@ -41,7 +41,7 @@ def _is_ours_or_pythons(file: str) -> bool:
 
 
 class Wait(NamedTuple):
-    """What a thread waits for: ``ready``, or ``until_ns``. ``what``: for people; ``end``: the line that it
+    """Wait of a thread, for ``ready``, or ``until_ns``. ``what``: for people; ``end``: the line that it
     comes from; ``is_outside``: it comes from outside, at the wall's pace."""
 
     ready: Callable[[], bool]
@@ -84,7 +84,7 @@ class Turn:
 
 
 class Interrupts:
-    """What interrupts the main thread: timers by signal. ``due_ns``: time of the next."""
+    """Interruptions of the main thread: timers by signal. ``due_ns``: time of the next."""
 
     due_ns: SimTimeNs = FOREVER
 
@@ -93,7 +93,7 @@ class Interrupts:
 
 
 class Outside:
-    """What the program waits for beside the bench."""
+    """Sources of events beside the bench."""
 
     def is_there(self) -> bool:
         """True while time has to pass at the wall's pace."""
@@ -118,7 +118,7 @@ class Turns:
         self.timers, self.outside = Interrupts(), Outside()
         self.main = Turn("MainThread", 0)
         self.is_given_up = False
-        """True once all have waited for ever: nobody is waited for any more."""
+        """True once all have waited without end: nobody is waited for any more."""
         self._turns = [self.main]
         self._running: Turn | None = self.main
         self._number = 0
