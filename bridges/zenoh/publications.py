@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import cache, partial
+from math import isfinite
 from struct import Struct
 from typing import Any
 
@@ -85,7 +86,7 @@ class StateText:
         """Encode one sample."""
         values = self._unpack(packed)
         text = self._format % (wall_ns, *values)
-        if "nan" in text or "inf" in text:
+        if not isfinite(sum(values)) and ("nan" in text or "inf" in text):  # the sum may be too large alone
             named = zip(self._names, values, strict=True)
             finite = {n: v if abs(v) < float("inf") else None for n, v in named}  # a NaN is not less either
             text = json.dumps({"v": JSON_VERSION, "wall_ns": wall_ns} | finite)
@@ -139,6 +140,27 @@ class _Told:
         self._end()
         for publisher in self._publishers:
             undeclare(publisher)
+
+
+class _Samples(_Told):
+    """Samples of an axis. ``begin``: begins to watch with this call; ``content``: payload for a sample."""
+
+    def __init__(
+        self,
+        publisher: zenoh.Publisher,
+        begin: Callable[[Callable[[bytes], object]], Watch],
+        content: Callable[[bytes], bytes] | None = None,
+    ) -> None:
+        self._came: list[bytes] = []
+        self._put, self._content = publisher.put, content
+        super().__init__([publisher], partial(begin, self._came.append))
+
+    def flush(self) -> None:
+        """Put what came. All texts are made first: zenoh's thread wakes for each put that comes alone."""
+        super().flush()
+        for content in [*map(self._content, self._came)] if self._content else self._came:
+            self._put(content)
+        self._came.clear()
 
 
 class Publications:
@@ -258,22 +280,16 @@ class Publications:
         fields = self._here.devices[name].fields.values()
         text, wall_ns = StateText([field for field in fields if field.is_state]), self._here.clock.wall_ns
         at_ns = Struct("<q").unpack_from
-        return self._samples(
-            name,
-            publisher,
-            self._options.state_hz,
-            lambda packed: publisher.put(text.of(packed, wall_ns(at_ns(packed)[0]))),
-        )
+        begin = self._watching(name, self._options.state_hz)
+        return _Samples(publisher, begin, lambda packed: text.of(packed, wall_ns(at_ns(packed)[0])))
 
     def _packed_state(self, name: str) -> _Told:
         publisher = self._publisher("axis/<device>/state/packed", name)
-        return self._samples(name, publisher, self._options.packed_hz, publisher.put)
+        return _Samples(publisher, self._watching(name, self._options.packed_hz))
 
-    def _samples(
-        self, name: str, publisher: zenoh.Publisher, rate_hz: float, put: Callable[[bytes], object]
-    ) -> _Told:
-        watch, interval_ns = self._desk.watch, _interval_ns(rate_hz)
-        return _Told([publisher], partial(watch, OURS, Watched.SAMPLES, name, put, interval_ns=interval_ns))
+    def _watching(self, name: str, rate_hz: float) -> Callable[[Callable[[bytes], object]], Watch]:
+        """Function that begins to watch the samples of an axis."""
+        return partial(self._desk.watch, OURS, Watched.SAMPLES, name, interval_ns=_interval_ns(rate_hz))
 
     def _packets(self, name: str) -> _Told:
         publisher = self._publisher("segment/<name>/packets", name)

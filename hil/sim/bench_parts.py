@@ -107,7 +107,7 @@ class BenchParts:
 
     def axis(self, address: str) -> CoreAxis:
         """Axis at an address. Raises KeyError: there is none."""
-        device, name = self.axes[self.axis_address(address) or address]
+        device, name = self.axes.get(address) or self.axes[self.axis_address(address) or address]
         return device.axes[name]
 
     def place(self, target: str) -> FaultPlace | None:

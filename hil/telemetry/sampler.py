@@ -77,8 +77,11 @@ class Subscription:
 
     def take_packed(self, at_most: int | None = None) -> list[bytes]:
         """Whole snapshots in the binary layout, since the last call."""
-        n = len(self._queue) if at_most is None else min(at_most, len(self._queue))
-        return [self._queue.popleft() for _ in range(n)]
+        if at_most is None or at_most >= len(self._queue):
+            taken = [*self._queue]
+            self._queue.clear()
+            return taken
+        return [self._queue.popleft() for _ in range(at_most)]
 
 
 @dataclass
