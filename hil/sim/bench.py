@@ -357,11 +357,11 @@ class BenchRuntime:
         virtual time. No lines: to the limit."""
         now_ns = self._now_ns
         if lines:
-            groups = {id(group): group for group in (self.parts.group_of(line.address) for line in lines)}
-            for group in groups.values():
+            groups = [*dict.fromkeys(self.parts.group_of(line.address) for line in lines)]
+            for group in groups:
                 if group.now_ns < now_ns:
                     group.advance(now_ns)
-            self._now_ns = advance_until_heard([*groups.values()], lines, limit_ns)
+            self._now_ns = advance_until_heard(groups, lines, limit_ns)
             if len(groups) == len(self._groups):
                 return
             limit_ns = self._now_ns

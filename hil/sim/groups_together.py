@@ -27,6 +27,11 @@ def advance_together(
 ) -> None:
     """Run axes and firmwares of groups, at least one, up to and at ``until_ns``; never back. ``limits_ns``:
     of each group, where it goes less far."""
+    if not limits_ns:
+        due_ns = [group.due_ns for group in groups]
+        ids = [group.id for group in groups]
+        if min(due_ns) > until_ns and not core.native.advance_groups(ids, due_ns, until_ns):
+            return  # no firmware runs until then
     together = _Together(core, groups, limits_ns or [until_ns] * len(groups))
     end_ns = SimTimeNs(-1)
     while end_ns < until_ns:
@@ -51,14 +56,17 @@ def advance_until_heard(
     """Run axes and firmwares of the groups of some lines up to the time of the next byte there, no further
     than a limit; answers the time. No group runs ahead of it: what is sent then takes effect at that time."""
     while True:
-        now_ns = groups[0].now_ns
-        heard_ns = min(line.next_ns for line in lines)
-        if (end_ns := min(limit_ns, heard_ns)) <= now_ns:
+        now_ns, end_ns = groups[0].now_ns, limit_ns
+        for line in lines:
+            if (at_ns := line.next_ns) < end_ns:
+                end_ns = at_ns
+        if end_ns <= now_ns:
             return now_ns
         for group in groups:
-            end_ns = min(end_ns, group.due_ns)
-            if not group.is_quiet:
-                end_ns = min(end_ns, SimTimeNs(now_ns + UNQUIET_NS))
+            if (due_ns := group.due_ns) < end_ns:
+                end_ns = due_ns
+            if end_ns > now_ns + UNQUIET_NS and not group.is_quiet:
+                end_ns = SimTimeNs(now_ns + UNQUIET_NS)
         for group in groups:
             group.advance(end_ns)
 

@@ -128,7 +128,9 @@ class Bench:
         self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
         self._wires = WireFaces(self, runtime, catalogue.wire_kinds)
         self._taps = {name: self._wires.tap(name, tap) for name, tap in runtime.taps.items()}
-        self._serials = SerialPorts(runtime, self.config, catalogue, self._passed)
+        self._serials = SerialPorts(
+            runtime, self.config, catalogue, self._passed, lambda: self._sampler.period_ns
+        )
         self._sampler = Sampler(runtime)
         self._run_axes = TwinAxes(runtime, self._sampler)
         for fault in self.config.faults:

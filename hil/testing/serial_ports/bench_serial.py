@@ -29,7 +29,7 @@ def serial_class(calls: SystemCalls) -> type[serial.Serial]:
     for base in reversed(serial.Serial.__mro__):
         if base.__module__.partition(".")[0] == "serial":
             members |= {name: _again(each, ours) for name, each in vars(base).items() if _is_code(each)}
-    members["fileno"] = _fileno(calls)
+    members |= {"fileno": _fileno(calls), "peek": _peek(calls)}
     return type("Serial", (serial.Serial,), {**members, "__module__": "serial", "__doc__": None})
 
 
@@ -57,3 +57,11 @@ def _fileno(calls: SystemCalls) -> Any:
         return calls.terminal(self.fd).descriptor()
 
     return fileno
+
+
+def _peek(calls: SystemCalls) -> Any:
+    def peek(self: Any, size: int = 0) -> bytes:
+        """Bytes that have come, which stay: Python's ``readline`` reads as many of them at once as it may."""
+        return calls.terminal(self.fd).peek(calls.passing.now_ns) if self.is_open else b""
+
+    return peek

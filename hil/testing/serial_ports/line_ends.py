@@ -26,6 +26,9 @@ class LineEnd(Protocol):
     def next_ns(self) -> SimTimeNs:
         """Time at which the next byte is complete, of those on the line; ``FOREVER``: none is."""
 
+    def time_of(self, count: int) -> SimTimeNs:
+        """Time at which so many bytes are complete, at least one, or all of those on the line."""
+
     def collect(self, now_ns: SimTimeNs) -> bytes:
         """Collect what is complete by now."""
 
@@ -77,11 +80,21 @@ class UartEnd:
             self._flush()
         return SimTimeNs(self._line[0][0]) if self._line else FOREVER
 
+    def time_of(self, count: int) -> SimTimeNs:
+        at_ns = self.next_ns
+        for at, piece in self._line:
+            at_ns, count = SimTimeNs(at), count - len(piece)
+            if count <= 0:
+                break
+        return at_ns
+
     def collect(self, now_ns: SimTimeNs) -> bytes:
-        out = b""
-        while self.next_ns <= now_ns:
-            out += self._line.popleft()[1]
-        return out
+        if self._fresh:
+            self._flush()
+        out, line = bytearray(), self._line
+        while line and line[0][0] <= now_ns:
+            out += line.popleft()[1]
+        return bytes(out)
 
     def room(self, now_ns: SimTimeNs) -> int:
         return self._uart.room(now_ns) if self._uart.baud is None else 1 << 30
@@ -118,6 +131,12 @@ class TapEnd:
     @property
     def next_ns(self) -> SimTimeNs:
         return self._tap.next_ns
+
+    def time_of(self, count: int) -> SimTimeNs:
+        tap = self._tap
+        if isinstance(tap, Tap) and tap.heard:
+            return SimTimeNs(tap.heard[min(count, len(tap.heard)) - 1][0])
+        return tap.next_ns
 
     def collect(self, now_ns: SimTimeNs) -> bytes:
         return self._tap.drain(now_ns)

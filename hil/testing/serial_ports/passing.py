@@ -1,6 +1,6 @@
 """Passing of simulated time while somebody waits at ports."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol
 
@@ -62,13 +62,18 @@ class Looks:
 
 
 class OneThread:
-    """Time that passes for a test's only thread. ``ends``: those at which programs may hear something;
-    ``passed``: called when time has passed."""
+    """Time that passes for a test's only thread. ``open_ends``: ends of the ports that are open now;
+    ``passed``: called when time has passed, at least once in ``slice_ns``, unless None."""
 
     def __init__(
-        self, runtime: BenchRuntime, ends: Iterable[LineEnd], passed: Callable[[SimTimeNs], None]
+        self,
+        runtime: BenchRuntime,
+        open_ends: Callable[[], list[LineEnd]],
+        passed: Callable[[SimTimeNs], None],
+        slice_ns: Callable[[], int | None],
     ) -> None:
-        self._runtime, self._ends, self._passed = runtime, ends, passed
+        self._runtime, self._open_ends = runtime, open_ends
+        self._passed, self._slice_ns = passed, slice_ns
         self._looks = Looks()
         self.acted = self._looks.acted
         self._inside = nullcontext()
@@ -81,10 +86,13 @@ class OneThread:
         self.acted()
         give_up_ns = self.now_ns + SILENCE_NS if until_ns == FOREVER else FOREVER
         limit_ns = SimTimeNs(min(until_ns, give_up_ns))
+        lines = [end] if end else []
         while not ready() and (now_ns := self.now_ns) < until_ns:
             if now_ns >= give_up_ns:
                 raise EndlessWait(f"{what}: nothing has come for an hour of simulated time")
-            self._runtime.advance_until_heard(limit_ns, [end] if end else [])
+            slice_ns = self._slice_ns()
+            end_ns = min(limit_ns, SimTimeNs(now_ns + slice_ns)) if slice_ns else limit_ns
+            self._runtime.advance_until_heard(end_ns, lines)
             self._passed(self.now_ns)
 
     def inside(self) -> AbstractContextManager[object]:
@@ -92,5 +100,5 @@ class OneThread:
 
     def look(self) -> None:
         limit_ns = SimTimeNs(self.now_ns + self._looks.next_cost_ns())
-        self._runtime.advance_until_heard(limit_ns, [*self._ends])
+        self._runtime.advance_until_heard(limit_ns, self._open_ends())
         self._passed(self.now_ns)

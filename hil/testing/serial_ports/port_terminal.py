@@ -77,6 +77,11 @@ class PortTerminal:
             self._input += self.end.collect(now_ns)
         return len(self._input)
 
+    def peek(self, now_ns: SimTimeNs) -> bytes:
+        """Bytes that have come and were not read, to the first end of a line; they stay."""
+        self.waiting(now_ns)
+        return bytes(self._input[: self._input.find(b"\n") + 1 or None])
+
     def read(self, count: int, now_ns: SimTimeNs) -> bytes:
         """Read so many bytes at most; none: there are none."""
         self.waiting(now_ns)

@@ -22,7 +22,8 @@ _KINDS_WITH_LINES = ("rfc2217", "usb")
 
 
 class SerialPorts:
-    """Ports of a bench. ``passed``: called with the time when a wait at a port has let it pass."""
+    """Ports of a bench. ``passed``: called with the time when a wait at a port has let it pass, at least once
+    in ``slice_ns``, unless that is None."""
 
     def __init__(
         self,
@@ -30,9 +31,10 @@ class SerialPorts:
         config: BenchConfig,
         catalogue: Catalogue,
         passed: Callable[[SimTimeNs], None],
+        slice_ns: Callable[[], int | None],
     ) -> None:
         self._runtime, self._config, self._catalogue = runtime, config, catalogue
-        self._passed = passed
+        self._passed, self._slice_ns = passed, slice_ns
 
     @cached_property
     def terminals(self) -> dict[str, PortTerminal]:
@@ -57,8 +59,10 @@ class SerialPorts:
     @cached_property
     def passing(self) -> Passing:
         """Time as a test's only thread lets it pass."""
-        ends: list[LineEnd] = [each.end for each in self.terminals.values()]
-        return OneThread(self._runtime, ends, self._passed)
+        return OneThread(self._runtime, self._open_ends, self._passed, self._slice_ns)
+
+    def _open_ends(self) -> list[LineEnd]:
+        return [each.end for each in self.terminals.values() if each.opens]
 
     @cached_property
     def serial_class(self) -> type[serial.Serial]:

@@ -37,12 +37,20 @@ class Abort:
     def __init__(self) -> None:
         self.held = b""
 
+    def readable(self, now_ns: SimTimeNs) -> bool:
+        """True if something is in it."""
+        return bool(self.held)
+
 
 class OpenTerminal:
     """Terminal as one ``open`` has it."""
 
     def __init__(self, terminal: PortTerminal) -> None:
         self.terminal = terminal
+
+    def readable(self, now_ns: SimTimeNs) -> bool:
+        """True if something has come."""
+        return self.terminal.waiting(now_ns) > 0
 
 
 def _error(number: int, words: str = "", path: str | None = None) -> OSError:
@@ -56,6 +64,8 @@ class SystemCalls:
         self.passing, self.terminals = passing, terminals
         self._files: dict[int, OpenTerminal | Abort] = {}
         self._numbers = itertools.count(_FIRST_FD)
+        self._waited: tuple[Sequence[int], SimTimeNs] | None = None
+        """Descriptors of the last ``select``, if it waited, and the end of its time-out."""
 
     def terminal(self, fd: Any) -> PortTerminal:
         """Terminal that is open under a number. Raises OSError EBADF."""
@@ -103,10 +113,25 @@ class SystemCalls:
         if isinstance(file, Abort):
             data, file.held = file.held, b""
             return data
-        if data := self.terminal(fd).read(count, self.passing.now_ns):
+        terminal = self.terminal(fd)
+        if self._waited and fd in self._waited[0]:
+            self._let_come(terminal, fd, count, *self._waited)
+        if data := terminal.read(count, self.passing.now_ns):
             self.passing.acted()
             return data
         raise _error(errno.EAGAIN)
+
+    def _let_come(
+        self, terminal: PortTerminal, fd: int, count: int, fds: Sequence[int], until_ns: SimTimeNs
+    ) -> None:
+        """Let bytes come that are on the line already, as long as the last ``select`` would have waited:
+        pyserial would wait for each of them by itself."""
+        now_ns = self.passing.now_ns
+        if (missing := count - terminal.waiting(now_ns)) > 0:
+            until_ns = min(terminal.end.time_of(missing), until_ns)
+            if now_ns < until_ns < FOREVER:
+                others = [each for each in fds if each != fd]
+                self.passing.wait(lambda: bool(self._found(others)), until_ns, "bytes", None)
 
     def write(self, fd: int, data: bytes) -> int:
         """Send bytes: all are taken, and wait if the board does not take them."""
@@ -129,22 +154,32 @@ class SystemCalls:
         timeout_s: float | None = None,
     ) -> tuple[list[int], list[int], list[int]]:
         """Wait until something can be read; writing is possible always."""
-        found = [fd for fd in reads if self.readable(fd)]
-        if found or writes:
+        self._waited = None
+        if (found := self._found(reads)) or writes:
             return found, [*writes], []
-        at = next((fd for fd in reads if isinstance(self._files.get(fd), OpenTerminal)), None)
-        terminal = None if at is None else self.terminal(at)
-        if timeout_s is not None and timeout_s <= 0:
-            if terminal:
-                self._poll(terminal)
-            return [fd for fd in reads if self.readable(fd)], [], []
-        self.passing.wait(
-            lambda: any(map(self.readable, reads)),
-            self.end_of(timeout_s),
-            f"read at {terminal.name}" if terminal else "select",
-            terminal.end if terminal else None,
-        )
-        return [fd for fd in reads if self.readable(fd)], [], []
+        until_ns = self.end_of(timeout_s)
+        at = next((fd for fd in reads if isinstance(self._files[fd], OpenTerminal)), None)
+        if until_ns > self.passing.now_ns:
+            end = None if at is None else self.terminal(at).end
+            what = "select" if at is None else f"read at {self.terminal(at).name}"
+
+            def ready() -> bool:
+                found[:] = self._found(reads)
+                return bool(found)
+
+            self.passing.wait(ready, until_ns, what, end)
+            self._waited = reads, until_ns
+        elif at is not None:
+            self._poll(self.terminal(at))
+        return found or self._found(reads), [], []
+
+    def _found(self, fds: Sequence[int]) -> list[int]:
+        """Those of which something can be read at once."""
+        now_ns, files = self.passing.now_ns, self._files
+        try:
+            return [fd for fd in fds if files[fd].readable(now_ns)]
+        except KeyError:
+            raise _error(errno.EBADF) from None
 
     def _poll(self, terminal: PortTerminal) -> int:
         """Number of bytes that a program sees which does not wait for them: it looks, and sees what follows
@@ -163,13 +198,6 @@ class SystemCalls:
         if timeout_s is None:
             return FOREVER
         return SimTimeNs(min(self.passing.now_ns + math.ceil(timeout_s * NS_PER_S), FOREVER))
-
-    def readable(self, fd: int) -> bool:
-        """True if something can be read at once."""
-        file = self._files.get(fd)
-        if isinstance(file, Abort):
-            return bool(file.held)
-        return self.terminal(fd).waiting(self.passing.now_ns) > 0
 
     # ---- fcntl and termios ----
 

@@ -50,6 +50,45 @@ def test_a_read_stops_at_the_byte_on_a_paced_line() -> None:
         assert b.now_ns - first_ns == 10 * 10**9 // 38400
 
 
+def test_many_bytes_are_read_at_the_time_of_the_last() -> None:
+    with Bench(SAC) as b:
+        b.start()
+        port = b.serial("s1", timeout=2)
+        port.reset_input_buffer()
+        port.write(b"$?\r")
+        port.read(1)
+        first_ns = b.now_ns
+        assert len(port.read(4)) == 4
+        fifth_ns = b.now_ns
+        assert 0 <= first_ns + 4 * 10 * 10**9 // 38400 - fifth_ns <= 1
+        port.timeout = 0.0006  # two characters and a bit
+        assert len(port.read(9)) == 2
+        assert 0 <= b.now_ns - fifth_ns - 600_000 <= 1
+
+
+def test_a_line_is_read_to_its_end() -> None:
+    with Bench(MECHADUINO) as b:
+        b.start()
+        port = b.serial("m1", timeout=0.5)
+        port.reset_input_buffer()
+        port.write(b"pp")
+        b.run(500)
+        first, second = port.readlines(), port.readlines()
+        assert [line[:11] for line in first] == [b"stepNumber:"] * 2
+        assert second == []
+
+
+def test_a_long_wait_loses_no_samples() -> None:
+    with Bench(MECHADUINO) as b:
+        b.start()
+        rows = b.axis("m1").record("position_deg", interval_ms=0.1)
+        port = b.serial("m1", timeout=5)
+        port.reset_input_buffer()
+        port.read(1)
+        assert rows.lost == 0
+        assert len(rows.rows) == 50_000
+
+
 def test_a_wrong_speed_garbles() -> None:
     with Bench(SAC) as b:
         b.start()
