@@ -8,6 +8,7 @@ from hil.live.lines import PacedLines
 from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
+from hil.sim.flight import joined
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.segment_tap import Tap
 from hil.sim.twin import Twin
@@ -144,7 +145,7 @@ class UartBackend:
         baud = self._uart.baud
         if not self._fresh or baud is None:
             return
-        for start_ns, data in _joined(self._fresh, baud):
+        for start_ns, data in joined(self._fresh, baud):
             client_baud = self.link.port.client_baud() or baud
             client_format = self.link.client_format()
             if client_baud == baud and client_format is EIGHT_N_1:
@@ -176,19 +177,6 @@ class UartBackend:
         if self.link.is_held and self._uart.room(now_ns) > USB_HELD_BYTES // 2:
             self.refresh()
         return min(due_ns, self._uart.room_ns(now_ns)) if self.link.is_held else due_ns
-
-
-def _joined(pieces: list[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:
-    """Join pieces that follow each other without a gap: a receiver sees one stream."""
-    joined: list[tuple[int, bytes]] = []
-    end_ns = -1
-    for start_ns, data in pieces:
-        if joined and start_ns <= end_ns:
-            joined[-1] = (joined[-1][0], joined[-1][1] + data)
-        else:
-            joined.append((start_ns, data))
-        end_ns = start_ns + character_ns(len(data), baud)
-    return joined
 
 
 class TapBackend:

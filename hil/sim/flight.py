@@ -1,6 +1,6 @@
 """Flights: characters on a line, with the times at which a receiver has them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -82,3 +82,16 @@ def end_times(framing: Framing, flight: Flight, before: bytes | None) -> tuple[i
 
 def _is_wrong(sampled: Sampled) -> bool:
     return sampled.framing_error or sampled.parity_error
+
+
+def joined(pieces: Iterable[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:
+    """Join pieces that follow each other without a gap: a receiver sees one stream."""
+    joined: list[tuple[int, bytes]] = []
+    end_ns = -1
+    for start_ns, data in pieces:
+        if joined and start_ns <= end_ns:
+            joined[-1] = (joined[-1][0], joined[-1][1] + data)
+        else:
+            joined.append((start_ns, data))
+        end_ns = start_ns + character_ns(len(data), baud)
+    return joined

@@ -128,9 +128,7 @@ class Bench:
         self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
         self._wires = WireFaces(self, runtime, catalogue.wire_kinds)
         self._taps = {name: self._wires.tap(name, tap) for name, tap in runtime.taps.items()}
-        self._serials = SerialPorts(
-            runtime, self.config, catalogue, self._passed, lambda: self._sampler.period_ns
-        )
+        self._serials = SerialPorts(runtime, self.config, catalogue, self._passed, self._stop_ns)
         self._sampler = Sampler(runtime)
         self._run_axes = TwinAxes(runtime, self._sampler)
         for fault in self.config.faults:
@@ -307,9 +305,14 @@ class Bench:
         return recording
 
     def _advance(self, until_ns: SimTimeNs) -> None:
-        while (slice_ns := self._sampler.period_ns) and self.now_ns + slice_ns < until_ns:
-            self._advance_to(SimTimeNs(self.now_ns + slice_ns))
+        while (stop_ns := self._stop_ns()) < until_ns:
+            self._advance_to(stop_ns)
         self._advance_to(until_ns)
+
+    def _stop_ns(self) -> SimTimeNs:
+        """Time by which samples have to be fetched, or at which something happens at a port."""
+        due_ns, slice_ns = self._serials.due_ns, self._sampler.period_ns
+        return min(due_ns, SimTimeNs(self.now_ns + slice_ns)) if slice_ns else due_ns
 
     def _advance_to(self, until_ns: SimTimeNs) -> None:
         self._runtime.advance(until_ns)

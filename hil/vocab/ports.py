@@ -14,8 +14,10 @@ from hil.vocab.line_format import LineFormat
 
 TOUCH_BAUD = 1200
 """Rate of the touch: a board with native USB resets when its port is closed at it. Arduino platform
-specification, "1200 bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits 250 ms before,
-and the bootloader runs first."""
+specification, "1200 bps bootloader reset"; CDC.cpp of the Arduino SAMD core. The core waits ``TOUCH_S``
+before, and the bootloader runs first."""
+TOUCH_S = 0.25
+"""Time between the touch and the reset: ``initiateReset(250)``, CDC.cpp of the Arduino SAMD core."""
 Tap = Callable[[str, bytes], None]
 """Called with what passes at a port: the direction, "board" or "client", and the bytes."""
 

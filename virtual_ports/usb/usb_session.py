@@ -5,13 +5,11 @@ from collections.abc import Callable
 
 from hil.net.acceptor import abort
 from hil.net.traffic import QUEUE_BYTES, Traffic
-from hil.vocab.ports import PortHost
+from hil.vocab.ports import TOUCH_S, PortHost
 from virtual_ports.usb.cdc_acm import CdcAcm
 from virtual_ports.usb.descriptors import Descriptors
 from virtual_ports.usb.urb import ProtocolError
 
-TOUCH_S = 0.25
-"""Time between the touch and the reset: ``initiateReset(250)``, CDC.cpp of the Arduino SAMD core."""
 _PIECES = 64
 """Maximum number of pieces that the board takes in one turn of the event loop."""
 

@@ -5,7 +5,7 @@ from typing import Protocol
 
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
-from hil.sim.flight import heard
+from hil.sim.flight import heard, joined
 from hil.sim.inputs import Bytes, Reset
 from hil.sim.segment_tap import Tap
 from hil.sim.twin import Twin
@@ -21,6 +21,8 @@ class LineEnd(Protocol):
     address: str
     baud: int | None
     """Speed of a client that has set none; None: bytes take no time here."""
+    is_heard: bool
+    """False while what comes from the board is lost."""
 
     @property
     def next_ns(self) -> SimTimeNs:
@@ -46,13 +48,16 @@ class LineEnd(Protocol):
 
 
 class UartEnd:
-    """End of a line at a twin's UART. ``native_usb``: the board's own processor is on the USB."""
+    """End of a line at a twin's UART. ``resets``: the board does when its port is closed at the speed of the
+    touch."""
 
-    def __init__(self, runtime: BenchRuntime, device: Twin, uart: str, native_usb: bool) -> None:
+    is_heard = True
+
+    def __init__(self, runtime: BenchRuntime, device: Twin, uart: str, *, resets: bool) -> None:
         self._runtime, self._device = runtime, device
         self._name = device.uarts.short(uart)
         self._uart: DeviceUart = device.uarts[uart]
-        self._native_usb = native_usb
+        self._resets = resets and self._uart.baud is None
         self.address = device.name
         self.baud = self._uart.baud
         self._client_baud: int | None = None
@@ -63,16 +68,21 @@ class UartEnd:
         self._uart.listeners.append(self._sent)
 
     def _sent(self, at_ns: SimTimeNs, data: bytes) -> None:
-        self._fresh.append((at_ns, data))
+        if self.is_heard:
+            self._fresh.append((at_ns, data))
 
     def _flush(self) -> None:
         baud = self._uart.baud
-        for at_ns, data in self._fresh:
-            if baud is None:
-                self._line.append((at_ns, data))
-            elif flight := heard(at_ns, data, baud, self._client_baud or baud, None, self._format, EIGHT_N_1):
-                self._line.extend((each, bytes((byte,))) for each, byte in flight.characters())
+        if baud is None:
+            self._line.extend(self._fresh)
+        else:
+            self._put_on_line(baud)
         self._fresh.clear()
+
+    def _put_on_line(self, baud: int) -> None:
+        for at_ns, data in joined(self._fresh, baud):
+            if flight := heard(at_ns, data, baud, self._client_baud or baud, None, self._format, EIGHT_N_1):
+                self._line.extend((each, bytes((byte,))) for each, byte in flight.characters())
 
     @property
     def next_ns(self) -> SimTimeNs:
@@ -112,12 +122,18 @@ class UartEnd:
         self._client_baud, self._format = baud or None, line_format
 
     def closed(self) -> None:
-        if self._native_usb and self._uart.baud is None and self._client_baud == TOUCH_BAUD:
-            self._runtime.apply_to(self._device, Reset())
+        if self._resets and self._client_baud == TOUCH_BAUD:
+            self.reset()
+
+    def reset(self) -> None:
+        """Let the board reset."""
+        self._runtime.apply_to(self._device, Reset())
 
 
 class TapEnd:
     """End of a line at a tap of a segment or of a CAN bus."""
+
+    is_heard = True
 
     def __init__(self, runtime: BenchRuntime, tap: ClientTap) -> None:
         self._runtime, self._tap = runtime, tap

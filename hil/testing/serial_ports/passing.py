@@ -63,17 +63,17 @@ class Looks:
 
 class OneThread:
     """Time that passes for a test's only thread. ``open_ends``: ends of the ports that are open now;
-    ``passed``: called when time has passed, at least once in ``slice_ns``, unless None."""
+    ``passed``: called when time has passed, at ``stop_ns`` at the latest."""
 
     def __init__(
         self,
         runtime: BenchRuntime,
         open_ends: Callable[[], list[LineEnd]],
         passed: Callable[[SimTimeNs], None],
-        slice_ns: Callable[[], int | None],
+        stop_ns: Callable[[], SimTimeNs],
     ) -> None:
         self._runtime, self._open_ends = runtime, open_ends
-        self._passed, self._slice_ns = passed, slice_ns
+        self._passed, self._stop_ns = passed, stop_ns
         self._looks = Looks()
         self.acted = self._looks.acted
         self._inside = nullcontext()
@@ -90,9 +90,7 @@ class OneThread:
         while not ready() and (now_ns := self.now_ns) < until_ns:
             if now_ns >= give_up_ns:
                 raise EndlessWait(f"{what}: nothing has come for an hour of simulated time")
-            slice_ns = self._slice_ns()
-            end_ns = min(limit_ns, SimTimeNs(now_ns + slice_ns)) if slice_ns else limit_ns
-            self._runtime.advance_until_heard(end_ns, lines)
+            self._runtime.advance_until_heard(min(limit_ns, self._stop_ns()), lines)
             self._passed(self.now_ns)
 
     def inside(self) -> AbstractContextManager[object]:

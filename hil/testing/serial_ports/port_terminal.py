@@ -5,8 +5,9 @@ import termios
 from typing import Any
 
 from hil.testing.serial_ports.line_ends import LineEnd
+from hil.testing.serial_ports.port_lines import AT_OPENING, PortLines
 from hil.vocab.line_format import EIGHT_N_1, format_named
-from hil.vocab.time import SimTimeNs
+from hil.vocab.time import FOREVER, SimTimeNs
 
 CUSTOM_BAUD = 0x1000
 """BOTHER, asm-generic/termbits.h: the speed stands in a field of its own."""
@@ -28,19 +29,16 @@ _FRESH = [
 
 
 class PortTerminal:
-    """Terminal of a port. ``has_lines``: the port has modem lines, as a USB adapter has and a pty has not."""
+    """Terminal of a port. ``lines``: its modem lines; None: it has none, as a pty."""
 
-    def __init__(self, name: str, end: LineEnd, *, has_lines: bool) -> None:
-        self.name, self.end, self.has_lines = name, end, has_lines
+    def __init__(self, name: str, end: LineEnd, lines: PortLines | None = None) -> None:
+        self.name, self.end, self.lines = name, end, lines
         self.opens = 0
         """Number of times that it is open."""
         self.lock: object = None
         """Holder of its lock; None: nobody."""
         self.settings: list[Any] = [*_FRESH, [b"\0"] * 32]
         self.custom_baud = 0
-        self.lines_on = 0
-        """DTR and RTS as bits of TIOCM, while ``has_lines``."""
-        self.cancelled = False
         self._input = bytearray()
         self._to_send = bytearray()
         self._watched: tuple[socket.socket, socket.socket] | None = None
@@ -53,16 +51,19 @@ class PortTerminal:
         if not self.opens:
             self.end.collect(now_ns)
             self._input.clear()
-            self._set_line()
+            self._set_line(now_ns)
+            if self.lines:
+                self.lines.set(AT_OPENING, now_ns)
         self.opens += 1
 
-    def close(self) -> None:
+    def close(self, now_ns: SimTimeNs) -> None:
         """Close it once. The last client takes with it what was not sent."""
         self.opens -= 1
         if not self.opens:
             self._to_send.clear()
             self._input.clear()
-            self.lines_on = 0
+            if self.lines:
+                self.lines.set(0, now_ns)
             self.end.closed()
             if self._watched:
                 for each in self._watched:
@@ -121,18 +122,18 @@ class PortTerminal:
 
     # ---- settings ----
 
-    def set(self, settings: list[Any]) -> None:
+    def set(self, settings: list[Any], now_ns: SimTimeNs) -> None:
         """Set speed, format and the rest, in the form of ``termios.tcgetattr``."""
         self.settings = [*settings[:6], [*settings[6]]]
-        self._set_line()
+        self._set_line(now_ns)
 
-    def set_custom_baud(self, baud: int) -> None:
+    def set_custom_baud(self, baud: int, now_ns: SimTimeNs) -> None:
         """Set a speed for which there is no code."""
         self.custom_baud = baud
         self.settings[4] = self.settings[5] = CUSTOM_BAUD
-        self._set_line()
+        self._set_line(now_ns)
 
-    def _set_line(self) -> None:
+    def _set_line(self, now_ns: SimTimeNs) -> None:
         flags, code = self.settings[2], self.settings[5]
         baud = self.custom_baud if code == CUSTOM_BAUD else BAUD_OF_CODE.get(code, 0)
         parity = "N"
@@ -141,6 +142,13 @@ class PortTerminal:
         data_bits = _DATA_BITS[flags & termios.CSIZE]
         made = format_named(f"{data_bits}{parity}{2 if flags & termios.CSTOPB else 1}")
         self.end.set_line(baud, made or EIGHT_N_1)
+        if self.lines:
+            self.lines.set_baud(baud, now_ns)
+
+    @property
+    def due_ns(self) -> SimTimeNs:
+        """Time at which something happens here by itself."""
+        return self.lines.due_ns if self.lines else FOREVER
 
     # ---- for select ----
 
@@ -170,6 +178,8 @@ class PortTerminal:
 
     def passed(self, now_ns: SimTimeNs) -> None:
         """Note that time has passed."""
+        if self.lines:
+            self.lines.passed(now_ns)
         if self._to_send:
             self.send(now_ns)
         self.waiting(now_ns)

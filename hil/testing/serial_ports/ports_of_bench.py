@@ -8,13 +8,15 @@ import serial
 
 from hil.config import BenchConfig, Catalogue
 from hil.sim.bench import BenchRuntime
+from hil.sim.twin import Twin
 from hil.testing.given import NamedThings
 from hil.testing.serial_ports.bench_serial import serial_class
 from hil.testing.serial_ports.line_ends import LineEnd, TapEnd, UartEnd
 from hil.testing.serial_ports.passing import OneThread, Passing
+from hil.testing.serial_ports.port_lines import PortLines
 from hil.testing.serial_ports.port_terminal import PortTerminal
 from hil.testing.serial_ports.system_calls import SystemCalls
-from hil.vocab.time import SimTimeNs
+from hil.vocab.time import FOREVER, SimTimeNs
 
 USUAL_BAUD = 115_200
 """Speed of ports at which bytes take no time."""
@@ -22,8 +24,8 @@ _KINDS_WITH_LINES = ("rfc2217", "usb")
 
 
 class SerialPorts:
-    """Ports of a bench. ``passed``: called with the time when a wait at a port has let it pass, at least once
-    in ``slice_ns``, unless that is None."""
+    """Ports of a bench. ``passed``: called with the time when a wait at a port has let it pass, and at
+    ``stop_ns`` at the latest."""
 
     def __init__(
         self,
@@ -31,35 +33,36 @@ class SerialPorts:
         config: BenchConfig,
         catalogue: Catalogue,
         passed: Callable[[SimTimeNs], None],
-        slice_ns: Callable[[], int | None],
+        stop_ns: Callable[[], SimTimeNs],
     ) -> None:
         self._runtime, self._config, self._catalogue = runtime, config, catalogue
-        self._passed, self._slice_ns = passed, slice_ns
+        self._passed, self._stop_ns = passed, stop_ns
 
     @cached_property
     def terminals(self) -> dict[str, PortTerminal]:
         """Terminals by addresses, as ``m1``, ``s1.network``, ``bus0.master``."""
         runtime, made = self._runtime, dict[str, PortTerminal]()
         for name, device in runtime.devices.items():
-            is_native = self._catalogue.profiles[self._config.devices[name].profile].usb == "native"
             for uart in device.uarts:
                 label = device.uarts.label(name, uart)
-                end = UartEnd(runtime, device, uart, is_native)
-                made[label] = PortTerminal(
-                    label, end, has_lines=self._has_lines(name, device.uarts.short(uart))
-                )
+                made[label] = self._at_uart(label, device, uart)
         for name, tap in runtime.taps.items():
-            made[name] = PortTerminal(name, TapEnd(runtime, tap), has_lines=False)
+            made[name] = PortTerminal(name, TapEnd(runtime, tap))
         return made
 
-    def _has_lines(self, device: str, uart: str) -> bool:
-        ports = self._config.devices[device].ports
-        return uart in ports and ports[uart].kind in _KINDS_WITH_LINES
+    def _at_uart(self, label: str, device: Twin, uart: str) -> PortTerminal:
+        config, name = self._config.devices[device.name], device.uarts.short(uart)
+        is_native = config.usb_identity(self._catalogue.profiles[config.profile], name).is_native
+        kind = port.kind if (port := config.port_of(name)) else ""
+        end = UartEnd(self._runtime, device, uart, resets=is_native and kind != "usb")
+        touched = end.reset if is_native and kind == "usb" else None
+        lines = PortLines(end, touched) if kind in _KINDS_WITH_LINES else None
+        return PortTerminal(label, end, lines)
 
     @cached_property
     def passing(self) -> Passing:
         """Time as a test's only thread lets it pass."""
-        return OneThread(self._runtime, self._open_ends, self._passed, self._slice_ns)
+        return OneThread(self._runtime, self._open_ends, self._passed, self._stop_ns)
 
     def _open_ends(self) -> list[LineEnd]:
         return [each.end for each in self.terminals.values() if each.opens]
@@ -78,6 +81,12 @@ class SerialPorts:
         ports = NamedThings("port", self.terminals)
         return self.terminals | {path: ports[name] for path, name in mapped.items()}
 
+    @property
+    def due_ns(self) -> SimTimeNs:
+        """Time at which something happens by itself at a port; ``FOREVER``: at none."""
+        made: dict[str, PortTerminal] = vars(self).get("terminals", {})
+        return min((each.due_ns for each in made.values()), default=FOREVER)
+
     def descriptors(self) -> set[int]:
         """File descriptors that programs have for these ports now."""
         return {each.descriptor() for each in self.terminals.values() if each.is_watched}
@@ -92,5 +101,5 @@ class SerialPorts:
         """Note that time has passed, for terminals in use."""
         if "terminals" in vars(self):
             for each in self.terminals.values():
-                if each.opens:
+                if each.opens or each.due_ns <= now_ns:
                     each.passed(now_ns)

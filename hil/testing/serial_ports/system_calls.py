@@ -6,25 +6,20 @@ import itertools
 import math
 import os
 import select
-import struct
 import termios
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hil.testing.serial_ports.passing import Passing
+from hil.testing.serial_ports.port_requests import UINT, answer_request
 from hil.testing.serial_ports.port_terminal import PortTerminal
 from hil.vocab.near_words import meant
 from hil.vocab.time import FOREVER, NS_PER_S, SimTimeNs
 
 _FIRST_FD = 1 << 20
 """First number of descriptors here, above all of Linux (fs.nr_open)."""
-_UINT = struct.Struct("I")
-_SET_BREAK, _CLEAR_BREAK = 0x5427, 0x5428  # TIOCSBRK, TIOCCBRK of asm-generic/ioctls.h
-_GET_SETTINGS_2, _SET_SETTINGS_2 = 0x802C542A, 0x402C542B  # TCGETS2, TCSETS2
-_SPEEDS_AT = (9, 10)
-"""Places of both speeds in struct termios2, in ints."""
-_LINES_OF_PORT = termios.TIOCM_CTS | termios.TIOCM_DSR | termios.TIOCM_CD
-"""Lines that a port with lines shows, as an adapter at a board that leaves them on."""
+BREAK_NS = 250_000_000
+"""Time that a break lasts which is sent by ``tcsendbreak`` (tty_io.c)."""
 USB_FRAME_NS = 1_000_000
 """Interval at which a host gets what a serial adapter has read (USB 2.0, 8.4.3)."""
 CLOCK_START_S = 1000.0
@@ -105,7 +100,7 @@ class SystemCalls:
             if file.terminal.lock is file:
                 file.terminal.lock = None
             with self.passing.inside():
-                file.terminal.close()
+                file.terminal.close(self.passing.now_ns)
 
     def read(self, fd: int, count: int) -> bytes:
         """Read what is there. Raises OSError EAGAIN: nothing is."""
@@ -216,33 +211,8 @@ class SystemCalls:
         """Answer the requests that pyserial makes. Raises OSError ENOTTY: as a terminal without them."""
         terminal = self.terminal(fd)
         if request == termios.FIONREAD:
-            return _UINT.pack(self._poll(terminal))
-        if request == termios.TIOCOUTQ:
-            return _UINT.pack(0)  # all that a pty has taken is at the other end
-        if request in (_SET_BREAK, _CLEAR_BREAK):
-            return argument
-        if request in (_GET_SETTINGS_2, _SET_SETTINGS_2):
-            return self._settings_2(terminal, request, argument)
-        if terminal.has_lines:
-            return self._lines(terminal, request, argument)
-        raise _error(errno.ENOTTY)
-
-    def _settings_2(self, terminal: PortTerminal, request: int, settings: Any) -> int:
-        if request == _SET_SETTINGS_2:
-            terminal.set_custom_baud(settings[_SPEEDS_AT[1]])
-        return 0
-
-    def _lines(self, terminal: PortTerminal, request: int, argument: Any) -> Any:
-        if request == termios.TIOCMGET:
-            return _UINT.pack(terminal.lines_on | _LINES_OF_PORT)
-        bits = _UINT.unpack(argument)[0] if isinstance(argument, bytes) else 0
-        if request == termios.TIOCMBIS:
-            terminal.lines_on |= bits
-        elif request == termios.TIOCMBIC:
-            terminal.lines_on &= ~bits
-        else:
-            raise _error(errno.ENOTTY)
-        return argument
+            return UINT.pack(self._poll(terminal))
+        return answer_request(terminal, request, argument, self.passing.now_ns)
 
     def tcgetattr(self, fd: int) -> list[Any]:
         """Settings of a terminal."""
@@ -251,7 +221,7 @@ class SystemCalls:
 
     def tcsetattr(self, fd: int, when: int, settings: list[Any]) -> None:
         """Set a terminal."""
-        self.terminal(fd).set(settings)
+        self.terminal(fd).set(settings, self.passing.now_ns)
 
     def tcflush(self, fd: int, queue: int) -> None:
         """Throw away what waits to be read, or to be sent."""
@@ -267,8 +237,15 @@ class SystemCalls:
         if terminal.unsent:
             self.passing.wait(lambda: not terminal.unsent, FOREVER, f"flush at {terminal.name}", terminal.end)
 
-    def nothing(self, fd: int, *_: object) -> None:
-        """Do nothing, as a pty does on a break and on flow control. Raises OSError EBADF."""
+    def tcsendbreak(self, fd: int, duration: int) -> None:
+        """Send a break, which takes its time where there is one. Raises OSError EBADF."""
+        terminal = self.terminal(fd)
+        if terminal.lines:
+            terminal.lines.send_break(self.passing.now_ns)
+            self.passing.wait(lambda: False, self.passing.now_ns + BREAK_NS, "a break", None)
+
+    def tcflow(self, fd: int, action: int) -> None:
+        """Do nothing, as a pty does on flow control. Raises OSError EBADF."""
         self.terminal(fd)
 
 
@@ -299,7 +276,7 @@ def modules_for(calls: SystemCalls) -> dict[str, Any]:
             tcsetattr=calls.tcsetattr,
             tcflush=calls.tcflush,
             tcdrain=calls.tcdrain,
-            tcsendbreak=calls.nothing,
-            tcflow=calls.nothing,
+            tcsendbreak=calls.tcsendbreak,
+            tcflow=calls.tcflow,
         ),
     }
