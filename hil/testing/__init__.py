@@ -14,6 +14,8 @@ Tests may import too: bridges.can.bus, bridges.modbus.protocol, bridges.modbus.r
 hil.live.
 """
 
+import serial
+
 from hil.compose.replay import Replayed, replay
 from hil.config import ConfigError
 from hil.testing.bench import Bench
@@ -57,3 +59,5 @@ __all__ = [
     "replay_control",
     "replay_motion",
 ]
+
+serial.protocol_handler_packages.append("hil.testing.serial_ports")  # ``serial_for_url("hil://m1")``

@@ -27,6 +27,7 @@ from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such, path_of, unreadable
 from hil.testing.kept_inputs import KeptInputs
+from hil.testing.serial_ports.open_benches import add_open, forget_closed
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
 from hil.vocab.address import address_of, no_part, owner_of
 from hil.vocab.axis import AxisNow
@@ -129,6 +130,7 @@ class Bench:
         self._wires = WireFaces(self, runtime, catalogue.wire_kinds)
         self._taps = {name: self._wires.tap(name, tap) for name, tap in runtime.taps.items()}
         self._serials = SerialPorts(runtime, self.config, catalogue, self._passed, self._stop_ns)
+        add_open(self._serials)
         self._sampler = Sampler(runtime)
         self._run_axes = TwinAxes(runtime, self._sampler)
         for fault in self.config.faults:
@@ -290,6 +292,7 @@ class Bench:
 
     def close(self) -> None:
         """Free the bench's memory now instead of with its last reference."""
+        forget_closed(self._serials)
         self._runtime.stop()
 
     def __enter__(self) -> "Bench":

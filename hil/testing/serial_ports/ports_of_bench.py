@@ -35,6 +35,7 @@ class SerialPorts:
         passed: Callable[[SimTimeNs], None],
         stop_ns: Callable[[], SimTimeNs],
     ) -> None:
+        self.bench = config.bench
         self._runtime, self._config, self._catalogue = runtime, config, catalogue
         self._passed, self._stop_ns = passed, stop_ns
 
@@ -94,8 +95,21 @@ class SerialPorts:
     def open(self, name: str, baudrate: int | None, options: dict[str, Any]) -> serial.Serial:
         """Open a port at its own speed, unless another is given. Raises KeyError: there is none."""
         __tracebackhide__ = True
-        terminal = NamedThings("port", self.terminals)[name]
-        return self.serial_class(name, baudrate or terminal.end.baud or USUAL_BAUD, **options)
+        NamedThings("port", self.terminals)[name]
+        given = () if baudrate is None else (baudrate,)
+        return self.maker(name)(name, *given, **options)
+
+    def maker(self, name: str) -> Callable[..., serial.Serial]:
+        """Function that makes a port's ``Serial`` as its class does, but at the line's own speed by default.
+        Raises KeyError: there is no such port."""
+        own_baud = self.terminals[name].end.baud or USUAL_BAUD
+
+        def make(port: str | None, *given: Any, **options: Any) -> serial.Serial:
+            if not given:
+                options.setdefault("baudrate", own_baud)
+            return self.serial_class(port, *given, **options)
+
+        return make
 
     def passed(self, now_ns: SimTimeNs) -> None:
         """Note that time has passed, for terminals in use."""
