@@ -48,7 +48,7 @@ class ChildPort:
         if self._is_open or is_open:
             self._send(now_ns)
         if self._is_open and not is_open:
-            self._terminal.close()
+            self._terminal.close(now_ns)
         elif is_open and (data := self._terminal.read(_PIECE, now_ns)):
             with suppress(BlockingIOError):
                 os.write(self._master, data)
@@ -59,7 +59,7 @@ class ChildPort:
             settings = termios.tcgetattr(self._master)
             if settings[:6] != self._settings[:6]:
                 self._settings = settings
-                self._terminal.set(settings)
+                self._terminal.set(settings, now_ns)
         with suppress(OSError):
             if data := os.read(self._master, _PIECE):
                 self._terminal.write(data, now_ns)

@@ -52,6 +52,7 @@ def _place(bench: Bench, mapped: Mapping[str, str], date_s: float) -> None:
     turns = Turns(bench.runtime, [*ports.terminals.values()], _say)
     terminals = ports.named(mapped)
     children, port_class = Children(turns, terminals), ports.class_for(turns, terminals)
+    ports.serial_class = port_class  # of ``hil://`` too
     start_real = threading._start_new_thread  # type: ignore[attr-defined]
     put_in_place(turns, Clocks(turns, date_s), children, port_class, ports.descriptors)
     start_real(turns.watch, ())

@@ -283,7 +283,8 @@ class Turns:
     def _let_time_pass(self) -> None:
         waiting = [turn for turn in self._turns if not turn.is_beside]
         waits = [turn.wait for turn in waiting]
-        limit_ns = SimTimeNs(min([self.timers.due_ns, *(wait.until_ns for wait in waits)]))
+        due_ns = [each.due_ns for each in self._terminals]
+        limit_ns = SimTimeNs(min([self.timers.due_ns, *due_ns, *(wait.until_ns for wait in waits)]))
         if len(waiting) < len(self._turns) or any(w.is_outside for w in waits) or self.outside.is_there():
             self._pass_with_the_wall(limit_ns)
             return
@@ -329,7 +330,7 @@ class Turns:
         if now_ns < limit_ns:
             self._heard_ns = now_ns
         for each in self._terminals:
-            if each.opens:
+            if each.opens or each.due_ns <= now_ns:
                 each.passed(now_ns)
 
     # ---- what is told ----
