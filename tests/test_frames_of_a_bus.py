@@ -9,7 +9,7 @@ from unittest.mock import Mock
 
 from bridges.web.wire_streams import BusFrames
 from hil.cli.captures.capture_run import described
-from hil.cli.captures.decoding import Decoder
+from hil.compose.decoding import Decoder
 from hil.live.captures import BACKLOG_BYTES, Capture
 from hil.live.core_thread import WallClock
 from hil.vocab.wire import FrameKind

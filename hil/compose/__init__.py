@@ -1,4 +1,5 @@
-"""Builds a bench from a configuration, for the daemon and the test kit alike, and replays a log.
+"""Builds a bench from a configuration, for the daemon and the test kit alike, replays a log, and puts
+captures into words.
 
 Finds profiles, ports and bridges by the name that a configuration gives, and imports them by that name
 alone.
@@ -6,7 +7,7 @@ alone.
 May import: hil.config, hil.core,
 hil.discovery, hil.firmware, hil.host, hil.sim, hil.vocab, hil.wire, the standard library, pydantic.
 
-Tests may import too: hil.runs, hil.testing.
+Tests may import too: bridges.modbus.protocol, hil.runs, hil.testing.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -126,8 +126,8 @@ def _lines(path: Path) -> Iterator[bytes]:
             yield line.removeprefix(BOM_UTF8) if number == 1 else line  # an editor's mark
 
 
-def replay_log(read: InputLog) -> Replayed:
-    """Run a log again that was read.
+def replay_log(read: InputLog, built: Callable[[BenchRuntime], None] = lambda bench: None) -> Replayed:
+    """Run a log again that was read. ``built``: called with the bench before anything has run.
 
     Raises:
         InputLogError, ConfigError: as ``replay``.
@@ -139,6 +139,7 @@ def replay_log(read: InputLog) -> Replayed:
     runtime = bench_runtime(
         config, catalogue, read.memories, _LoggedStore(read.inputs), BenchHooks(guard=stops)
     )
+    built(runtime)
     replayed = Replayed(read, runtime, {name: [] for name in runtime.devices}, stops)
     course = _Course(read, runtime)
 

@@ -13,8 +13,8 @@ from hil.cli.framework.command_answers import AsJson, CommandAnswer
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from hil.cli.captures.decoded_item import DecodedItem
-    from hil.cli.captures.decoding import Decoder, LineChoice
+    from hil.compose.decoded_item import DecodedItem
+    from hil.compose.decoding import Decoder, LineChoice
     from hil.wire.pcapng import CaptureBytes
 
 _IDLE_S = 0.2
@@ -152,8 +152,8 @@ def decode(
     Example: hil decode bus0.pcapng
     """
     from hil.cli.captures.capture_targets import LinesTarget
-    from hil.cli.captures.decoding import Decoder
     from hil.cli.framework.interrupts import ended_by
+    from hil.compose.decoding import Decoder
     from hil.discovery.named_kinds import find_logs
     from hil.host.journal import say
     from hil.wire.pcapng import CaptureError
@@ -207,7 +207,7 @@ def _items(file: Path, new: "Callable[[], Decoder]") -> "Iterator[DecodedItem]":
 
 
 def _line_choice(framing: str | None, baud: int | None) -> "LineChoice":
-    from hil.cli.captures.decoding import LINE_BAUD, LineChoice
+    from hil.compose.decoding import LINE_BAUD, LineChoice
     from hil.compose.find import find_catalogue
     from hil.vocab.line_format import EIGHT_N_1, FORMATS
     from hil.vocab.near_words import meant

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hil.cli.captures.capture_files import Receive, log_kind, records_of
-from hil.cli.captures.decoded_item import DecodedItem
-from hil.cli.captures.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.cli.captures.time_order import in_window
+from hil.compose.decoded_item import DecodedItem
+from hil.compose.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.discovery.named_kinds import find_logs
 from hil.vocab.bus import LogKind
 from hil.wire.outside_text import LeftOut, text_of

@@ -12,11 +12,11 @@ from itertools import islice
 from hil.cli.captures.capture_files import Records, blocks_of
 from hil.cli.captures.capture_targets import FileTarget, LinesTarget, WiresharkTarget
 from hil.cli.captures.counted_blocks import CountedBlocks
-from hil.cli.captures.decoded_item import DecodedItem, DecodedKind
-from hil.cli.captures.decoding import Decoder
 from hil.cli.captures.time_order import WINDOW_NS, ReorderWindow
 from hil.cli.framework.ask import fail
 from hil.cli.framework.interrupts import ended_by
+from hil.compose.decoded_item import DecodedItem, DecodedKind
+from hil.compose.decoding import Decoder
 from hil.host.journal import say
 from hil.vocab.shown_text import printable
 from hil.wire.pcapng import RAW, Interface, interfaces_in, split_blocks

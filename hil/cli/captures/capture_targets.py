@@ -16,10 +16,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from hil.cli.captures.capture_files import CaptureFile, Stream, capture_file, check_line, log_kind
-from hil.cli.captures.decoded_item import DecodedItem
 from hil.cli.framework.ask import fail
 from hil.cli.framework.installed_files import installed
 from hil.cli.framework.problem_lines import has_colours
+from hil.compose.decoded_item import DecodedItem
 from hil.discovery.named_kinds import find_logs
 from hil.host.shown_stream import own
 from hil.wire.pcapng import Interface

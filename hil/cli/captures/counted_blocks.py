@@ -3,7 +3,7 @@
 from collections import defaultdict, deque
 from collections.abc import Hashable, Iterable, Sequence
 
-from hil.cli.captures.decoded_item import DecodedItem
+from hil.compose.decoded_item import DecodedItem
 from hil.wire.pcapng import Interface, Record, RecordKind, record
 
 

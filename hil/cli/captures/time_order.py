@@ -8,7 +8,7 @@ import heapq
 from array import array
 from collections.abc import Callable, Iterable, Iterator
 
-from hil.cli.captures.decoded_item import DecodedItem
+from hil.compose.decoded_item import DecodedItem
 from hil.wire.pcapng import CaptureError
 
 _EARLIEST_NS, _LATEST_NS = -(1 << 63), (1 << 63) - 1

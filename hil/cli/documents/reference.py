@@ -6,10 +6,10 @@ from dataclasses import replace
 import typer
 
 from hil.cli.bench.port_views import programs_section
-from hil.cli.captures.decoded_item import KEYS
 from hil.cli.documents.command_tree import HELP, commands
 from hil.cli.documents.surroundings import ENVIRONMENT, FILES, READY
 from hil.cli.framework.exit_codes import EXIT_CODES
+from hil.compose.decoded_item import KEYS
 from hil.compose.find import bridge_reference, find_boards, find_catalogue
 from hil.config import reference as config_reference
 from hil.core import FIELDS

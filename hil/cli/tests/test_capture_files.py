@@ -13,9 +13,9 @@ from bridges.can.frames.candump_log import LoggedFrame
 from bridges.can.frames.socketcan import pack_error, pack_frame
 from hil.cli.captures.capture_files import blocks_of, capture_file, records_of
 from hil.cli.captures.capture_input import any_form, of_file
-from hil.cli.captures.decoded_item import DecodedItem, as_lines
-from hil.cli.captures.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.cli.captures.time_order import in_window
+from hil.compose.decoded_item import DecodedItem, as_lines
+from hil.compose.decoding import Decoder, decoded, decoded_live, decoded_log
 from hil.discovery.named_kinds import find_logs
 from hil.wire.pcapng import (
     LINKTYPE_CAN_SOCKETCAN,

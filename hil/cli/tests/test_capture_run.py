@@ -16,8 +16,8 @@ from bridges.can.frames.socketcan import pack_frame
 from bridges.modbus.protocol.frame import encode
 from hil.cli.captures.capture_run import Target, capture_run, described
 from hil.cli.captures.capture_targets import FileTarget, LinesTarget, WiresharkTarget, chosen_dissectors
-from hil.cli.captures.decoding import Decoder, decoded
 from hil.cli.captures.time_order import in_order
+from hil.compose.decoding import Decoder, decoded
 from hil.wire.pcapng import (
     LINKTYPE_CAN_SOCKETCAN,
     RAW,

@@ -5,8 +5,8 @@ from itertools import islice
 
 import pytest
 
-from hil.cli.captures.decoded_item import DecodedItem, DecodedKind
 from hil.cli.captures.time_order import ReorderWindow, in_order, in_window
+from hil.compose.decoded_item import DecodedItem, DecodedKind
 from hil.wire.pcapng import CaptureError
 
 

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from hil.cli.captures.decoded_item import DecodedItem, DecodedKind
+from hil.compose.decoded_item import DecodedItem, DecodedKind
 from hil.compose.find import find_catalogue
 from hil.compose.framings import in_format
 from hil.discovery.named_kinds import find_logs

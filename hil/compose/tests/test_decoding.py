@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 
 from bridges.modbus.protocol.frame import encode
-from hil.cli.captures.decoded_item import KEYS, as_lines
-from hil.cli.captures.decoding import Decoder, LineChoice, decoded
+from hil.compose.decoded_item import KEYS, as_lines
+from hil.compose.decoding import Decoder, LineChoice, decoded
 from hil.vocab.line_format import FORMATS
 from hil.wire.pcapng import RAW, CaptureError, Interface, RecordKind, header, read, record
 from hil.wire.serial_line import character_ns, silence_ns
