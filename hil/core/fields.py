@@ -62,7 +62,20 @@ class Snapshot:
         return hash(repr(self.values))
 
     def __repr__(self) -> str:
-        return "Snapshot(" + ", ".join(f"{k}={v}" for k, v in self.as_dict().items()) + ")"
+        """Format for who reads it: the fields that say most, rounded; ``as_dict`` has them all."""
+        shown = [f"{name}={_shown(name, getattr(self, name))}" for name in _SHOWN if name in self.names]
+        return f"Snapshot({', '.join([f'at {self.at_ns / 1e9:g} s', *shown])})"
+
+
+_SHOWN = (
+    *("position_deg", "velocity_rpm", "yw", "r", "u", "mode", "loop_on", "commanded_deg", "speed_rpm"),
+    *("lost_steps", "to_be_deg", "measured_deg", "is_enabled", "load_torque_Nm"),
+)
+"""Fields that say most of an axis: where it is, where it should be, and what drives it."""
+
+
+def _shown(name: str, value: float) -> str:
+    return repr(chr(int(value))) if name == "mode" and value else f"{round(value, 4):g}"
 
 
 def _layout() -> tuple[dict[str, int], int]:

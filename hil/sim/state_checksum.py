@@ -8,9 +8,14 @@ from hil.core._native import PackedValues
 from hil.core.fields import OFFSETS, Snapshot
 
 
+def snapshot_text(snapshot: Snapshot) -> str:
+    """Text of all fields, of which the checksum is."""
+    return f"Snapshot({', '.join(f'{name}={value}' for name, value in snapshot.as_dict().items())})"
+
+
 def state_checksum(snapshots: Sequence[Snapshot]) -> int:
     """CRC-32 of the state of a device's axes."""
-    return zlib.crc32("".join(map(repr, snapshots)).encode())
+    return zlib.crc32("".join(map(snapshot_text, snapshots)).encode())
 
 
 class StateChecksums:
@@ -34,8 +39,8 @@ class StateChecksums:
 
 
 class _SnapshotText:
-    """Text of an axis's snapshots, as ``repr`` makes it, of one after the other. The first value, the time,
-    is always another; of an axis at rest it alone is."""
+    """Text of an axis's snapshots, ``snapshot_text``, of one after the other. The first value, the time, is
+    always another; of an axis at rest it alone is."""
 
     def __init__(self, snapshot: Snapshot) -> None:
         self.names: Mapping[str, int] = snapshot.names

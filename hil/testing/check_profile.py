@@ -18,6 +18,7 @@ from hil.discovery.board_places import MAKE_ONE
 from hil.sim.bench import BenchHooks
 from hil.sim.firmware_guard import FirmwareHung, Unguarded
 from hil.sim.input_log import InputLogWriter
+from hil.sim.state_checksum import snapshot_text
 from hil.testing.bench import Bench
 from hil.testing.checks.findings import CheckFailed
 from hil.vocab.address import Address
@@ -130,7 +131,9 @@ class Trial:
             _advance(bench, self.ready_ms, step_ms)
             heard = {uart: _joined(bench.port(DEVICE, uart).timeline) for uart in self.bauds}
             states = {axis: bench.axis(str(Address(DEVICE, axis))).snapshot() for axis in self.info.axes}
-            stand = {axis: [(int(bench.now_ns), str(state).encode())] for axis, state in states.items()}
+            stand = {
+                axis: [(int(bench.now_ns), snapshot_text(state).encode())] for axis, state in states.items()
+            }
             return Ran(heard, stand, bench.device(DEVICE).failed, log)
 
     def idle(self, step_ms: float | None = None) -> Ran:

@@ -84,6 +84,15 @@ def pytest_runtest_makereport(
     return report
 
 
+def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
+    """Say in which fields two snapshots differ that a test compares."""
+    if op != "==" or not (type(left) is type(right) and type(left).__module__ == "hil.core.fields"):
+        return None
+    was, now = left.as_dict(), right.as_dict()  # type: ignore[attr-defined]
+    fields = [name for name in was | now if repr(was.get(name)) != repr(now.get(name))]
+    return [f"{left} == {right}", *(f"{name}: {was.get(name)} != {now.get(name)}" for name in fields)]
+
+
 @pytest.fixture
 def segment(bench: "Callable[..., Bench]") -> "Callable[..., Bench]":
     """Make a bench of SACs on one segment, past their cold start: ``segment(32)`` has ``s4`` to ``s35`` with

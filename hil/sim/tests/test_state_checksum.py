@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.core import Snapshot
-from hil.sim.state_checksum import StateChecksums, state_checksum
+from hil.sim.state_checksum import StateChecksums, snapshot_text, state_checksum
 from hil.testing import Bench
 
 NAMES = {"at_ns": 0, "a": 2, "b": 1}
@@ -20,7 +20,7 @@ def test_kept_texts_are_those_of_the_values(turns: list[list[tuple[float, ...]]]
     for turn in turns:
         snapshots = [Snapshot(values, NAMES) for values in turn]
         assert checksums.of("m1", snapshots) == state_checksum(snapshots)
-        assert state_checksum(snapshots) == zlib.crc32("".join(map(repr, snapshots)).encode())
+        assert state_checksum(snapshots) == zlib.crc32("".join(map(snapshot_text, snapshots)).encode())
 
 
 def test_another_kind_of_axis_in_the_same_place_has_its_own_text() -> None:
@@ -39,3 +39,9 @@ def test_states_as_the_core_has_them_have_the_same_checksums() -> None:
             for state in (axis.snapshot(), axis.glance()):
                 assert checksums.of("m1", [state]) == state_checksum([axis.snapshot()])
             bench.port("m1").write(b"y")  # its loop is on: the state changes
+
+
+def test_the_text_has_every_field_as_python_writes_it() -> None:
+    """Logs that were written have checksums of these texts."""
+    assert snapshot_text(Snapshot((7, 1.5, -0.0), NAMES)) == "Snapshot(at_ns=7, a=-0.0, b=1.5)"
+    assert state_checksum([Snapshot((7, 1.5, -0.0), NAMES)]) == 0x2D8DBA79

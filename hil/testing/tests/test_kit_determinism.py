@@ -56,7 +56,7 @@ def drive(bench: Bench, script: Sequence[tuple[float, bytes]] = SCRIPT, end_ms: 
 def outcome(bench: Bench) -> str:
     """Hash of everything that can be seen of a run."""
     port, axis = bench.port("m1"), bench.axis("m1")
-    seen = f"{port.read_timed()}{axis.snapshot()}{bench.device('m1').failed}"
+    seen = f"{port.read_timed()}{axis.snapshot().values}{bench.device('m1').failed}"
     return hashlib.sha256(seen.encode()).hexdigest()
 
 
