@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from hil.config.station_names import station_uart
+from hil.config.station_names import port_interface
 from hil.live.captures import Capture
 from hil.live.core_thread import WallClock
 from hil.live.devices.bench_devices import Devices
@@ -115,12 +115,9 @@ class WatchOperations:
         return found
 
     def _terminal(self, name: str) -> Interface:
-        """Line of a port: packets at the UART with which its board could be on a segment, else bytes."""
         owner, part = address_of(name)
-        if (device := self._sim.devices.get(owner)) and device.framing and part in device.uarts:
-            uart = device.uarts[part]
-            if uart is device.uarts.get(str(station_uart(device.uarts))):
-                return Interface(name, device.framing.name, uart.baud or 0)
+        if (device := self._sim.devices.get(owner)) and part in device.uarts:
+            return port_interface(name, device, part)
         return Interface(name, RAW)
 
     def _captured(self, capture: Capture, index: int, name: str) -> Callable[[], None]:

@@ -136,6 +136,8 @@ class Bench:
         for fault in self.config.faults:
             self.fault(fault.fault, fault.target, **(fault.model_extra or {}))
         self._recordings: list[tuple[Subscription, Recording]] = []
+        self.more_sections: list[Callable[[], Iterable[tuple[str, str]]]] = []
+        """Functions that answer more titles and texts for the report of a test that fails."""
 
     @property
     def now_ns(self) -> SimTimeNs:

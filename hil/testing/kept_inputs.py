@@ -1,9 +1,11 @@
 """Inputs of a bench in memory, and its input log of them when one is wanted."""
 
+from collections.abc import Mapping
+
 from hil import __version__
 from hil.compose.simulated_config import as_simulated
 from hil.config import BenchConfig
-from hil.sim.input_log import InputLogSink, InputLogWriter, LineSink, LogRecord, Memories, logged_port
+from hil.sim.input_log import InputLog, InputLogSink, InputLogWriter, LineSink, LogRecord, Sent, logged_port
 from hil.sim.inputs import Logged
 from hil.sim.twin import Twin
 from hil.vocab.time import SimTimeNs
@@ -15,7 +17,12 @@ class KeptInputs:
 
     ``memories``: of the devices at the start; ``also``: another receiver of all of it."""
 
-    def __init__(self, config: BenchConfig, memories: Memories, also: InputLogSink | None = None) -> None:
+    def __init__(
+        self,
+        config: BenchConfig,
+        memories: Mapping[str, Mapping[str, bytes]],
+        also: InputLogSink | None = None,
+    ) -> None:
         self.records: list[LogRecord] = []
         """Inputs and what was sent, in the order in which they came."""
         self._config, self._also = config, also
@@ -36,6 +43,13 @@ class KeptInputs:
         self.records.append((at_ns, device.name, data, logged_port(device, port), None))
         if self._also:
             self._also.sent(device, port, at_ns, data)
+
+    def log(self) -> InputLog:
+        """Input log so far, as it would be read back."""
+        inputs = self.inputs
+        pieces = (record for record in self.records if not isinstance(record, Logged))
+        sent = [Sent(at_ns, name, data, state=None, port=port) for at_ns, name, data, port, _ in pieces]
+        return InputLog(as_simulated(self._config), self._memories, inputs, sent, lines=[0] * len(inputs))
 
     def write_to(self, file: LineSink) -> None:
         """Write the input log so far, with its end, as `hil serve --log` does; `hil replay` takes it."""

@@ -1,5 +1,5 @@
 """Pytest plugin: the fixtures ``bench``, ``live_bench``, ``segment`` and ``fault``, and those of buses; a
-test that fails while live benches run has their logs and traffic in its report."""
+test that fails has in its report where its benches stand, and what has passed on their lines."""
 
 import sys
 from collections.abc import Callable, Generator, Iterator
@@ -23,13 +23,17 @@ pytest_plugins = modules_of("bridges", BUSES, "testing.fixtures")
 """Plugins of the buses, which pytest loads with this one."""
 
 
+BENCHES = pytest.StashKey["list[Bench]"]()
+"""Benches in memory that a test has, until its end."""
+
+
 @pytest.fixture
-def bench() -> "Iterator[Callable[..., Bench]]":
+def bench(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Bench]]":
     """Make benches that are closed after the test: ``bench("bench.yaml")``, ``bench({...}, seed=1)``."""
     from hil.config import ConfigError
     from hil.testing.bench import Bench
 
-    made: list[Bench] = []
+    made: list[Bench] = request.node.stash.setdefault(BENCHES, [])
 
     def make(config: "GivenConfig", seed: int = 0) -> Bench:
         __tracebackhide__ = True
@@ -40,8 +44,8 @@ def bench() -> "Iterator[Callable[..., Bench]]":
         return made[-1]
 
     yield make
-    for each in made:
-        each.close()
+    while made:
+        made.pop().close()
 
 
 @pytest.fixture
@@ -68,19 +72,31 @@ def live_bench(tmp_path: Path) -> "Iterator[Callable[..., ServedBench]]":
         yield run
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option ``--hil-artifacts``."""
+    parser.getgroup("hil").addoption(
+        "--hil-artifacts",
+        metavar="DIR",
+        type=Path,
+        help="keep for each test that fails, in a folder of its own: input logs for hil replay, captures,"
+        " pictures of the last two seconds, and a page with all of it",
+    )
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add what live benches said and what passed over their lines to the report of a test that failed."""
+    """Explain a test that failed: where its benches stand, what they said, what passed on their lines."""
     report = yield
-    served = "hil.testing.served_bench"
-    if report.failed and (module := sys.modules.get(served)):  # noqa: TID251 -- most tests do without it
-        for each in module.OPEN:
-            try:
-                report.sections += each.report()
-            except (OSError, module.subprocess.SubprocessError) as error:  # the test's own failure is told
-                report.sections.append(("hil", f"no report of a live bench: {error}"))
+    served = sys.modules.get("hil.testing.served_bench")  # noqa: TID251 -- most tests do without it
+    benches, live = item.stash.get(BENCHES, []), served.OPEN if served else []
+    if report.failed and (benches or live):
+        from hil.testing.failures.explained import explain
+
+        report.sections += explain(
+            item.nodeid, report.longreprtext, benches, live, item.config.getoption("--hil-artifacts")
+        )
     return report
 
 
