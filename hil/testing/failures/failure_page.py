@@ -10,12 +10,6 @@ STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 70em; padding: 0 1em; }
 pre { background: #f4f4f4; overflow-x: auto; padding: 0.8em; }
 img { max-width: 100%; }
-@media (prefers-color-scheme: dark) {
-  body { background: #1b1b1b; color: #ddd; }
-  pre { background: #262626; }
-  img { background: #fff; }
-  a { color: #8ab4f8; }
-}
 """
 
 
