@@ -22,7 +22,7 @@ Section = tuple[str, str]
 
 
 def bench_sections(bench: "Bench") -> Iterator[Section]:
-    """Where the bench stands, the last of its traffic, and what others have to say (``more_sections``)."""
+    """State of the bench, the last of its traffic, and what others have to say (``more_sections``)."""
     name = bench.config.bench
     yield f"bench {name} at {bench.now_ns / 1e9:.6f} s", account(bench)
     yield f"traffic of {name}: the last {SHOWN} of each port and wire", _traffic(bench)
@@ -59,7 +59,7 @@ def account(bench: "Bench") -> str:
 
 
 def axis_words(axis: CoreAxis) -> str:
-    """Where an axis is, where it should be, its mode and its loop."""
+    """State of an axis: its angle, the one that it should have, its mode and its loop."""
     seen = axis.snapshot()
     state, values = axis.kind.motion(seen), seen.as_dict()
     words = []

@@ -19,7 +19,7 @@ READ = 20 * SHOWN
 
 
 def port_records(kept: KeptInputs, runtime: BenchRuntime) -> Iterator[Record]:
-    """What has passed at the ports of a bench, those on wires excepted."""
+    """Traffic of the ports of a bench, those on wires excepted."""
     lines = {
         (name, logged_port(device, uart)): port_interface(device.uarts.label(name, uart), device, uart)
         for name, device in runtime.devices.items()
