@@ -2,16 +2,12 @@
 segments and of CAN buses."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hil.config.catalogue import ProfileInfo
 from hil.vocab.address import Address, DeviceParts, address_of
 from hil.vocab.bus import NodeKind
 from hil.vocab.firmware import NETWORK
-from hil.wire.pcapng import RAW, Interface
-
-if TYPE_CHECKING:
-    from hil.sim.twin import Twin
 
 CANOPEN = "canopen"
 """Name of a CANopen node, behind its axis's."""
@@ -25,15 +21,6 @@ def node_name(axis: str, kind: str) -> str:
 def station_uart(uarts: Mapping[str, object]) -> str | None:
     """Name of the UART with which a device is a station, where none is named; None: nobody can tell."""
     return NETWORK if NETWORK in uarts else next(iter(uarts)) if len(uarts) == 1 else None
-
-
-def port_interface(name: str, device: "Twin", uart: str) -> Interface:
-    """Source of a capture of a port: packets at the UART with which its board could be on a segment, else
-    bytes. ``uart``: the UART's name."""
-    at = device.uarts[uart]
-    if device.framing and at is device.uarts.get(str(station_uart(device.uarts))):
-        return Interface(name, device.framing.name, at.baud or 0)
-    return Interface(name, RAW)
 
 
 def station_addresses(station: str, devices: Mapping[str, ProfileInfo]) -> Iterator[str]:

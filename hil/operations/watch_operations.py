@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from hil.config.station_names import port_interface
+from hil.config.port_interface import port_interface
 from hil.live.captures import Capture
 from hil.live.core_thread import WallClock
 from hil.live.devices.bench_devices import Devices

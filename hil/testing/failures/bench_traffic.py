@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 
 from hil.compose.decoded_item import DecodedItem
 from hil.compose.decoding import Decoder, decoded
-from hil.config.station_names import port_interface
+from hil.config.port_interface import port_interface
 from hil.sim.bench import BenchRuntime
 from hil.sim.input_log import logged_port
 from hil.sim.inputs import Bytes, Logged
