@@ -102,11 +102,12 @@ def pytest_runtest_makereport(
 
 def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
     """Say in which fields two snapshots differ that a test compares."""
-    if op != "==" or not (type(left) is type(right) and type(left).__module__ == "hil.core.fields"):
+    fields = sys.modules.get("hil.core.fields")  # noqa: TID251 -- no snapshot is compared without it
+    if op != "==" or not fields or not all(isinstance(each, fields.Snapshot) for each in (left, right)):
         return None
     was, now = left.as_dict(), right.as_dict()  # type: ignore[attr-defined]
-    fields = [name for name in was | now if repr(was.get(name)) != repr(now.get(name))]
-    return [f"{left} == {right}", *(f"{name}: {was.get(name)} != {now.get(name)}" for name in fields)]
+    differ = [name for name in was | now if repr(was.get(name)) != repr(now.get(name))]
+    return [f"{left} == {right}", *(f"{name}: {was.get(name)} != {now.get(name)}" for name in differ)]
 
 
 @pytest.fixture

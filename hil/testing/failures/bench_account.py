@@ -42,14 +42,14 @@ def _traffic(bench: "Bench") -> str:
 
 
 def account(bench: "Bench") -> str:
-    """Faults in force, axes and notes, each in a line."""
+    """Faults in force, axes and notes, each in a line; axes that are alike share one."""
     runtime, last = bench.runtime, _last_faults(bench)
-    axes = [
-        f"  {address}: {axis_words(axis)};"
-        f" last fault: {last.get(address) or last.get(owner_of(address), 'none')}"
-        for address, (_, name) in runtime.parts.axes.items()
-        if (axis := runtime.parts.axis(address)).kind.has_motor
-    ]
+    alike: dict[str, list[str]] = {}
+    for address in runtime.parts.axes:
+        if (axis := runtime.parts.axis(address)).kind.has_motor:
+            fault = last.get(address) or last.get(owner_of(address), "none")
+            alike.setdefault(f"{axis_words(axis)}; last fault: {fault}", []).append(address)
+    axes = [f"  {', '.join(addresses)}: {words}" for words, addresses in alike.items()]
     parts = {"faults in force": _faults(bench), "axes": axes, "notes": [*_notes(bench)]}
     return "\n".join(
         line

@@ -14,6 +14,8 @@ from hil.wire.pcapng import Record, RecordKind, frame_record, header, record
 
 SHOWN = 20
 """Number of pieces of each port and wire that a report shows."""
+MOST_SOURCES = 16
+"""Number of ports and wires that a report shows."""
 READ = 20 * SHOWN
 """Number of records of each that are read for them: a board prints a line in several."""
 
@@ -45,13 +47,16 @@ def last_of_each(records: Iterable[Record], most: int) -> list[Record]:
 
 def traffic_lines(records: Iterable[Record]) -> list[str]:
     """The last pieces of each port and wire as `hil decode` words them, in the order of their times, which
-    are seconds since the bench's start."""
+    are seconds since the bench's start. Of more than ``MOST_SOURCES`` those that were used last."""
     read = sorted(last_of_each(records, READ), key=lambda each: each.at_ns)
     by_source: dict[str, deque[DecodedItem]] = {}
     for item in decoded(read, Decoder()):
         by_source.setdefault(item.source, deque(maxlen=SHOWN)).append(item)
-    shown = [item for items in by_source.values() for item in items]
-    return [item.line(0) for item in sorted(shown, key=lambda item: item.at_ns)]
+    latest = sorted(by_source, key=lambda source: by_source[source][-1].at_ns, reverse=True)
+    shown = [item for source in latest[:MOST_SOURCES] for item in by_source[source]]
+    quiet = ", ".join(source for source in by_source if source in latest[MOST_SOURCES:])
+    lines = [item.line(0) for item in sorted(shown, key=lambda item: item.at_ns)]
+    return [f"not shown, their last is older: {quiet}", *lines] if quiet else lines
 
 
 def as_pcapng(records: Iterable[Record], program: str) -> bytes:

@@ -13,8 +13,9 @@ from hil.compose.decoding import Decoder, decoded
 from hil.sim.inputs import Bytes
 from hil.testing import Bench, replay
 from hil.testing.failures.bench_account import account
+from hil.testing.failures.bench_traffic import traffic_lines
 from hil.testing.failures.failure_folder import LONGEST_NAME, folder_name
-from hil.wire.pcapng import read
+from hil.wire.pcapng import RAW, Interface, Record, RecordKind, read
 
 TESTS = """
 import pytest
@@ -113,8 +114,7 @@ def test_a_report_says_where_the_bench_stands(ran: tuple[str, Path]) -> None:
         text,
     )
     assert (
-        "  s1: at 0.00 deg, commanded 0.00 deg, drive on, still; last fault: none\nnotes: none\n"
-        in text.replace("  s2: at 0.00 deg, commanded 0.00 deg, drive on, still; last fault: none\n", "")
+        "  s1, s2: at 0.00 deg, commanded 0.00 deg, drive on, still; last fault: none\nnotes: none\n" in text
     )
     assert "    4.100000 m1 client -> board 'r90\\r'\n" in text
     assert re.search(r"^    4.100000 m1 board -> client 'Enter setpoint:\\r\\n'$", text, re.M)
@@ -244,3 +244,13 @@ def test_a_fault_that_is_over_is_the_last_one() -> None:
         assert "1 shaft_load" not in text
         assert "2 shaft_load on m1 (torque_Nm 0.01, start_s 1.0), from 1.010000 s" in text
         assert Bytes(b"") not in bench.inputs.inputs
+
+
+def test_of_many_ports_those_that_were_used_last_are_shown() -> None:
+    ports = [Interface(f"s{number}", RAW) for number in range(20)]
+    records = [
+        Record(port, at_ms * 10**6, RecordKind.RX, b"x\r\n", "", 0) for at_ms, port in enumerate(ports)
+    ]
+    quiet, *shown = traffic_lines(reversed(records))
+    assert set(quiet.removeprefix("not shown, their last is older: ").split(", ")) == {"s0", "s1", "s2", "s3"}
+    assert [row.split()[1] for row in shown] == [port.name for port in ports[4:]]
