@@ -48,6 +48,8 @@ NEEDS_RUNTIME_DIR = (
     "drive",
     "axis",
     "state",
+    "type",
+    "wait",
     "zero",
 )
 FAULTS_OF_OURS = ("Traceback", "never awaited", "Exception ignored")

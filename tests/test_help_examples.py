@@ -33,6 +33,7 @@ FILES = {
     "moves.txt": "".join(ROW.format(position) for position in range(1, 31)),
     "mill.yaml": (ROOT / "examples/mother/mill.yaml").read_text(),
     "drawing.ngc": (ROOT / "examples/mother/drawing.ngc").read_text(),
+    "home.py": "import serial, sys\nserial.Serial(sys.argv[1], 115200, timeout=1).write(b'p')\n",
     "commands.txt": "xm1200v160\r\n" + "\r\n" * 99,
 }
 LAST = ("sac command", "replay")
@@ -65,11 +66,18 @@ def carried_out(session: Session, command: str) -> str:
     return said
 
 
+def moved(session: Session, command: str) -> str:
+    """Carry out a command that waits for a motion, which this begins."""
+    carried_out(session, session.here(r"hil type m1 'xyr100\n' --until 100"))
+    return carried_out(session, command)
+
+
 GO_ON: dict[str, Callable[[Session, str], str]] = {
     "status": lambda session, command: interrupted(session, command, lambda said: said.count("ticks") > 1),
     "capture": lambda session, command: captured(session, command, lambda: talk(session), 2),
     # Where masters of a CAN bus count by the angle, it is refused.
     "zero": lambda session, command: carried_out(session, command.replace("m1", "m2")),
+    "wait": moved,
     "mother watch": lambda session, command: captured(session, command, lambda: greet(session), 1),
     "web user": lambda session, command: carried_out(session, f"echo a long password | {command}"),
     "zenoh router": lambda session, command: interrupted(session, command, lambda said: "Ctrl-C" in said),

@@ -1,6 +1,5 @@
 """Operations on one device (power, pins, surroundings, terminal, verbs), and on channels of wires."""
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,6 +16,7 @@ from hil.vocab.desk_protocol import AxisLook, Done
 from hil.vocab.device import Doing
 from hil.vocab.dialogue import DialogueError, Refusal
 from hil.vocab.near_words import meant
+from hil.vocab.typed_bytes import typed
 from hil.vocab.verbs import Verb, VerbRefused
 from hil.wire.step_dir import Train, train_problem
 
@@ -60,7 +60,6 @@ class ChannelOperations:
 EDGE_COLUMNS = 5
 BURST_BYTES = 65536
 """Maximum length of one burst."""
-_ESCAPES = {"r": "\r", "n": "\n", "t": "\t", "\\": "\\"}
 
 
 class DeviceOperations:
@@ -185,26 +184,3 @@ def _read(kind: type, field: str, rows: list[Any]) -> Any:
         return read_field(kind, field, rows)
     except InputLogError as error:
         raise VerbRefused("bad_parameter", str(error)) from None
-
-
-def typed(text: str) -> bytes:
-    r"""Bytes of a text: ``\r``, ``\n``, ``\t``, ``\\`` and ``\xHH`` are one byte each.
-
-    Raises:
-        VerbRefused: something else follows a backslash, or a character is no byte.
-    """
-
-    def one(match: re.Match[str]) -> str:
-        code = match[1]
-        if code in _ESCAPES:
-            return _ESCAPES[code]
-        if code.startswith("x") and len(code) == 3:
-            return chr(int(code[1:], 16))
-        raise VerbRefused(
-            "bad_parameter", f"text: \\{code} means nothing; write \\r, \\n, \\t, \\\\ or \\xHH"
-        )
-
-    try:
-        return re.sub(r"\\(x[0-9A-Fa-f]{2}|.|$)", one, text, flags=re.S).encode("latin-1")
-    except UnicodeEncodeError:
-        raise VerbRefused("bad_parameter", "text: a character is no byte; write it as \\xHH") from None

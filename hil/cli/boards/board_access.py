@@ -3,7 +3,7 @@
 import os
 import signal
 from contextlib import suppress
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -28,6 +28,20 @@ def monitor(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> None:
     from hil.cli.framework.shown_words import first_keys
     from hil.net.port_client import PortUnreachable
 
+    row, address = open_address(bench, device)
+    keys = first_keys(row.get("greeting", ""))
+    hints = [f"{device} does not repeat what it said at power-up: {keys} to see it answer."] if keys else []
+    if row["clients"] and not address.startswith(SHARED):
+        hints.append("Another program has this port open: each of you gets a part of what the device says.")
+    try:
+        with suppress(KeyboardInterrupt):
+            run(address, hints=hints)
+    except PortUnreachable as error:
+        raise fail(f"hil: {error}") from None
+
+
+def open_address(bench: BenchOptions, device: str) -> tuple[dict[str, Any], str]:
+    """Row of a device, or of another port of one, in `list`, and the address that clients open."""
     rows = {row["device"]: row for row in bench.ask("list")["devices"]}
     rows |= {name: port for row in list(rows.values()) for name, port in row["ports"].items()}
     if device not in rows:
@@ -38,16 +52,7 @@ def monitor(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> None:
     if is_held(rows[device].get("kind", rows[device].get("port"))):
         address = rows[device]["address"]
         raise fail(f"hil: {device} is at the other end of {address}: hil itself has this end open")
-    address = bench.port_of(rows[device]["address"])
-    keys = first_keys(rows[device].get("greeting", ""))
-    hints = [f"{device} does not repeat what it said at power-up: {keys} to see it answer."] if keys else []
-    if rows[device]["clients"] and not address.startswith(SHARED):
-        hints.append("Another program has this port open: each of you gets a part of what the device says.")
-    try:
-        with suppress(KeyboardInterrupt):
-            run(address, hints=hints)
-    except PortUnreachable as error:
-        raise fail(f"hil: {error}") from None
+    return rows[device], bench.port_of(rows[device]["address"])
 
 
 def reset(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:

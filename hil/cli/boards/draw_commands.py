@@ -3,13 +3,14 @@
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hil.cli.boards.axis_samples import watching
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, pasteable, wants_json
 from hil.cli.framework.interrupts import noted
@@ -22,7 +23,6 @@ from hil.vocab.shown_text import printable, printable_lines
 if TYPE_CHECKING:
     from hil.wire.step_dir import Train
 
-_ROWS_LOOK_S = 0.1
 _PATIENCE_NS = 3_000_000_000
 """Simulated time in which a board at its main menu has taken a command."""
 _LOOP, _LAG = ("r", "yw", "e"), ("commanded_deg", "position_deg", "lag_steps")
@@ -68,7 +68,7 @@ def plot(
 
     _check_output(output)
     wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
-    with _watching(bench, device, wanted, interval_ms) as (names, more):
+    with watching(bench, device, wanted, interval_ms) as (names, more):
         recording = _recorded(names)
         if {"r", "e"} & {*names}:
             recording.units = units_in(bench.ask("state", device=device))
@@ -125,7 +125,7 @@ def step(
         answer = bench.ask("send", device=device, data=text.encode().hex())
         return int(answer["effective_at_ns"])
 
-    with _watching(bench, device, names, interval_ms) as (_, more):
+    with watching(bench, device, names, interval_ms) as (_, more):
         sent_ns = send("xy")
         on = _until(more, recording, lambda row: row[0] > sent_ns and row[4:] == (1, ord("x")), device)
         if "move_rel" in verbs:  # a move by nothing: what keeps the board from moving is its own refusal
@@ -193,10 +193,10 @@ def drive(
     draws = draw or output is not None
     has_loop = not draws or "e" in bench.ask("state", device=device)
     recording = _recorded(_LOOP if has_loop else _LAG)
-    watching = _watching(bench, device, recording.signals, 1.0)
+    watch = watching(bench, device, recording.signals, 1.0)
     answer: dict[str, Any] = {}
     try:
-        with watching if draws else nullcontext() as watched:
+        with watch if draws else nullcontext() as watched:
             with noted() as interrupts:  # the bench may have the train before its answer is here
                 answer = bench.ask("drive", device=device, train=rows)
             length = _length(answer, train)
@@ -244,37 +244,6 @@ def _recorded(signals: tuple[str, ...]) -> Any:
     from hil.telemetry import Recording
 
     return Recording(signals)
-
-
-@contextmanager
-def _watching(
-    bench: BenchOptions, device: str, signals: tuple[str, ...], interval_ms: float
-) -> Iterator[tuple[tuple[str, ...], Iterator[list[tuple[float, ...]]]]]:
-    """Watch signals: their names, and pieces of samples forever; the watch ends with the block."""
-    import time
-
-    opened = bench.ask("watch", device=device, signals=signals, interval_ns=round(interval_ms * 1e6))
-
-    def pieces() -> Iterator[list[tuple[float, ...]]]:
-        told = 0
-        while True:
-            answer = bench.ask("samples", watch=opened["watch"])
-            if answer["lost"] > told:
-                typer.echo(
-                    f"{answer['lost'] - told} samples were lost: the machine or this command is too slow",
-                    err=True,
-                )
-                told = answer["lost"]
-            if any(len(row) != 1 + len(opened["signals"]) for row in answer["rows"]):
-                raise fail("hil: the bench answers rows that are no samples of what is watched")
-            yield [tuple(row) for row in answer["rows"]]
-            if not answer["rows"]:
-                time.sleep(_ROWS_LOOK_S)
-
-    try:
-        yield tuple(opened["signals"]), pieces()
-    finally:
-        bench.ask("unwatch", watch=opened["watch"])
 
 
 def _until(

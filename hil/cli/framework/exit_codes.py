@@ -24,6 +24,7 @@ EXIT_CODES: dict[int, str] = {
     Exit.FAILED: "failure: no bench answers, the bench or the board refused"
     f" ({', '.join(f'`{code}`' for code in NOT_MISTAKES)}), a log differs, the doctor found a problem;"
     " of `hil capture`: the bench ended before it;"
+    " of `hil type` and `hil wait`: what is awaited did not come in its time;"
     " of `hil mother`: a node refused a command, or none was found",
     Exit.MISTAKE: "a mistake, with which a retry does not help: an option or a name that does not exist, a"
     " value out of its limits (all other codes of refusals), or a configuration or a file with problems,"

@@ -23,6 +23,7 @@ FORMS = {
     "port_programs": {"port_use", "is_held"},  # which row of the table is a port's
     "operation": {"urgency_of", "moved_by"},  # how urgent a request is, and what it moves
     "segment": {"speed_notes"},  # which speeds of a line do not go together
+    "typed_bytes": {"typed"},  # how bytes are spelled where people type them
     "shown_text": {"printable", "printable_lines", "_escaped"},  # how a text from outside is shown
     "verbs": {"checked", "described", "table_of"},
     "late_dataclass": {"make_later"},  # when the dataclasses of all words are made
