@@ -94,9 +94,9 @@ def pytest_runtest_makereport(
     if report.failed and (benches or live):
         from hil.testing.failures.explained import explain
 
-        report.sections += explain(
-            item.nodeid, report.longreprtext, benches, live, item.config.getoption("--hil-artifacts")
-        )
+        given = item.config.getoption("--hil-artifacts", None)  # none for a plugin that is loaded late
+        artifacts = given and item.config.invocation_params.dir / given  # wherever the test has gone
+        report.sections += explain(item.nodeid, report.longreprtext, benches, live, artifacts)
     return report
 
 

@@ -69,6 +69,12 @@ def test_live(live_bench):
     b = live_bench({"bench": "desk", "devices": {"s1": {"profile": "sac"}}})
     assert b"nothing" in b.type("s1", b"v\\r", until=b"SAC>")
 
+def test_elsewhere(bench, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with bench(CELL) as b:
+        b.start()
+        assert False
+
 def test_passes(bench):
     turned(bench(CELL))
 """
@@ -92,8 +98,8 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     """What pytest printed, and the folder of artifacts."""
     folder = tmp_path_factory.mktemp("failing")
     (folder / "test_cell.py").write_text(TESTS)
-    said = run_pytest(folder, "--hil-artifacts", str(folder / "kept"))
-    assert "5 failed, 1 passed" in said
+    said = run_pytest(folder, "--hil-artifacts", "kept")
+    assert "6 failed, 1 passed" in said
     return said, folder / "kept"
 
 
@@ -155,7 +161,7 @@ def test_what_cannot_be_told_is_said(ran: tuple[str, Path]) -> None:
 def test_each_failure_has_a_folder(ran: tuple[str, Path]) -> None:
     said, kept = ran
     folders = {path.name: path for path in kept.iterdir()}
-    assert len(folders) == 5
+    assert len(folders) == 6
     jammed = folders["test_cell.py-test_jammed[a-b-c]"]
     assert f"{jammed}/failure.html" in said
     names = {path.name for path in jammed.iterdir()}
