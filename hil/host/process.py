@@ -12,6 +12,7 @@ WANTED_FILES = 65_536
 LARGE_BYTES = 1 << 20
 """Minimum size of a block that is mapped by itself: rings of watches and long answers. What sockets read
 into, 256 KB, is not: it would be mapped and unmapped with each read."""
+_OPEN_FDS = "/proc/self/fd"
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # malloc.h
 
 
@@ -32,7 +33,9 @@ def read_process() -> Process:
     try:
         with open("/proc/self/status") as file:
             status = dict(re.findall(r"^(VmRSS|VmLck):\s*(\d+) kB", file.read(), re.M))
-        open_fds = len(os.listdir("/proc/self/fd")) - 1  # without the one that lists them
+        # The folder's size is their number, and 0 before Linux 6.2. A list of 3000, of 1000 boards, takes
+        # 3 ms; one of them is its own.
+        open_fds = os.stat(_OPEN_FDS).st_size or len(os.listdir(_OPEN_FDS)) - 1
     except OSError as error:
         status, open_fds = {}, max_fds if error.errno == errno.EMFILE else 0
     return Process(
