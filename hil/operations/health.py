@@ -1,7 +1,7 @@
 """Health of a bench: problems and remedies, the one answer for ``hil status``, bridges and metrics."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -61,17 +61,22 @@ class Health:
 
     def problems(self) -> list[HealthProblem]:
         """Present problems, the bench's own first."""
-        return [*self._of_bench(), *self._of_devices(), *wire_problems(self.sim, self.places)]
+        return [problem for problem in self.pieces() if problem]
 
-    def as_dict(self) -> dict[str, Any]:
+    def pieces(self) -> Iterator[HealthProblem | None]:
+        """Present problems, and None where others may have their turn."""
+        yield from self._of_bench()
+        yield from self._of_devices()
+        yield from wire_problems(self.sim, self.places)
+
+    def as_dict(self, found: Sequence[HealthProblem]) -> dict[str, Any]:
         """Health for JSON: ``state`` as in ``STATES``, ``late_ms``, the longest time in the last minute that
         answers were held up, and ``problems`` that say why."""
-        found = self.problems()
         late_ms = round(self.vitals.loop_worst_ns / 1e6, 1)
         return {
             "state": state_of(found),
             "late_ms": late_ms,
-            "problems": [asdict(problem) for problem in found],
+            "problems": [vars(problem) for problem in found],
         }
 
     def _of_bench(self) -> Iterator[HealthProblem]:
@@ -85,8 +90,12 @@ class Health:
             remedy = f"restart it with LimitNOFILE={4 * process.max_fds}"
             yield HealthProblem("descriptors", "", what, remedy)
 
-    def _of_devices(self) -> Iterator[HealthProblem]:
-        found = [each for device in self.devices.values() for each in device.problems(self.is_service)]
+    def _of_devices(self) -> Iterator[HealthProblem | None]:
+        found = list[HealthProblem]()
+        for name in list(self.devices):
+            if device := self.devices.get(name):  # a reload may have removed it meanwhile
+                found += device.problems(self.is_service)
+                yield None
         yield from (each for each in found if each.kind == "device")
         for name, why in self.commits.failures.items():
             remedy = f"it keeps its old content; mend {self.state_dir} and let the board store again"

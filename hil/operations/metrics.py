@@ -159,7 +159,9 @@ def _of_drives(counter: str) -> Callable[[Scrape], Values]:
 
 def _echoes(value: Callable[[Echo], int]) -> Callable[[Scrape], Values]:
     return lambda s: (
-        ((name,), value(echo)) for name, echo in echoes(s.of.devices, s.of.sim, s.of.places, s.of.bridges)
+        ((each[0],), value(each[1]))
+        for each in echoes(s.of.devices, s.of.sim, s.of.places, s.of.bridges)
+        if each
     )
 
 

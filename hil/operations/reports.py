@@ -2,9 +2,9 @@
 
 import asyncio
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from hil import __version__
 from hil.config import DeviceConfig
@@ -70,6 +70,20 @@ class SharedReport:
         yield from json_pieces(content)
 
 
+Piece = TypeVar("Piece")
+
+
+def _gathered(pieces: Iterator[Piece | None]) -> Generator[None, None, list[Piece]]:
+    """Pieces of which a report is made. Others may have their turn where one is None."""
+    found = []
+    for piece in pieces:
+        if piece is None:
+            yield None
+        else:
+            found.append(piece)
+    return found
+
+
 NAMED = 5
 """Maximum number of failed devices named in a line."""
 
@@ -122,21 +136,20 @@ class Reports:
 
     def status(self) -> Iterator[dict[str, Any] | None]:
         """List the same with counters, health and all else that is known, in the same manner."""
-        listed: dict[str, Any] = {}
-        for each in self.listed():
-            listed = each or listed
-            yield None
+        (listed,) = yield from _gathered(self.listed())
         rows = listed["devices"]
         listed["devices"] = []
         for row in rows:
             if device := self.devices.get(row["device"]):
                 listed["devices"].append(row | device.status())
                 yield None
+        problems = yield from _gathered(self.health.pieces())
+        adapters = yield from _gathered(echoes(self.devices, self.sim, self.places, self.bridges))
         rt, config = self.sim.core.native.rt_stats(), self.configured.config
         yield listed | {
-            "health": self.health.as_dict(),
+            "health": self.health.as_dict(problems),
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
-            "echoes": dict(echoes(self.devices, self.sim, self.places, self.bridges)),
+            "echoes": dict(adapters),
             **self._wires(),
             "faults": self.faults.listed(),
             "runs": self.runs.under_way(),
@@ -167,7 +180,7 @@ class Reports:
             "overruns": rt["overruns"],
             "failed": {device.name: device.failed for device in devices if device.failed},
             "starved": {device.name: n for device in devices if (n := device.setpoints.starved)},
-        } | self.health.as_dict()
+        } | self.health.as_dict(self.health.problems())
 
     def verbs(self, asked: Asked) -> list[dict[str, Any]]:
         return described(self._info(asked).verbs)

@@ -20,10 +20,14 @@ Echo = Mapping[str, str | int]
 
 def echoes(
     devices: Mapping[str, Device], sim: BenchRuntime, places: Places, bridges: Mapping[str, Bridge]
-) -> Iterator[tuple[str, Echo]]:
-    """Adapters, by the name of their place, or the address of a bridge's line."""
+) -> Iterator[tuple[str, Echo] | None]:
+    """Adapters, by the name of their place, or the address of a bridge's line; and None where others may have
+    their turn."""
     told = [(link.label, link.port.stats().echo) for wire in sim.wires for link in places.of(wire)]
-    told += [each for device in devices.values() for each in device.echoes()]
+    for device in list(devices):
+        if device in devices:  # a reload may have removed it meanwhile
+            told += devices[device].echoes()
+            yield None
     for name, echo in told:
         if echo and echo.state is not EchoState.UNSOUGHT:
             yield name, echo.as_dict()

@@ -5,9 +5,17 @@ import json
 import math
 from collections.abc import Iterator
 from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from hil.operations.reports import SharedReport
+import pytest
+
+from hil.host.real_time import Grant
+from hil.live.places import Places
+from hil.operations.health import Health
+from hil.operations.reports import Reports, SharedReport
+from hil.vocab.monitoring import HealthProblem
 from hil.wire.json_text import ITEMS, json_pieces
 
 
@@ -78,3 +86,84 @@ def test_a_report_of_a_thousand_rows_leaves_turns_to_others() -> None:
 
     asyncio.run(main())
     assert begun == 1
+
+
+class SlowDevice:
+    """Device that has failed, each look at which takes half a millisecond of a simulated clock."""
+
+    def __init__(self, name: str, now_s: list[float]) -> None:
+        self.name, self._now_s = name, now_s
+
+    def _look(self) -> None:
+        self._now_s[0] += 0.0005
+
+    def listed(self, kinds: Any) -> dict[str, Any]:
+        self._look()
+        return {"axes": [self.name]}
+
+    def status(self) -> dict[str, Any]:
+        self._look()
+        return {"note": None}
+
+    def problems(self, is_service: bool) -> Iterator[HealthProblem]:
+        self._look()
+        yield HealthProblem("port", self.name, "away", "wait")
+        yield HealthProblem("device", self.name, "stopped", "reset it")
+
+    def echoes(self) -> Iterator[Any]:
+        self._look()
+        echo = SimpleNamespace(state="there", as_dict=lambda: {"state": "there"})
+        yield self.name, echo
+
+
+def bench_of(devices: dict[str, Any]) -> Reports:
+    rt = dict.fromkeys(("elapsed_ns", "ticks", "missed", "overruns"), 0) | {"wake_latency": []}
+    sim: Any = SimpleNamespace(
+        core=SimpleNamespace(native=SimpleNamespace(rt_stats=lambda: rt)),
+        **{"wires": {}, "cards": {}, "now_ns": 0, "real_time": SimpleNamespace(lag=[])},
+    )
+    config = SimpleNamespace(profile="p", hardware=None, port=None, ports_by_uart=dict)
+    configured: Any = SimpleNamespace(
+        config=SimpleNamespace(
+            **{"bench": "t", "devices": dict.fromkeys(devices, config), "tap_ports": dict},
+            **{"rate_hz": 1000, "speed": 1.0},
+        ),
+        catalogue=SimpleNamespace(profiles={"p": SimpleNamespace(greeting="")}, wire_infos={}),
+    )
+    commits: Any = SimpleNamespace(failures={})
+    vitals: Any = SimpleNamespace(missed_share=0.0, loop_worst_ns=0)
+    nothing: Any = SimpleNamespace(listed=list, under_way=list)
+    known: Any = devices
+    grant, places = Grant(80, 1, {}), Places()
+    health = Health(sim, known, places, commits, vitals, grant, Path(), False, {})
+    return Reports(sim, configured, places, known, nothing, {}, grant, health, nothing)
+
+
+@pytest.mark.parametrize("is_reloaded", [False, True])
+def test_a_status_of_a_thousand_devices_leaves_turns_to_others(is_reloaded: bool) -> None:
+    """Turns are counted in looks at devices. A reload takes some away meanwhile."""
+    now_s, rows = [0.0], 1000
+    devices = {f"m{n}": SlowDevice(f"m{n}", now_s) for n in range(rows)}
+    reports, turns = bench_of(devices), list[float]()
+
+    async def read() -> dict[str, Any]:
+        loop = asyncio.get_running_loop()
+        loop.time = lambda: now_s[0]  # type: ignore[method-assign]
+        asked = loop.create_task(SharedReport(reports.status).read())
+        while not asked.done():
+            turns.append(now_s[0])
+            if is_reloaded and len(turns) % 5 == 0:
+                devices.popitem()
+            await asyncio.sleep(0)
+        told: dict[str, Any] = json.loads(b"".join(asked.result().parts))
+        return told
+
+    told = asyncio.run(read())
+    assert max(after - before for before, after in pairwise(turns)) <= 0.005
+    if not is_reloaded:
+        names = list(devices)
+        assert [row["device"] for row in told["devices"]] == list(told["echoes"]) == names
+        problems = told["health"]["problems"]
+        assert [problem["about"] for problem in problems] == 2 * names
+        assert [problem["kind"] for problem in problems] == rows * ["device"] + rows * ["port"]
+        assert problems[0] == {"kind": "device", "about": "m0", "what": "stopped", "remedy": "reset it"}
