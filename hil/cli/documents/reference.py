@@ -1,6 +1,8 @@
 """The reference of every interface, written from the tables in the code (``docs/reference.md``)."""
 
+import json
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 
 import typer
@@ -16,6 +18,7 @@ from hil.core import FIELDS
 from hil.core import KINDS as KINDS_OF_AXIS
 from hil.discovery.named_kinds import find_wire_infos
 from hil.gcode.gcode_reference import gcode_reference
+from hil.operations.answer_schemas import answer_schema
 from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import problem_kinds
 from hil.operations.metrics import metric_rows
@@ -118,7 +121,19 @@ def _verbs() -> str:
             taken = "<br>".join(f"`{p.name}`: {_cell(p.described())}" for p in operation.parameters)
             cells = (f"`{operation.name}`", of, taken or "-", operation.role.name.lower(), operation.about)
             rows.append(f"| {' | '.join(cells)} |")
-    return "\n".join(rows)
+    return "\n".join([*rows, *_answers()])
+
+
+def _answers() -> Iterator[str]:
+    """Lines of the schemas of answers: one JSON object, a line for each verb."""
+    yield "\n### Answers\n"
+    yield "JSON Schema (draft 2020-12) of each verb's `result`. Objects may have other keys, too.\n"
+    schemas = {
+        each.name: answer_schema(each.answer) for each in OPERATIONS.values() if each.answer is not None
+    }
+    yield "```json"
+    yield ",\n".join(f'"{name}": {json.dumps(schema)}' for name, schema in schemas.items()).join(("{", "}"))
+    yield "```"
 
 
 def _device_verbs() -> str:

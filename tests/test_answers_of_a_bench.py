@@ -1,0 +1,63 @@
+"""Answers of a bench that runs: each fits the schema that the reference has of it."""
+
+import json
+from typing import Any
+
+import jsonschema
+from e2e_support import Place, config
+from markdown_blocks import block
+
+SCHEMAS = json.loads(block("docs/reference.md", "Answers"))
+RUN = "run: near\naxes: {m1: {}}\nsteps: [{wait: 0.01}]\n"
+ASKED: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("list", {}),
+    ("status", {}),
+    ("health", {}),
+    ("segments", {}),
+    ("buses", {}),
+    ("benches", {}),
+    ("verbs", {"device": "m1"}),
+    ("state", {"device": "s1"}),
+    ("registers", {"device": "m1"}),
+    ("eds", {"device": "m1"}),
+    ("pin", {"device": "m1", "pin": "D2", "level": 0}),
+    ("set", {"device": "m1", "field": "pKi", "value": 0.2}),
+    ("zero", {"device": "s1"}),
+    ("type", {"device": "m1", "text": "p"}),
+    ("send", {"device": "m1", "data": "70"}),
+    ("do", {"device": "m1", "name": "gains", "parameters": {}}),
+    ("drive", {"device": "m1", "train": []}),
+    ("play", {"tap": "bus0.master", "bursts": [[0, "00"]]}),
+    ("watch", {"device": "m1", "signals": [], "interval_ns": 1_000_000}),
+    ("samples", {"watch": 1}),
+    ("unwatch", {"watch": 1}),
+    ("inject", {"target": "m1", "fault": "byte_drop", "parameters": {"rate": 0.1}}),
+    ("faults", {}),
+    ("status", {}),
+    ("clear", {"number": "all", "on": ""}),
+    ("run", {"text": RUN, "file": "r.yaml", "check": True, "name": "", "fresh": True}),
+    ("run", {"text": RUN, "file": "r.yaml", "check": False, "name": "", "fresh": True}),
+    ("runs", {"name": ""}),
+    ("drawing", {"text": "G1 X1 F1\n", "machine": "x: y\n"}),
+    ("wait", {"device": "m1", "effective_at_ns": 0, "at_most_s": 0}),
+    ("reset", {"device": "s1"}),
+    ("reload", {}),
+    ("stop", {}),
+)
+NOT_ASKED = {
+    "read_text": "device_profiles/sac/tests have texts of a SAC",
+    "capture": "the connection goes on as a capture",
+    "cancel_run": "its answer is a run, as of `runs`",
+    "pace_run": "its answer is a run, as of `runs`",
+}
+"""Verbs without a case here, with the reason."""
+CAN = {"can0": {"bit_rate": 500000, "nodes": {"m1": 5}}}
+LINE = {"bus0": {"stations": ["s1"], "taps": {"master": {"port": "pty"}}}}
+
+
+def test_each_answer_fits_its_schema(place: Place) -> None:
+    devices = {"m1": {}, "s1": {"profile": "sac", "flash": {}}}
+    server = place.serve(config(devices=devices, segments=LINE, can=CAN)).ready()
+    for verb, given in ASKED:
+        jsonschema.validate(server.ask(verb, **given), SCHEMAS[verb])
+    assert {verb for verb, _ in ASKED} | NOT_ASKED.keys() == SCHEMAS.keys()
