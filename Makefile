@@ -9,7 +9,7 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(if $(PYTHONDONTWRITEBYTECODE),$(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES),:)
 
-.PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check web-types lint reference deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check web-types lint reference keywords deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -88,6 +88,10 @@ reference: $(VENV)/.base
 	$(BIN)/hil completion bash > completions/hil.bash
 	$(BIN)/hil completion zsh > completions/_hil
 	$(BIN)/hil completion fish > completions/hil.fish
+
+# docs/robot-keywords.md, from what Robot Framework's libdoc finds in hil.robot.
+keywords: $(VENV)/.dev
+	$(BIN)/python -m hil.robot.keyword_page > docs/robot-keywords.md
 
 # dist/hil_*.deb, with all that hil imports; for the Debian release of this machine.
 deb:

@@ -7,10 +7,11 @@ import shlex
 from collections.abc import Callable
 
 import can
+import pytest
 import yaml
 from e2e_support import Client, free_port, until
 from e2e_support import ended as run_ended
-from markdown_blocks import ROOT
+from markdown_blocks import ROOT, blocks
 from page_sessions import Session, captured, interrupted
 from pymodbus.client import ModbusSerialClient
 
@@ -248,6 +249,27 @@ def _(session: Session, command: str) -> str:
     if "mechadunio" in said:  # the next try is with another text
         session.write("lab.yaml", RELOADED + "speed: 2\n")
     return said
+
+
+# ---- robot ----
+
+
+@before("robot", "Test with Robot Framework")
+def _(session: Session) -> None:
+    pytest.importorskip("robot", reason="Robot Framework is not installed")
+    write_suites(session, "Test with Robot Framework")
+
+
+@before("robot", "In real time")
+def _(session: Session) -> None:
+    write_suites(session, "In real time")
+
+
+def write_suites(session: Session, heading: str) -> None:
+    """Write the files below a heading whose names are in their first lines."""
+    for each in blocks(session.page):
+        if each.heading == heading and (named := re.match(r"# (\w+\.\w+)\n", each.text)):
+            (session.folder / named[1]).write_text(each.text)
 
 
 # ---- runs ----

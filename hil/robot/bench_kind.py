@@ -1,0 +1,58 @@
+"""Kind of a bench, as keywords work at it, and refusals as failures of a test."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cached_property
+from typing import Any, Protocol
+
+import serial
+from robot.api import Failure
+
+from hil.config import ConfigError
+from hil.testing import LiveError
+from hil.vocab.operation import Operation
+from hil.vocab.verbs import VerbRefused
+
+
+class BenchKind(Protocol):
+    """Bench of one test, in simulated or in real time."""
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time since the bench's start."""
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds in one second of ``open_port``'s time-outs."""
+
+    def pass_time(self, seconds: float) -> None:
+        """Let simulated time pass."""
+
+    def open_port(self, port: str, baud: int | None) -> serial.Serial:
+        """Open a port or a tap by its address. ``baud``: None for the line's own."""
+
+    def ask(self, operation: Operation, target: str, given: Mapping[str, Any]) -> Any:
+        """Carry out an operation; answers its result."""
+
+    def packets(self, segment: str) -> list[str]:
+        """Packets on a segment since the last call, as text."""
+
+    def close(self) -> None:
+        """End the bench."""
+
+
+class AtBench:
+    """Keywords that work at the bench of a test, which begins when one first needs it."""
+
+    @cached_property
+    def _kind(self) -> BenchKind:
+        raise NotImplementedError
+
+
+@contextmanager
+def refusals() -> Iterator[None]:
+    """Let what is refused fail a test with the sentence that says why, without the name of a class."""
+    try:
+        yield
+    except (ConfigError, KeyError, LiveError, OSError, ValueError, VerbRefused) as error:
+        raise Failure(str(error)) from None
