@@ -260,6 +260,12 @@ def _(session: Session) -> None:
     write_suites(session, "Test with Robot Framework")
 
 
+@before("robot", "With other libraries for serial ports")
+def _(session: Session) -> None:
+    pytest.importorskip("SerialLibrary", reason="robotframework-seriallibrary is not installed")
+    write_suites(session, "With other libraries for serial ports")
+
+
 @before("robot", "In real time")
 def _(session: Session) -> None:
     write_suites(session, "In real time")
