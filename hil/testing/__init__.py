@@ -6,7 +6,7 @@ again; ``replay_control`` runs a control law over recorded encoder counts. ``che
 ``check_port`` and ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them
 keep to. Public and stable: changes stand in the CHANGELOG.
 
-May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.net,
+May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.host, hil.net,
 hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, numpy, pytest,
 serial.
 
@@ -18,6 +18,7 @@ import serial
 
 from hil.compose.replay import Replayed, replay
 from hil.config import ConfigError
+from hil.host.python_program import NoPythonProgram
 from hil.testing.bench import Bench
 from hil.testing.check_profile import check_profile
 from hil.testing.checks.bridge_check import check_bridge
@@ -29,6 +30,7 @@ from hil.testing.control import replay_control
 from hil.testing.drawings import FollowedPath, draw_by_runs, followed_by
 from hil.testing.line_masters import NotInTime, attend
 from hil.testing.motion_replay import replay_motion
+from hil.testing.program_beside import ProgramBeside, ProgramRunsOn
 from hil.testing.served_bench import LiveError, ServedBench, live
 from hil.testing.session_player import play
 from hil.vocab.recorded_session import Difference, SessionRefused
@@ -40,7 +42,10 @@ __all__ = [
     "Difference",
     "FollowedPath",
     "LiveError",
+    "NoPythonProgram",
     "NotInTime",
+    "ProgramBeside",
+    "ProgramRunsOn",
     "RecordingDesk",
     "Replayed",
     "ServedBench",

@@ -1,6 +1,9 @@
 """A bench in memory, on the virtual clock."""
 
-from collections.abc import Callable, Iterable, Mapping
+import json
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,46 +23,23 @@ from hil.runs import (
     run_from_data,
 )
 from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
-from hil.sim.client_tap import ClientTap
 from hil.sim.given_fault import fault_refusal
+from hil.sim.input_reading import decode
 from hil.sim.twin import Twin
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such, path_of, unreadable
 from hil.testing.kept_inputs import KeptInputs
+from hil.testing.program_beside import ProgramBeside
 from hil.testing.serial_ports.open_benches import add_open, forget_closed
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
-from hil.vocab.address import address_of, no_part, owner_of
+from hil.testing.wire_faces import WireFaces
+from hil.vocab.address import address_of, no_part
 from hil.vocab.axis import AxisNow
-from hil.vocab.bus import WireKind
 from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
-
-
-class WireFaces:
-    """Faces that the buses of a bench give, each made when first asked for. ``bench``: the ``Bench``."""
-
-    def __init__(self, bench: Any, runtime: BenchRuntime, kinds: Iterable[WireKind]) -> None:
-        self._bench, self._runtime = bench, runtime
-        self._kits = {kind.key: kind.kit for kind in kinds if kind.kit}
-        self._made: dict[tuple[str, str], Any] = {}
-
-    def wire(self, key: str, name: str) -> Any:
-        """Face of a wire. Raises KeyError: there is none, or its bus has no faces."""
-        __tracebackhide__ = True
-        if (key, name) not in self._made:
-            kit = NamedThings("bus", self._kits)[key]
-            wire = NamedThings(kit.what, self._runtime.wires_of(key))[name]
-            self._made[key, name] = kit.face(self._bench, self._runtime, wire)
-        return self._made[key, name]
-
-    def tap(self, name: str, tap: ClientTap) -> TapFace:
-        """Make the face of a tap."""
-        kit = self._kits.get(self._runtime.wires[owner_of(name)].kind)
-        made: TapFace = ((kit and kit.tap_face) or TapFace)(self._runtime, tap)
-        return made
-
+from hil.vocab.verbs import VerbRefused
 
 RUN_LEAD_NS = 1_000_000
 """Time between a run's phrases: in virtual time nothing needs longer."""
@@ -105,6 +85,7 @@ class Bench:
         around: BenchHooks = VIRTUAL,
     ) -> None:
         __tracebackhide__ = True
+        self._given = config
         self.config, folder = read_config(config)
         if self.config.real:
             names = ", ".join(self.config.real)
@@ -138,6 +119,7 @@ class Bench:
         self._recordings: list[tuple[Subscription, Recording]] = []
         self.more_sections: list[Callable[[], Iterable[tuple[str, str]]]] = []
         """Functions that answer more titles and texts for the report of a test that fails."""
+        self._program: ProgramBeside | None = None
 
     @property
     def now_ns(self) -> SimTimeNs:
@@ -163,6 +145,37 @@ class Bench:
                 return []
             self.run(START_STEP_MS)
         return late
+
+    def program(
+        self,
+        words: Sequence[str | os.PathLike[str]],
+        map: Mapping[str, str] | None = None,
+        **options: Any,
+    ) -> ProgramBeside:
+        """Run a Python program on this bench's time, in a process of its own. It begins when the boards
+        answer, and goes on as far as the test lets time pass, by ``run`` or by the program's ``wait``.
+
+        ``words``: its file or its name on ``PATH``, or ``-m`` and a module, and what it is given; ``map``:
+        names of ports by further names that it opens; ``options``: of ``subprocess.Popen``, as ``cwd``.
+
+        Raises:
+            NoPythonProgram: there is none of this name.
+            KeyError: there is no such port.
+            ValueError: another program runs here.
+        """
+        __tracebackhide__ = True
+        if self._program and self._program.is_running:
+            raise ValueError("another program runs on this bench; wait for its end, or close it")
+        for port in (map or {}).values():
+            NamedThings("port", self._serials.terminals)[port]
+        self.start()
+        if self._program:
+            self._program.close()
+        self._program = ProgramBeside(
+            self._given, self.inputs, lambda: self.now_ns, self._run_beside, words, map or {}, options
+        )
+        self.more_sections.append(self._program.sections)
+        return self._program
 
     def run(self, ms: float) -> None:
         """Let ``ms`` milliseconds of simulated time pass."""
@@ -295,6 +308,8 @@ class Bench:
     def close(self) -> None:
         """Free the bench's memory now instead of with its last reference."""
         forget_closed(self._serials)
+        if self._program:
+            self._program.close()
         self._runtime.stop()
 
     def __enter__(self) -> "Bench":
@@ -309,7 +324,30 @@ class Bench:
         self._recordings.append((subscription, recording))
         return recording
 
+    def play(self, lines: Iterable[str]) -> None:
+        """Let inputs, as lines of an input log, take effect at their times."""
+        for line in lines:
+            logged = decode(json.loads(line))
+            if logged.at_ns > self.now_ns:
+                self._pass(logged.at_ns)
+            with suppress(VerbRefused):  # it was refused where it came from, too
+                self._runtime.apply_input(logged.device, logged.input, logged.at_ns)
+
     def _advance(self, until_ns: SimTimeNs) -> None:
+        if self._program and self._program.is_running:
+            self._run_beside(until_ns)
+        self._pass(until_ns)
+
+    def _run_beside(self, until_ns: SimTimeNs) -> None:
+        """Let time pass to ``until_ns``, or to the end of the program that runs here."""
+        program = self._program
+        if program and program.is_running:
+            lines, now_ns = program.run_until(until_ns)
+            self.play(lines)
+            program.note_told()
+            self._pass(now_ns)
+
+    def _pass(self, until_ns: SimTimeNs) -> None:
         while (stop_ns := self._stop_ns()) < until_ns:
             self._advance_to(stop_ns)
         self._advance_to(until_ns)

@@ -4,15 +4,14 @@ import os
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
-from shutil import which
 from typing import Annotated
 
 import typer
 
 from hil.cli.framework.ask import fail
 from hil.cli.framework.exit_codes import Exit
+from hil.host.python_program import NoPythonProgram, find_python_program
 
-_FIRST_BYTES = 256
 FIRST_DATE = datetime(2026, 1, 1, tzinfo=UTC)
 """Date at which a program starts by default: the same in each run."""
 
@@ -46,7 +45,10 @@ def virtual(
             raise fail(f"hil: --map {each}: write a path and a port, as /dev/ttyUSB0=m1", Exit.MISTAKE)
     if not bench.exists():
         raise fail(f"hil: {bench}: there is no such file", Exit.MISTAKE)
-    path = program[0] if module else _python_program(program[0])
+    try:
+        path = program[0] if module else find_python_program(program[0])
+    except NoPythonProgram as error:
+        raise fail(f"hil: {error}", Exit.MISTAKE) from None
     options = [*(word for each in mapped for word in ("--map", each)), "--seed", str(seed)]
     options += ["--date", str(_date(date).timestamp()), *(["--module"] if module else [])]
     run = [sys.executable, "-m", "hil.testing.owned_time.program", *options, "--", str(bench), path]
@@ -61,21 +63,3 @@ def _date(text: str) -> datetime:
     except ValueError:
         raise fail(f"hil: --date {text}: write it as 2026-01-31T12:00:00, or now", Exit.MISTAKE) from None
     return read if read.tzinfo else read.replace(tzinfo=UTC)
-
-
-def _python_program(name: str) -> str:
-    """Path of a program by its path or by its name on PATH."""
-    path = name if Path(name).is_file() else which(name)
-    if path is None:
-        raise fail(f"hil: {name}: there is no such program", Exit.MISTAKE)
-    if path.endswith(".py"):
-        return path
-    with Path(path).open("rb") as file:
-        first = file.read(_FIRST_BYTES).partition(b"\n")[0]
-    if not first.startswith(b"#!") or b"python" not in first:
-        raise fail(
-            f"hil: {path} is no Python program: only these can live on simulated time; run others at a bench"
-            " in real time, `hil serve`",
-            Exit.MISTAKE,
-        )
-    return path

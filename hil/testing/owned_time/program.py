@@ -1,6 +1,8 @@
 """Runs a program on the simulated time of a bench: the main module of its process."""
 
 import argparse
+import json
+import os
 import sys
 import threading
 import types
@@ -12,8 +14,10 @@ from hil.config import ConfigError
 from hil.testing.bench import Bench
 from hil.testing.owned_time.children import Children
 from hil.testing.owned_time.clocks import FIRST_DATE_S, Clocks
+from hil.testing.owned_time.lockstep import Lockstep
 from hil.testing.owned_time.put_in_place import put_in_place
 from hil.testing.owned_time.turns import Turns
+from hil.vocab.time import NS_PER_MS
 
 MISTAKE = 2
 """Exit code for what is wrong before the program begins."""
@@ -27,27 +31,46 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--date", type=float, default=FIRST_DATE_S)
     parser.add_argument("--module", action="store_true")
+    parser.add_argument("--beside", type=int)
     parser.add_argument("program")
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
     given = parser.parse_args()
     mapped = dict(each.rpartition("=")[::2] for each in given.map)
     try:
-        bench = Bench(given.bench, given.seed)
-        _place(bench, mapped, given.date)
+        bench, beside = _bench(given)
+        _place(bench, mapped, given.date, beside)
     except (ConfigError, KeyError, ValueError) as error:
         _say(str(error))
         sys.exit(MISTAKE)
-    sys.exit(_run(given.program, given.arguments, given.module))
+    code = _run(given.program, given.arguments, given.module)
+    if beside:
+        threading._shutdown()  # type: ignore[attr-defined]
+        beside.ended(code)
+    sys.exit(code)
+
+
+def _bench(given: argparse.Namespace) -> tuple[Bench, Lockstep | None]:
+    """Bench of a file, or a second one beside a test's, which says over a socket what it is."""
+    if given.beside is None:
+        bench = Bench(given.bench, given.seed)
+        if late := bench.start():
+            _say(f"{', '.join(late)} did not answer; the program starts all the same")
+        return bench, None
+    # Files, not sockets: those of the program wait in simulated time.
+    from_test, to_test = os.fdopen(given.beside), os.fdopen(os.dup(given.beside), "w")
+    first = json.loads(from_test.readline())
+    bench = Bench(first["config"])
+    bench.play(first["inputs"])
+    bench.run_until(first["now_ns"] / NS_PER_MS)
+    return bench, Lockstep(from_test, to_test, bench)
 
 
 def _say(text: str) -> None:
     sys.stderr.write(f"hil virtual: {text}\n")
 
 
-def _place(bench: Bench, mapped: Mapping[str, str], date_s: float) -> None:
+def _place(bench: Bench, mapped: Mapping[str, str], date_s: float, beside: Lockstep | None) -> None:
     """Let this process live on the bench's time. ``mapped``: names of ports by paths of the program."""
-    if late := bench.start():
-        _say(f"{', '.join(late)} did not answer; the program starts all the same")
     ports = bench.serial_ports
     turns = Turns(bench.runtime, [*ports.terminals.values()], _say)
     terminals = ports.named(mapped)
@@ -56,30 +79,42 @@ def _place(bench: Bench, mapped: Mapping[str, str], date_s: float) -> None:
     start_real = threading._start_new_thread  # type: ignore[attr-defined]
     put_in_place(turns, Clocks(turns, date_s), children, port_class, ports.descriptors)
     start_real(turns.watch, ())
+    if beside:
+        beside.waits, turns.synchronize = turns.who_waits, beside.synchronize
+        turns.stop_ns = beside.synchronize()
 
 
 def _run(program: str, arguments: list[str], is_module: bool) -> int:
     sys.argv = [program, *arguments]
+    try:
+        _execute(program, is_module)
+    except SystemExit as error:
+        if isinstance(error.code, str):
+            sys.stderr.write(f"{error.code}\n")
+        return error.code if isinstance(error.code, int) else int(error.code is not None)
+    except Exception as error:
+        of_program = (
+            error.__traceback__ and error.__traceback__.tb_next and error.__traceback__.tb_next.tb_next
+        )
+        sys.excepthook(type(error), error.with_traceback(of_program), of_program)
+        return 1
+    return 0
+
+
+def _execute(program: str, is_module: bool) -> None:
     if is_module:
         import runpy  # noqa: TID251 - the program's module
 
         sys.path[0] = ""
         runpy.run_module(program, run_name="__main__", alter_sys=True)
-        return 0
+        return
     path = Path(program)
     sys.path[0] = str(path.resolve().parent)
     module = types.ModuleType("__main__")
     names: dict[str, Any] = vars(module)
     names |= {"__file__": program, "__builtins__": __builtins__}
     sys.modules["__main__"] = module  # noqa: TID251 - as Python does for a program
-    code = compile(path.read_bytes(), program, "exec")
-    try:
-        exec(code, names)
-    except Exception as error:
-        of_program = error.__traceback__ and error.__traceback__.tb_next
-        sys.excepthook(type(error), error.with_traceback(of_program), of_program)
-        return 1
-    return 0
+    exec(compile(path.read_bytes(), program, "exec"), names)
 
 
 if __name__ == "__main__":

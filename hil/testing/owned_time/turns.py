@@ -117,6 +117,9 @@ class Turns:
         self.acted = self._looks.acted
         self.timers, self.outside = Interrupts(), Outside()
         self.main = Turn("MainThread", 0)
+        self.stop_ns = FOREVER
+        """Time at which ``synchronize`` is called, which answers the next."""
+        self.synchronize: Callable[[], SimTimeNs] = lambda: FOREVER
         self.is_given_up = False
         """True once all have waited without end: nobody is waited for any more."""
         self._turns = [self.main]
@@ -230,7 +233,8 @@ class Turns:
             if turn is not self.main:
                 return
             if self.is_given_up:
-                raise EndlessWait(self._who_waits())
+                said = "every thread waits, and nothing will end it:"
+                raise EndlessWait(f"{said}\n{self.who_waits()}")
             if self.timers.due_ns > self.now_ns:
                 return
             self.timers.run(self.now_ns)
@@ -309,6 +313,17 @@ class Turns:
             self.outside.pass_on(self.now_ns)
         self._advance(SimTimeNs(min(limit_ns, self.now_ns + passed_ns)), self._ends(is_look=True))
 
+    def _go_on(self, limit_ns: SimTimeNs, ends: list[LineEnd]) -> SimTimeNs:
+        """Let time pass; where a test says how far, no further than that before it says more."""
+        while True:
+            end_ns = min(limit_ns, self.stop_ns)
+            self._runtime.advance_until_heard(end_ns, ends)
+            if (now_ns := self.now_ns) < self.stop_ns:
+                return now_ns
+            self.stop_ns = self.synchronize()
+            if now_ns >= limit_ns or any(end.next_ns <= now_ns for end in ends):
+                return now_ns
+
     @contextmanager
     def inside(self) -> Iterator[None]:
         """Let the bench work for the block: what it calls on this thread takes no time of the program."""
@@ -325,8 +340,7 @@ class Turns:
 
     def _advance(self, limit_ns: SimTimeNs, ends: list[LineEnd]) -> None:
         with self.inside():
-            self._runtime.advance_until_heard(limit_ns, ends)
-        now_ns = self.now_ns
+            now_ns = self._go_on(limit_ns, ends)
         if now_ns < limit_ns:
             self._heard_ns = now_ns
         for each in self._terminals:
@@ -341,9 +355,10 @@ class Turns:
             self._told.add(about)
             self._say(text)
 
-    def _who_waits(self) -> str:
+    def who_waits(self) -> str:
+        """Lines for people: what each thread waits for, and where."""
         lines = [f"  {turn.name} waits for {turn.wait.what}{turn.place()}" for turn in self._turns]
-        return "\n".join(["every thread waits, and nothing will end it:", *lines])
+        return "\n".join(lines)
 
     def watch(self) -> None:
         """Leave threads beside that do not wait; runs in a thread of its own for as long as the program."""
