@@ -9,6 +9,7 @@ from hil.testing.serial_ports.port_lines import AT_OPENING, PortLines
 from hil.vocab.line_format import EIGHT_N_1, format_named
 from hil.vocab.time import FOREVER, SimTimeNs
 
+XON, XOFF = b"\x11", b"\x13"
 CUSTOM_BAUD = 0x1000
 """BOTHER, asm-generic/termbits.h: the speed stands in a field of its own."""
 MARK_OR_SPACE = 0x40000000
@@ -39,6 +40,8 @@ class PortTerminal:
         """Holder of its lock; None: nobody."""
         self.settings: list[Any] = [*_FRESH, [b"\0"] * 32]
         self.custom_baud = 0
+        self.is_stopped = False
+        """True while it takes nothing to send, by XOFF or by request."""
         self._input = bytearray()
         self._to_send = bytearray()
         self._watched: tuple[socket.socket, socket.socket] | None = None
@@ -62,6 +65,7 @@ class PortTerminal:
         if not self.opens:
             self._to_send.clear()
             self._input.clear()
+            self.is_stopped = False
             if self.lines:
                 self.lines.set(0, now_ns)
             self.end.closed()
@@ -75,8 +79,16 @@ class PortTerminal:
     def waiting(self, now_ns: SimTimeNs) -> int:
         """Number of bytes that have come and were not read."""
         if self.end.next_ns <= now_ns:
-            self._input += self.end.collect(now_ns)
+            data = self.end.collect(now_ns)
+            self._input += self._without_flow_control(data) if self.settings[0] & termios.IXON else data
         return len(self._input)
+
+    def _without_flow_control(self, data: bytes) -> bytes:
+        """Obey XON and XOFF, and leave them out."""
+        last = max((XON, XOFF), key=data.rfind)
+        if last in data:
+            self.is_stopped = last == XOFF
+        return data.translate(None, XON + XOFF)
 
     def peek(self, now_ns: SimTimeNs) -> bytes:
         """Bytes that have come and were not read, to the first end of a line; they stay."""

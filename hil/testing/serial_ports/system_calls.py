@@ -12,7 +12,7 @@ from typing import Any
 
 from hil.testing.serial_ports.passing import Passing
 from hil.testing.serial_ports.port_requests import UINT, answer_request
-from hil.testing.serial_ports.port_terminal import PortTerminal
+from hil.testing.serial_ports.port_terminal import XOFF, XON, PortTerminal
 from hil.vocab.near_words import meant
 from hil.vocab.time import FOREVER, NS_PER_S, SimTimeNs
 
@@ -129,14 +129,20 @@ class SystemCalls:
                 self.passing.wait(lambda: bool(self._found(others)), until_ns, "bytes", None)
 
     def write(self, fd: int, data: bytes) -> int:
-        """Send bytes: all are taken, and wait if the board does not take them."""
+        """Send bytes: all are taken, and wait if the board does not take them. Raises OSError EAGAIN: the
+        board, or the program, has stopped it."""
         file = self._files.get(fd)
         if isinstance(file, Abort):
             file.held += bytes(data)
         else:
+            terminal = self.terminal(fd)
+            terminal.waiting(self.passing.now_ns)
+            if terminal.is_stopped:
+                self.passing.look()  # pyserial tries again until its time-out
+                raise _error(errno.EAGAIN)
             self.passing.acted()
             with self.passing.inside():
-                self.terminal(fd).write(bytes(data), self.passing.now_ns)
+                terminal.write(bytes(data), self.passing.now_ns)
         return len(data)
 
     # ---- select ----
@@ -245,8 +251,13 @@ class SystemCalls:
             self.passing.wait(lambda: False, self.passing.now_ns + BREAK_NS, "a break", None)
 
     def tcflow(self, fd: int, action: int) -> None:
-        """Do nothing, as a pty does on flow control. Raises OSError EBADF."""
-        self.terminal(fd)
+        """Stop what is sent, or let it go on; or tell the board to. Raises OSError EBADF."""
+        terminal = self.terminal(fd)
+        if action in (termios.TCOOFF, termios.TCOON):
+            terminal.is_stopped = action == termios.TCOOFF
+        else:
+            with self.passing.inside():
+                terminal.write(XOFF if action == termios.TCIOFF else XON, self.passing.now_ns)
 
 
 class Replaced:
