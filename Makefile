@@ -9,7 +9,7 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(if $(PYTHONDONTWRITEBYTECODE),$(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES),:)
 
-.PHONY: demo abi test test-quick test-native wheels test-load test-system test-web web web-check web-types lint reference keywords deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint reference keywords deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -110,6 +110,10 @@ test-container: $(VENV)/.dev
 test-system: $(VENV)/.dev
 	HIL_POWER_CUTS=$(or $(CUTS),60) $(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/system/boot_*.py
 
+# pyserial's own tests, of its source package, at a port of a bench and at a bare pty. A minute, and a download.
+test-pyserial: $(VENV)/.dev
+	$(BIN)/python tests/system/pyserial_own_tests.py
+
 # hil in a venv of its own, and the systemd units. DESTDIR is for packages: nothing is started then.
 # Where homes are, ProtectHome= of the units shows nothing: systemd.exec(5).
 PREFIX ?= /usr/local
@@ -149,7 +153,7 @@ kills: $(VENV)/.dev
 	HIL_KILLS=200 $(BIN)/python -m pytest -q -s tests/test_e2e_memory.py -k kills
 
 # Ten million damaged streams of packets, as many Modbus requests and a tenth of it on a line (20 minutes), as many frames at a CANopen node (3 minutes), a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
-# 100,000 requests at the control socket, 100,000 damaged logs and programs in G-code, a million dialogues with the Uno: two and a half hours.
+# 100,000 requests at the control socket, 100,000 damaged logs and programs in G-code, a million dialogues with the Uno, 100,000 operations at a port in memory and at a pty: two and a half hours.
 # The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_packet.py -k fuzz
@@ -171,6 +175,7 @@ fuzz: $(VENV)/.dev
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/compose/tests/test_replay_fuzz.py
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/gcode
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/uno -k fuzz
+	HIL_FUZZ=100000 $(BIN)/python -m pytest -q hil/testing/serial_ports/tests/test_serial_equals_pty.py
 
 # Figures with their references from the same run, and one table of all; docs/benchmarks.md explains them.
 # BENCH=--quick is shorter. Ends with 1 if a goal is missed by more than the noise. bench-docs writes the table.

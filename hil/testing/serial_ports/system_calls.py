@@ -63,9 +63,11 @@ class SystemCalls:
         """Descriptors of the last ``select``, if it waited, and the end of its time-out."""
 
     def terminal(self, fd: Any) -> PortTerminal:
-        """Terminal that is open under a number. Raises OSError EBADF."""
+        """Terminal that is open under a number. Raises OSError EBADF, and TypeError as Python does."""
         if isinstance(file := self._files.get(fd), OpenTerminal):
             return file.terminal
+        if fd is None:  # pyserial's of a port that is closed
+            raise TypeError("argument must be an int, or have a fileno() method.")
         raise _error(errno.EBADF)
 
     def has(self, fd: Any) -> bool:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+import serial
 
 from hil.sim.inputs import Bytes
 from hil.testing import Bench
@@ -88,3 +89,21 @@ def test_at_a_pty_the_touch_is_the_closing() -> None:
         ups = b.runtime.devices["d1"].power.ups
         b.serial("d1", 1200).close()
         assert b.runtime.devices["d1"].power.ups == ups + 1
+
+
+def test_xoff_stops_what_is_sent() -> None:
+    with bench_of("mechaduino", "pty") as b:
+        port = b.serial("d1", timeout=1, write_timeout=0.5)
+        port.set_output_flow_control(False)
+        before_ns = b.now_ns
+        with pytest.raises(serial.SerialTimeoutException):
+            port.write(b"p")
+        assert 500 * NS_PER_MS <= b.now_ns - before_ns < 502 * NS_PER_MS
+        port.set_output_flow_control(True)
+        port.write(b"p")
+        assert port.readline().startswith(b"stepNumber")
+        port.set_input_flow_control(False)
+        assert [each.input.data for each in b.inputs.inputs if isinstance(each.input, Bytes)] == [
+            b"p",
+            b"\x13",
+        ]

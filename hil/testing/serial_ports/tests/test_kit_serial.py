@@ -1,5 +1,7 @@
 """pyserial's ``Serial`` at ports of a bench in memory."""
 
+import io
+
 import pytest
 import serial
 
@@ -144,3 +146,65 @@ def test_a_read_without_end_is_told() -> None:
         port.reset_input_buffer()
         with pytest.raises(EndlessWait, match="read at m1: nothing has come for an hour"):
             port.read(1)
+
+
+def test_a_port_opened_twice_shares_what_comes() -> None:
+    with Bench(MECHADUINO) as b:
+        b.start()
+        first, second = b.serial("m1", timeout=0.5), b.serial("m1", timeout=0.5)
+        second.reset_input_buffer()
+        first.write(b"p")
+        head, rest = first.read(4), second.readline()
+        assert head == b"step"
+        assert rest.startswith(b"Number")
+        first.close()
+        second.write(b"p")
+        assert second.readline().startswith(b"stepNumber")
+
+
+def test_who_opens_again_begins_without_what_came_meanwhile() -> None:
+    with Bench(MECHADUINO) as b:
+        b.start()
+        port = b.serial("m1", timeout=0.5)
+        port.write(b"p")
+        port.close()
+        b.run(500)
+        port.open()
+        assert port.in_waiting == 0
+        port.write(b"p")
+        assert len(port.readlines()) == 1
+
+
+def test_can_bus_and_segment_taps_are_ports() -> None:
+    can = {
+        "bench": "b",
+        "devices": {"m1": {"profile": "mechaduino"}},
+        "can": {"can0": {"taps": {"slcan0": {"port": "memory"}}}},
+    }
+    with Bench(can) as b, b.serial("can0.slcan0", timeout=0.1) as port:
+        port.write(b"V\r")
+        assert port.read_until(b"\r").startswith(b"V")
+    with Bench(LINE) as b:
+        b.start()
+        tap, node = b.serial("bus0.master", timeout=0.1), b.serial("s1", timeout=0.1)
+        assert tap.baudrate == node.baudrate == 38400
+
+
+def test_an_unknown_port_says_what_there_is() -> None:
+    with Bench(LINE) as b, pytest.raises(KeyError, match="there is no port 'bus0'; there are s1, s1"):
+        b.serial("bus0")
+
+
+def test_a_wrapper_reads_text() -> None:
+    with Bench(MECHADUINO) as b:
+        b.start()
+        port = b.serial("m1", timeout=0.5)
+        text = io.TextIOWrapper(io.BufferedRWPair(port, port, 1), encoding="ascii", write_through=True)
+        text.write("p")
+        text.flush()
+        assert text.readline().startswith("stepNumber")
+        port.write(b"p")
+        data = bytearray(4)
+        assert port.readinto(data) == 4
+        assert data == b"step"
+        assert [line[:6] for line in port] == [b"Number"]
