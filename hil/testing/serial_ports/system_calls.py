@@ -108,7 +108,7 @@ class SystemCalls:
         """Read what is there. Raises OSError EAGAIN: nothing is."""
         file = self._files.get(fd)
         if isinstance(file, Abort):
-            data, file.held = file.held, b""
+            data, file.held = file.held[:count], file.held[count:]
             return data
         terminal = self.terminal(fd)
         if self._waited and fd in self._waited[0]:
