@@ -53,7 +53,10 @@ def _error(number: int, words: str = "", path: str | None = None) -> OSError:
 
 
 class SystemCalls:
-    """Calls for the terminals of one bench, by the paths at which programs open them."""
+    """Calls for the terminals of one bench, by the paths at which programs open them.
+
+    Long because each call that pyserial makes stands here, one short method each.
+    """
 
     def __init__(self, passing: Passing, terminals: Mapping[str, PortTerminal]) -> None:
         self.passing, self.terminals = passing, terminals
