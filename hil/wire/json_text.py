@@ -89,7 +89,8 @@ def _finite(digits: str) -> float:
 
 
 def json_pieces(content: Any) -> Iterator[bytes]:
-    """Encode an object of which some members may be long lists."""
+    """Encode an object of which some members may be long lists, or iterators of items: each of them is
+    encoded when it comes, so that long ones are never whole in memory."""
     if not isinstance(content, Mapping):
         yield json_text(content).encode()
         return
@@ -102,6 +103,12 @@ def json_pieces(content: Any) -> Iterator[bytes]:
                 some = json_text(value[at : at + ITEMS])[1:-1]
                 yield f"{',' if at else '['}{some}".encode()
             yield b"]"
+        elif isinstance(value, Iterator):
+            separator = "["
+            for item in value:
+                yield f"{separator}{json_text(item)}".encode()
+                separator = ","
+            yield b"]" if separator == "," else b"[]"
         else:
             yield json_text(value).encode()
     yield b"}" if content else b"{}"

@@ -31,6 +31,12 @@ def test_pieces_are_the_whole() -> None:
         assert told == json.loads(json.dumps(content).replace("NaN", "null").replace("Infinity", "null"))
 
 
+def test_items_of_an_iterator_are_encoded_one_by_one() -> None:
+    for rows in ([], [1], [{"a": [1, 2]}, math.nan, "x"]):
+        told = b"".join(json_pieces({"rows": iter(rows), "more": 1}))
+        assert told == b"".join(json_pieces({"rows": rows, "more": 1}))
+
+
 def test_each_asker_gets_a_report_that_was_begun_after_the_question() -> None:
     begun = 0
 
