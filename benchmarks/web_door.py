@@ -4,10 +4,13 @@
 2. The same with a page beside it that does not read: no more than a page that reads.
 3. 50 pages, each with one axis at 60 Hz: all get their samples.
 4. One axis at 1 kHz, as the page draws the one in sight, and the status. Wanted: at most 3 points.
+5. The status of 1000 devices to five pages: the longest piece of the event loop, in CPU time. Wanted: at most
+   5 ms.
 """
 
 import asyncio
 import statistics
+import sys
 import time
 from collections.abc import Sequence
 from contextlib import AsyncExitStack
@@ -23,9 +26,36 @@ SIGHT_HZ, SIGHT_POINTS = 1000.0, 3.0
 FIELDS = ["position_deg", "velocity_rpm", "u", "r", "yw"]
 SECONDS = 4 if is_quick() else 15
 ROUNDS = 1 if is_quick() else 3
-CONFIG = "bench: bench\ndevices:\n" + "".join(
-    f"  m{number}: {{profile: mechaduino, flash: {{table: identity}}}}\n" for number in range(AXES)
-)
+DEVICES, WATCHERS, PIECE_MS = 1000, 5, 5.0
+PIECE_SECONDS = 4 if is_quick() else 10
+START_S = 8
+PIECES = """
+import asyncio, sys, time
+from hil.cli.entry import main
+
+run = asyncio.Handle._run
+
+def timed(handle):
+    began_s = time.thread_time()
+    run(handle)
+    if (took_s := time.thread_time() - began_s) > 0.001:
+        print("piece", time.monotonic(), took_s * 1e3, flush=True)
+
+asyncio.Handle._run = timed
+sys.argv = sys.argv[1:]
+main()
+"""
+"""Program that runs ``hil`` and prints when a piece of the loop over 1 ms has ended, and its milliseconds."""
+
+
+def config_of(devices: int) -> str:
+    rows = (
+        f"  m{number}: {{profile: mechaduino, flash: {{table: identity}}}}\n" for number in range(devices)
+    )
+    return "bench: bench\ndevices:\n" + "".join(rows)
+
+
+CONFIG = config_of(AXES)
 DOOR = "bridges: {web: {port: 0}}\n"
 
 
@@ -99,6 +129,36 @@ def wakes(running: Daemon) -> int:
     return missed
 
 
+async def watch_status(url: str) -> tuple[float, float]:
+    """Watch the status with all pages. Answers begin and end of the time in which all do."""
+    async with AsyncExitStack() as stack:
+        pages = [await page(stack, url) for _ in range(WATCHERS)]
+        for each in pages:
+            await each.watch([])
+        readers = [asyncio.create_task(each.read()) for each in pages]
+        await asyncio.sleep(2)
+        began_s = time.monotonic()
+        await asyncio.sleep(PIECE_SECONDS)
+        for reader in readers:
+            reader.cancel()
+        return began_s, time.monotonic()
+
+
+def longest_pieces_ms() -> list[float]:
+    """Longest piece of the loop in each run."""
+    found = []
+    with daemon(config_of(DEVICES) + DOOR, prefix=(sys.executable, "-c", PIECES)) as running:
+        time.sleep(START_S)
+        url = ask(next(running.folder.glob("run/*/control.sock")), "status", timeout_s=30)["bridges"]["web"][
+            "root"
+        ]
+        for _ in range(ROUNDS):
+            began_s, ended_s = asyncio.run(watch_status(url))
+            rows = (line.split() for line in running.output.splitlines() if line.startswith("piece "))
+            found.append(max(float(row[2]) for row in rows if began_s < float(row[1]) < ended_s))
+    return found
+
+
 CASES = {
     "nobody": (0, 0, 0, RATE_HZ),
     "page": (1, AXES, 0, RATE_HZ),
@@ -135,6 +195,9 @@ def main() -> None:
     extra: dict[str, object] = {"reference": "what is wanted at most", "points": points}
     report("web_door", points["page"], "points of a core", 10.0, 1.0, extra)
     report("web_door_sight", points["sight"], "points of a core", SIGHT_POINTS, 1.0, extra)
+    pieces_ms = longest_pieces_ms()
+    extra = {"reference": "what is wanted at most", "all": pieces_ms}
+    report("status_piece_1000", statistics.median(pieces_ms), "ms", PIECE_MS, 1.0, extra)
 
 
 if __name__ == "__main__":
