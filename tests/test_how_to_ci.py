@@ -1,0 +1,59 @@
+"""``docs/how-to/ci.md``: its jobs, carried out without what only a CI has."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from e2e_support import PATIENCE_S
+from markdown_blocks import blocks
+
+PAGE = blocks("docs/how-to/ci.md")
+FILES = {each.text.splitlines()[0].removeprefix("# "): each.text for each in PAGE}
+PROJECT = ("bench.yaml", "test_angle.py", "moves.sh")
+
+
+def github(job: str) -> list[str]:
+    steps: list[dict[str, Any]] = yaml.safe_load(FILES[".github/workflows/test.yml"])["jobs"][job]["steps"]
+    return [step["run"] for step in steps if "run" in step]
+
+
+def gitlab(job: str) -> list[str]:
+    lines: list[str] = yaml.safe_load(FILES[".gitlab-ci.yml"])[job]["script"]
+    return lines
+
+
+@pytest.mark.parametrize("job", ["virtual", "live"])
+@pytest.mark.parametrize("lines_of", [github, gitlab])
+def test_a_job(lines_of: Any, job: str, tmp_path: Path) -> None:
+    for name in PROJECT:
+        (tmp_path / name).write_text(FILES[name])
+    install, *lines = lines_of(job)
+    assert install.startswith("pip install ")
+    environment = os.environ | {
+        "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+        "XDG_RUNTIME_DIR": str(tmp_path / "run"),
+        "XDG_STATE_HOME": str(tmp_path / "state"),
+    }
+    with subprocess.Popen(
+        ["bash", "-e", "-c", "\n".join(lines)],
+        cwd=tmp_path,
+        env=environment,
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as running:
+        try:
+            said, _ = running.communicate(timeout=3 * PATIENCE_S)
+        finally:
+            try:
+                os.killpg(running.pid, signal.SIGTERM)  # the bench, which ends with its job
+            except ProcessLookupError:
+                assert job == "virtual"
+    assert running.returncode == 0, said
+    assert ("1 passed" if job == "virtual" else "position_deg > 89 and loop_on == 1 after") in said
