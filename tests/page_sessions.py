@@ -30,6 +30,10 @@ _ERROR = re.compile(r"^(?:hil: |\S+\.yaml:\d+:\d+: )", re.M)
 COLUMNS = "150"
 
 
+BECOME_OTHERS = ("virtual", "with-lines")
+"""Commands in whose place another program goes on."""
+
+
 class Step(NamedTuple):
     """Command of a page, and what the page shows below it."""
 
@@ -170,9 +174,9 @@ class Session:
 
     def ended(self, command: str) -> tuple[int, str]:
         """Carry out a command that ends by itself; return its exit code and what it prints. One of hil alone
-        runs in this process."""
+        runs in this process, unless it becomes another program."""
         words = shlex.split(command, comments=True)
-        if words[0] == "hil" and not re.search(r"[|;&<>]", command):
+        if words[0] == "hil" and words[1] not in BECOME_OTHERS and not re.search(r"[|;&<>]", command):
             environment = {**self.environment, "COLUMNS": COLUMNS}
             done = CliRunner().invoke(app, words[1:], env=environment)
             assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
