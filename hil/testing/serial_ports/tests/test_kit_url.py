@@ -6,13 +6,15 @@ import pytest
 import serial
 
 from hil.testing import Bench, live
+from hil.testing.serial_ports import open_benches
 
 MECHADUINO = {"bench": "first", "devices": {"m1": {"profile": "mechaduino"}}}
 SAC = {"bench": "second", "devices": {"s1": {"profile": "sac"}, "m1": {"profile": "mechaduino"}}}
 
 
 @pytest.fixture(autouse=True)
-def nobody_serves(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def no_other_bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(open_benches, "_OPEN", [])  # a test before may have left one open
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     tmp_path.chmod(0o700)
 
