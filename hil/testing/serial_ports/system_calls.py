@@ -73,10 +73,6 @@ class SystemCalls:
             raise TypeError("argument must be an int, or have a fileno() method.")
         raise _error(errno.EBADF)
 
-    def has(self, fd: Any) -> bool:
-        """True if a number is one of ours."""
-        return fd in self._files
-
     # ---- os ----
 
     def open(self, path: str, flags: int) -> int:
@@ -180,7 +176,7 @@ class SystemCalls:
         return found or self._found(reads), [], []
 
     def _found(self, fds: Sequence[int]) -> list[int]:
-        """Those of which something can be read at once."""
+        """Descriptors of these of which something can be read at once."""
         now_ns, files = self.passing.now_ns, self._files
         try:
             return [fd for fd in fds if files[fd].readable(now_ns)]

@@ -95,7 +95,7 @@ def run_pytest(folder: Path, *options: str) -> str:
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
-    """What pytest printed, and the folder of artifacts."""
+    """Output of pytest, and the folder of artifacts."""
     folder = tmp_path_factory.mktemp("failing")
     (folder / "test_cell.py").write_text(TESTS)
     said = run_pytest(folder, "--hil-artifacts", "kept")
@@ -104,7 +104,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
 
 
 def of_test(said: str, name: str) -> str:
-    """What pytest printed of a test."""
+    """Output of pytest about one test."""
     (text,) = re.findall(rf"^_+ {re.escape(name)} _+$(.*?)(?=^_+ test_|^=+ short)", said, re.M | re.S)
     return str(text)
 
