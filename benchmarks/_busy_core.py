@@ -13,7 +13,7 @@ import time
 
 from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.config import from_dict
-from hil.testing.bench import MemoryStore
+from hil.testing.memory_store import MemoryStore
 
 CONFIG = {"bench": "b", "devices": {"m1": {"profile": "mechaduino", "flash": {"table": "identity"}}}}
 

@@ -1,63 +1,34 @@
 """A bench in memory, on the virtual clock."""
 
-import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from hil.compose import bench_runtime, find_catalogue, read_text, start_memories
+from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions
-from hil.config import BenchConfig, from_dict, parse
-from hil.runs import (
-    Execution,
-    Progress,
-    RunTextError,
-    Soon,
-    TwinAxes,
-    all_problems,
-    parse_run,
-    plan_run,
-    run_from_data,
-)
+from hil.runs import Execution, Progress
 from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
 from hil.sim.given_fault import fault_refusal
-from hil.sim.input_reading import decode
-from hil.sim.twin import Twin
-from hil.telemetry import Recording, Sampler, Subscription
+from hil.testing.bench_dialogue import talk_at
+from hil.testing.bench_time import BenchTime
+from hil.testing.config_reading import read_config
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
-from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such, path_of, unreadable
+from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such
 from hil.testing.kept_inputs import KeptInputs
+from hil.testing.kit_runs import KitRuns
+from hil.testing.memory_store import MEMORY_STORE
 from hil.testing.program_beside import ProgramBeside
 from hil.testing.serial_ports.open_benches import add_open, forget_closed
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
 from hil.testing.wire_faces import WireFaces
 from hil.vocab.address import address_of, no_part
 from hil.vocab.axis import AxisNow
-from hil.vocab.dialogue import Dialogue, Heard, Listen, Result, Send
+from hil.vocab.dialogue import Dialogue, Result
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
-from hil.vocab.verbs import VerbRefused
 
-RUN_LEAD_NS = 1_000_000
-"""Time between a run's phrases: in virtual time nothing needs longer."""
 START_MS, START_STEP_MS = 30_000, 10
-LISTEN_SLICE_NS = 10 * NS_PER_MS
-"""Time that a dialogue that listens lets pass between two looks at the port."""
-
-
-class MemoryStore:
-    """Store that writes at once: flash takes no time in the reference data."""
-
-    def commit(
-        self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
-    ) -> bool | None:
-        return True
-
-
-MEMORY_STORE = MemoryStore()
 
 
 class Bench:
@@ -98,28 +69,26 @@ class Bench:
         hooks = replace(around, log=self.inputs)
         self._runtime = bench_runtime(self.config, catalogue, memories, store, hooks)
         runtime, devices = self._runtime, self._runtime.devices
+        self._time = BenchTime(runtime, self.config, catalogue)
+        self._serials = self._time.serials
         self._ports = {
             device.uarts.label(name, uart): PortFace(runtime, device, uart)
             for name, device in devices.items()
             for uart in device.uarts
         }
         self._axes = {
-            address: AxisFace(runtime, device, axis, self._record)
+            address: AxisFace(runtime, device, axis, self._time.record)
             for address, (device, axis) in runtime.parts.axes.items()
         }
         self._devices = {name: DeviceFace(runtime, device) for name, device in devices.items()}
         self._wires = WireFaces(self, runtime, catalogue.wire_kinds)
         self._taps = {name: self._wires.tap(name, tap) for name, tap in runtime.taps.items()}
-        self._serials = SerialPorts(runtime, self.config, catalogue, self._passed, self._stop_ns)
         add_open(self._serials)
-        self._sampler = Sampler(runtime)
-        self._run_axes = TwinAxes(runtime, self._sampler)
+        self._runs = KitRuns(runtime, self._time.sampler, self._time.run_until)
         for fault in self.config.faults:
             self.fault(fault.fault, fault.target, **(fault.model_extra or {}))
-        self._recordings: list[tuple[Subscription, Recording]] = []
         self.more_sections: list[Callable[[], Iterable[tuple[str, str]]]] = []
         """Functions that answer more titles and texts for the report of a test that fails."""
-        self._program: ProgramBeside | None = None
 
     @property
     def now_ns(self) -> SimTimeNs:
@@ -164,26 +133,27 @@ class Bench:
             ValueError: another program runs here.
         """
         __tracebackhide__ = True
-        if self._program and self._program.is_running:
+        if self._time.has_program:
             raise ValueError("another program runs on this bench; wait for its end, or close it")
         for port in (map or {}).values():
             NamedThings("port", self._serials.terminals)[port]
         self.start()
-        if self._program:
-            self._program.close()
-        self._program = ProgramBeside(
-            self._given, self.inputs, lambda: self.now_ns, self._run_beside, words, map or {}, options
+        time = self._time
+        begun = time.begin_program(
+            lambda: ProgramBeside(
+                self._given, self.inputs, time.now_ns, time.run_beside, words, map or {}, options
+            )
         )
-        self.more_sections.append(self._program.sections)
-        return self._program
+        self.more_sections.append(begun.sections)
+        return begun
 
     def run(self, ms: float) -> None:
         """Let ``ms`` milliseconds of simulated time pass."""
-        self._advance(SimTimeNs(self.now_ns + round(ms * NS_PER_MS)))
+        self._time.run_until(SimTimeNs(self.now_ns + round(ms * NS_PER_MS)))
 
     def run_until(self, ms: float) -> None:
         """Run until the simulated time is ``ms`` milliseconds; never back."""
-        self._advance(SimTimeNs(round(ms * NS_PER_MS)))
+        self._time.run_until(SimTimeNs(round(ms * NS_PER_MS)))
 
     def port(self, name: str, uart: str = "") -> PortFace:
         """Port at an address, as in ``m1`` or ``s1.network``; ``uart``: name of the device's UART.
@@ -256,7 +226,7 @@ class Bench:
     @property
     def run_axes(self) -> Mapping[str, AxisNow]:
         """Axes as a run would begin with them now."""
-        return self._run_axes.axes()
+        return self._runs.axes
 
     def execute(self, run: Mapping[str, object] | str) -> Execution:
         """Check and plan a multi-axis run (``hil.runs``) now; drive it with ``perform``.
@@ -264,12 +234,7 @@ class Bench:
         Raises:
             ConfigError: it cannot be done, with all problems.
         """
-        axes = self._run_axes.axes()
-        try:
-            document = parse_run(run, "<run>") if isinstance(run, str) else run_from_data(run)
-        except RunTextError as error:
-            raise all_problems(error, axes) from None
-        return Execution(plan_run(*document, axes), self._run_axes, Soon(self._run_axes, RUN_LEAD_NS))
+        return self._runs.execute(run)
 
     def perform(self, run: Mapping[str, object] | str | Execution) -> Progress:
         """Carry out a run to its end, in simulated time.
@@ -277,39 +242,16 @@ class Bench:
         Raises:
             ConfigError: it cannot be done, with all problems.
         """
-        execution = run if isinstance(run, Execution) else self.execute(run)
-        for until_ns in execution.run():
-            self._advance(SimTimeNs(until_ns))
-        return execution.progress
+        return self._runs.perform(run)
 
     def talk(self, name: str, dialogue: Dialogue[Result], uart: str = "") -> Result:
         """Carry out a dialogue at a device's port, in simulated time; answers its result."""
-        port = self.port(name, uart)
-        heard: list[tuple[SimTimeNs, bytes]] = []
-        answer: Heard | None = None
-        try:
-            while True:
-                step = dialogue.send(answer)
-                answer = None
-                if isinstance(step, Send):
-                    port.write(step.data)
-                elif isinstance(step, Listen):
-                    end_ns = self.now_ns + step.timeout_ns
-                    while (not heard or heard[0][0] > self.now_ns) and self.now_ns < end_ns:
-                        next_ns = heard[0][0] if heard else self.now_ns + LISTEN_SLICE_NS
-                        self._advance(SimTimeNs(min(next_ns, end_ns)))
-                        heard += port.read_complete()
-                    is_there = heard and heard[0][0] <= self.now_ns
-                    answer = Heard(*heard.pop(0)) if is_there else Heard(self.now_ns, b"")
-        except StopIteration as done:
-            result: Result = done.value
-            return result
+        return talk_at(self.port(name, uart), dialogue, self._time.now_ns, self._time.run_until)
 
     def close(self) -> None:
         """Free the bench's memory now instead of with its last reference."""
         forget_closed(self._serials)
-        if self._program:
-            self._program.close()
+        self._time.close()
         self._runtime.stop()
 
     def __enter__(self) -> "Bench":
@@ -318,75 +260,6 @@ class Bench:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _record(self, axis: str, signals: tuple[str, ...], interval_ns: int) -> Recording:
-        subscription = self._sampler.subscribe(axis, signals, interval_ns)
-        recording = Recording(signals)
-        self._recordings.append((subscription, recording))
-        return recording
-
     def play(self, lines: Iterable[str]) -> None:
         """Let inputs, as lines of an input log, take effect at their times."""
-        for line in lines:
-            logged = decode(json.loads(line))
-            if logged.at_ns > self.now_ns:
-                self._pass(logged.at_ns)
-            with suppress(VerbRefused):  # it was refused where it came from, too
-                self._runtime.apply_input(logged.device, logged.input, logged.at_ns)
-
-    def _advance(self, until_ns: SimTimeNs) -> None:
-        if self._program and self._program.is_running:
-            self._run_beside(until_ns)
-        self._pass(until_ns)
-
-    def _run_beside(self, until_ns: SimTimeNs) -> None:
-        """Let time pass to ``until_ns``, or to the end of the program that runs here."""
-        program = self._program
-        if program and program.is_running:
-            lines, now_ns = program.run_until(until_ns)
-            self.play(lines)
-            program.note_told()
-            self._pass(now_ns)
-
-    def _pass(self, until_ns: SimTimeNs) -> None:
-        while (stop_ns := self._stop_ns()) < until_ns:
-            self._advance_to(stop_ns)
-        self._advance_to(until_ns)
-
-    def _stop_ns(self) -> SimTimeNs:
-        """Time by which samples have to be fetched, or at which something happens at a port."""
-        due_ns, slice_ns = self._serials.due_ns, self._sampler.period_ns
-        return min(due_ns, SimTimeNs(self.now_ns + slice_ns)) if slice_ns else due_ns
-
-    def _advance_to(self, until_ns: SimTimeNs) -> None:
-        self._runtime.advance(until_ns)
-        self._passed(until_ns)
-
-    def _passed(self, now_ns: SimTimeNs) -> None:
-        self._serials.passed(now_ns)
-        if self._recordings:
-            self._sampler.poll()
-        for subscription, recording in self._recordings:
-            recording.rows += subscription.drain()
-            recording.lost = subscription.lost
-
-
-def read_config(config: GivenConfig) -> tuple[BenchConfig, Path]:
-    """Read a configuration from a path, YAML text or a dict; answers it with the folder its files are looked
-    up from.
-
-    Raises:
-        ConfigError: with every problem, or the file cannot be read.
-        TypeError: it is no path, no text and no dict.
-    """
-    __tracebackhide__ = True
-    path = path_of(config)
-    catalogue = find_catalogue({"memory": MemoryOptions})
-    if path:
-        try:
-            text = read_text(path)
-        except (OSError, ValueError) as error:
-            raise unreadable(path, error) from None
-        return parse(text, str(path), catalogue), path.parent
-    if isinstance(config, Mapping):
-        return from_dict(config, catalogue), Path()
-    return parse(str(config), "<text>", catalogue), Path()
+        self._time.play(lines)

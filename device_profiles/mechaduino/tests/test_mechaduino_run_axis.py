@@ -7,7 +7,7 @@ import pytest
 from device_profiles.mechaduino.dialogues import RunAxis
 from hil.firmware.set_point_paths import at, length_ns, trapezoid
 from hil.testing import Bench
-from hil.testing.bench import LISTEN_SLICE_NS
+from hil.testing.bench_dialogue import LISTEN_SLICE_NS
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Send
 from hil.vocab.path import DEG_PER_S, Path
 from hil.vocab.time import NS_PER_MS

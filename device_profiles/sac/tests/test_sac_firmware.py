@@ -12,7 +12,7 @@ from device_profiles.sac.eeprom import SIZE, Eeprom
 from device_profiles.sac.parameters import Parameters
 from hil.sim.twin import Twin
 from hil.testing import Bench
-from hil.testing.bench import MemoryStore
+from hil.testing.memory_store import MemoryStore
 
 CONFIG = {"bench": "t", "devices": {"s1": {"profile": "sac", "port": "memory"}}}
 CHARACTER_NS = 10 * 10**9 / 38400

@@ -11,7 +11,7 @@ from hil.config import BenchConfig, Catalogue, ConfigError, from_dict, schema
 from hil.config.document import Finding
 from hil.config.explain import StrictModel
 from hil.config.port_model import USUAL_BAUD
-from hil.testing.bench import MEMORY_STORE
+from hil.testing.memory_store import MEMORY_STORE
 from hil.vocab.bus import BusKind, NodeKind, NodeLine, WireKind
 from hil.vocab.problem import Problem
 from hil.vocab.wire import WireInfo

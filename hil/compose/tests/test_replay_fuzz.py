@@ -33,7 +33,7 @@ from hil.sim.inputs import (
     ScriptEncoder,
     SetField,
 )
-from hil.testing.bench import MemoryStore
+from hil.testing.memory_store import MemoryStore
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.wire.step_dir import generate

@@ -7,7 +7,7 @@ from hil.core import Core
 from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime
 from hil.sim.hardware import DeviceSpec
 from hil.sim.twin import Twin
-from hil.testing.bench import MemoryStore
+from hil.testing.memory_store import MemoryStore
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.firmware import MAIN, Board, ByteAvailable, CoreEvent, Main
 from hil.vocab.ports import PortHost, PortStats

@@ -16,7 +16,7 @@ from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Bytes, Do, Follow, Pin, SetField
 from hil.sim.setpoints import TimeOut
 from hil.sim.tests.session_bench import PARAMETERS
-from hil.testing.bench import MemoryStore
+from hil.testing.memory_store import MemoryStore
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Main

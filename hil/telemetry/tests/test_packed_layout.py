@@ -10,7 +10,7 @@ from hil.compose.replay import MemoryOptions
 from hil.config import from_dict
 from hil.core.fields import FIELDS, OFFSETS, PACKED_BYTES, reader
 from hil.sim.bench import BenchRuntime
-from hil.testing.bench import MemoryStore
+from hil.testing.memory_store import MemoryStore
 from hil.vocab.packed_fields import STRUCTS
 from hil.vocab.time import ms
 

@@ -19,7 +19,7 @@ from hil.telemetry.sampler import (
     MAX_SAMPLES_PER_S,
     MIN_INTERVAL_NS,
 )
-from hil.testing.bench import MemoryStore
+from hil.testing.memory_store import MemoryStore
 from hil.vocab.time import NS_PER_S, SimTimeNs
 
 SERVO = {"profile": "mechaduino", "port": "memory", "flash": {"table": "identity"}}

@@ -14,7 +14,7 @@ from hil.core import FIELDS
 from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
-from hil.testing.bench import read_config
+from hil.testing.config_reading import read_config
 from hil.vocab.faults import FaultRefused
 from hil.vocab.verbs import VerbRefused
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from hil.testing import Bench, ConfigError, LiveError, live
-from hil.testing.bench import read_config
+from hil.testing.config_reading import read_config
 
 ONE = {"bench": "kit", "devices": {"m1": {"profile": "mechaduino"}}}
 BUS = ONE | {

@@ -17,7 +17,7 @@ from hil.config import schema as json_schema
 from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench, CheckFailed, check_profile
-from hil.testing.bench import read_config
+from hil.testing.config_reading import read_config
 from hil.vocab.faults import FaultRefused
 from hil.vocab.verbs import VerbRefused
 

@@ -13,7 +13,7 @@ from hil.sim.input_log import InputLogWriter
 from hil.sim.input_reading import decode, read_line
 from hil.sim.inputs import Bytes, Do, Logged, Reset, encode_line
 from hil.testing import Bench, replay
-from hil.testing.bench import MemoryStore
+from hil.testing.memory_store import MemoryStore
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
 

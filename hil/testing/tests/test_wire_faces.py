@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hil.testing.bench import WireFaces
 from hil.testing.faces import TapFace
+from hil.testing.wire_faces import WireFaces
 from hil.vocab.bus import FaceKind, WireKind
 from hil.vocab.wire import WireInfo
 

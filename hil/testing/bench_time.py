@@ -1,0 +1,97 @@
+"""Passing of a bench's simulated time, with its ports, recordings and the program beside it."""
+
+import json
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+
+from hil.config import BenchConfig, Catalogue
+from hil.sim.bench import BenchRuntime
+from hil.sim.input_reading import decode
+from hil.telemetry import Recording, Sampler, Subscription
+from hil.testing.program_beside import ProgramBeside
+from hil.testing.serial_ports.ports_of_bench import SerialPorts
+from hil.vocab.time import SimTimeNs
+from hil.vocab.verbs import VerbRefused
+
+
+class BenchTime:
+    """Time of a bench in memory: what has to keep up with it does."""
+
+    def __init__(self, runtime: BenchRuntime, config: BenchConfig, catalogue: Catalogue) -> None:
+        self._runtime = runtime
+        self.serials = SerialPorts(runtime, config, catalogue, self._passed, self._stop_ns)
+        self.sampler = Sampler(runtime)
+        self._recordings: list[tuple[Subscription, Recording]] = []
+        self._program: ProgramBeside | None = None
+
+    def now_ns(self) -> SimTimeNs:
+        """Simulated time since the bench's start."""
+        return self._runtime.now_ns
+
+    def run_until(self, until_ns: SimTimeNs) -> None:
+        """Let time pass, with the program that runs here."""
+        self.run_beside(until_ns)
+        self._pass(until_ns)
+
+    def run_beside(self, until_ns: SimTimeNs) -> None:
+        """Let time pass to ``until_ns``, or to the end of the program that runs here."""
+        program = self._program
+        if program and program.is_running:
+            lines, now_ns = program.run_until(until_ns)
+            self.play(lines)
+            program.note_told()
+            self._pass(now_ns)
+
+    def begin_program(self, make: Callable[[], ProgramBeside]) -> ProgramBeside:
+        """Have a program beside the test, in place of one that has ended."""
+        self.close()
+        self._program = make()
+        return self._program
+
+    @property
+    def has_program(self) -> bool:
+        """True while a program runs here."""
+        return self._program is not None and self._program.is_running
+
+    def close(self) -> None:
+        """End the program that runs here."""
+        if self._program:
+            self._program.close()
+
+    def record(self, axis: str, signals: tuple[str, ...], interval_ns: int) -> Recording:
+        """Begin a recording of signals of an axis."""
+        subscription = self.sampler.subscribe(axis, signals, interval_ns)
+        recording = Recording(signals)
+        self._recordings.append((subscription, recording))
+        return recording
+
+    def play(self, lines: Iterable[str]) -> None:
+        """Let inputs, as lines of an input log, take effect at their times."""
+        for line in lines:
+            logged = decode(json.loads(line))
+            if logged.at_ns > self.now_ns():
+                self._pass(logged.at_ns)
+            with suppress(VerbRefused):  # it was refused where it came from, too
+                self._runtime.apply_input(logged.device, logged.input, logged.at_ns)
+
+    def _pass(self, until_ns: SimTimeNs) -> None:
+        while (stop_ns := self._stop_ns()) < until_ns:
+            self._advance_to(stop_ns)
+        self._advance_to(until_ns)
+
+    def _stop_ns(self) -> SimTimeNs:
+        """Time by which samples have to be fetched, or at which something happens at a port."""
+        due_ns, slice_ns = self.serials.due_ns, self.sampler.period_ns
+        return min(due_ns, SimTimeNs(self.now_ns() + slice_ns)) if slice_ns else due_ns
+
+    def _advance_to(self, until_ns: SimTimeNs) -> None:
+        self._runtime.advance(until_ns)
+        self._passed(until_ns)
+
+    def _passed(self, now_ns: SimTimeNs) -> None:
+        self.serials.passed(now_ns)
+        if self._recordings:
+            self.sampler.poll()
+        for subscription, recording in self._recordings:
+            recording.rows += subscription.drain()
+            recording.lost = subscription.lost
