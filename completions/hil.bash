@@ -1,6 +1,6 @@
 # bash completion of hil
 declare -gA _hil_commands=(
-    ['hil']='init virtual check serve list status reload benches replay monitor type wait with-lines state reset pin set zero profile axis run runs step drive plot capture decode play mother fault doctor usb docs schema completion arduino sac can modbus web zenoh'
+    ['hil']='init virtual check serve stop list status reload benches replay monitor type wait with-lines state reset pin set zero profile axis run runs step drive plot capture decode play mother fault doctor usb docs schema completion arduino sac can modbus web zenoh'
     ['hil profile']='list new check'
     ['hil runs']='show cancel pace'
     ['hil mother']='send text release stop scan nodes watch queue gcode'
@@ -18,7 +18,8 @@ declare -gA _hil_options=(
     ['hil init']='--json -h --help'
     ['hil virtual']='--map --module -m --seed --date -h --help'
     ['hil check']='--diff --json -h --help'
-    ['hil serve']='--runtime-dir --state-dir --require-rt --port-group --log --ready-file --json -h --help'
+    ['hil serve']='--runtime-dir --state-dir --require-rt --port-group --log --ready-file --json --detach -h --help'
+    ['hil stop']='--json --bench -b --runtime-dir -h --help'
     ['hil list']='--bench -b --programs --runtime-dir --json -h --help'
     ['hil status']='--watch -w --bench -b --runtime-dir --json -h --help'
     ['hil reload']='--bench -b --runtime-dir --json -h --help'
@@ -103,6 +104,9 @@ declare -gA _hil_takes=(
     ['hil serve --port-group']='-'
     ['hil serve --log']='file'
     ['hil serve --ready-file']='-'
+    ['hil stop --bench']='benches'
+    ['hil stop -b']='benches'
+    ['hil stop --runtime-dir']='folder'
     ['hil list --bench']='benches'
     ['hil list -b']='benches'
     ['hil list --runtime-dir']='folder'

@@ -36,7 +36,7 @@ FILES = {
     "home.py": "import serial, sys\nserial.Serial(sys.argv[1], 115200, timeout=1).write(b'p')\n",
     "commands.txt": "xm1200v160\r\n" + "\r\n" * 99,
 }
-LAST = ("sac command", "replay")
+LAST = ("sac command", "stop", "replay")
 """Examples that come last: they take the board's address, and the log of a bench that has ended."""
 ELSEWHERE = {
     "serve": "this bench",

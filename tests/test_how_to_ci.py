@@ -1,7 +1,6 @@
 """``docs/how-to/ci.md``: its jobs, carried out without what only a CI has."""
 
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -9,8 +8,10 @@ from typing import Any
 
 import pytest
 import yaml
-from e2e_support import PATIENCE_S
+from e2e_support import HIL, PATIENCE_S
 from markdown_blocks import blocks
+
+from hil.cli.framework.exit_codes import Exit
 
 PAGE = blocks("docs/how-to/ci.md")
 FILES = {each.text.splitlines()[0].removeprefix("# "): each.text for each in PAGE}
@@ -43,7 +44,6 @@ def test_a_job(lines_of: Any, job: str, tmp_path: Path) -> None:
         ["bash", "-e", "-c", "\n".join(lines)],
         cwd=tmp_path,
         env=environment,
-        start_new_session=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -51,9 +51,7 @@ def test_a_job(lines_of: Any, job: str, tmp_path: Path) -> None:
         try:
             said, _ = running.communicate(timeout=3 * PATIENCE_S)
         finally:
-            try:
-                os.killpg(running.pid, signal.SIGTERM)  # the bench, which ends with its job
-            except ProcessLookupError:
-                assert job == "virtual"
+            left = subprocess.run([HIL, "stop"], env=environment, capture_output=True, check=False)
     assert running.returncode == 0, said
+    assert left.returncode == Exit.FAILED, "the bench ends with its job"
     assert ("1 passed" if job == "virtual" else "position_deg > 89 and loop_on == 1 after") in said

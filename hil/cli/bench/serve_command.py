@@ -1,5 +1,6 @@
 """``hil serve``, and the reader of configurations."""
 
+import json
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -39,11 +40,28 @@ def serve(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print only this object, when the boards answer.")
     ] = False,
+    detached: Annotated[
+        bool,
+        typer.Option("--detach", help="End when the boards answer; the bench goes on until `hil stop`."),
+    ] = False,
 ) -> None:
     """Run a bench until Ctrl-C or SIGTERM.
 
+    With --detach it goes on in the background, and writes its log into its folder in --state-dir.
+
     Example: hil serve bench.yaml
     """
+    if detached:
+        given = {
+            "--runtime-dir": runtime_dir,
+            "--state-dir": state_dir,
+            "--port-group": port_group,
+            "--log": log,
+            "--ready-file": ready_file,
+        }
+        words = [word for flag, value in given.items() if value is not None for word in (flag, str(value))]
+        _detach(config, [*words, *(["--require-rt"] if require_rt else [])], state_dir, as_json)
+        return
     import asyncio
     import os
 
@@ -93,6 +111,19 @@ def serve(
     except StartError as error:
         notifier.status(str(error))
         raise fail(f"hil: {error}", 2) from None
+
+
+def _detach(config: Path, words: list[str], state_dir: Path | None, as_json: bool) -> None:
+    """Start this command again without --detach, with the options ``words``, and tell what it has."""
+    import os
+
+    from hil.cli.bench.detached import detach, report_lines
+    from hil.host.paths import state_base
+
+    bench = read_config(config)
+    state = state_base(state_dir, bench.state_dir, os.environ, bench.bench) / bench.bench
+    report = detach([*words, str(config)], state)
+    typer.echo(json.dumps(report) if as_json else "\n".join(report_lines(report)))
 
 
 def read_config(path: Path, *, opens_bridges: bool = True) -> Any:

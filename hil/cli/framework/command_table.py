@@ -36,6 +36,7 @@ _ROWS = (
     CommandRow("virtual", BENCH, "bench.virtual_command:virtual", takes_command=True, has_place=True),
     CommandRow("check", BENCH, "bench.config_commands:check"),
     CommandRow("serve", BENCH, "bench.serve_command:serve"),
+    CommandRow("stop", BENCH, "bench.stop_command:stop"),
     CommandRow("list", BENCH, "bench.bench_commands:list_benches"),
     CommandRow("status", BENCH, "bench.bench_commands:status"),
     CommandRow("reload", BENCH, "bench.bench_commands:reload"),
