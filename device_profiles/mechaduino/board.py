@@ -3,7 +3,7 @@
 from device_profiles.mechaduino import dialogues, verbs
 from device_profiles.mechaduino.firmware import Mechaduino
 from device_profiles.mechaduino.lookup_table import TABLE_FILE
-from device_profiles.mechaduino.sessions import session_plan
+from device_profiles.mechaduino.sessions import is_own_words, session_plan
 from hil.vocab.firmware import MAIN
 from hil.vocab.profile import Example, Profile, UartSpec
 
@@ -27,4 +27,5 @@ PROFILE = Profile(
     ),
     memory_file=TABLE_FILE,
     session=session_plan,
+    is_own_words=is_own_words,
 )

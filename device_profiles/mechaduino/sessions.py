@@ -74,11 +74,12 @@ def _plan(
         from_ms=from_ms,
         encoder=(points, board.get("encoder_interp", "hold") == "linear"),
         tolerance_ms=_TOLERANCE_MS,
-        is_own_words=_is_own_words,
+        is_own_words=is_own_words,
     )
 
 
-def _is_own_words(line: str) -> bool:
+def is_own_words(line: str) -> bool:
+    """True if a line is explanation, in our own words."""
     return line.strip() in _OWN_WORDS or bool(re.search(re.escape(text.K_HINT), line))
 
 

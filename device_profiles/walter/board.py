@@ -2,6 +2,7 @@
 
 from device_profiles.walter import verbs
 from device_profiles.walter.arm_parts import SERVOS, STEPPERS
+from device_profiles.walter.cortex_commands import OWN_WORDS
 from device_profiles.walter.firmware import LOGGER, PRINTER, SERVO, Cortex
 from device_profiles.walter.sessions import session_plan
 from hil.vocab.firmware import MAIN
@@ -29,6 +30,7 @@ PROFILE = Profile(
     verbs=verbs.VERBS,
     starve=verbs.starve,
     session=session_plan,
+    is_own_words=lambda line: line in OWN_WORDS,
     examples=(
         Example(types=b"INFO\r", answer=b" setuped i2c0=(0x40,0x41,0x42,0x43) i2c1=(0x40,0x54)>ok\r\n>"),
         Example(types=b"ECHO hello\r", answer=b"hello>ok\r\n>", within_ms=10),

@@ -21,7 +21,7 @@ from hil.vocab.address import no_input, no_part, pin_of
 from hil.vocab.near_words import meant
 from hil.vocab.time import SimTimeNs, ms
 from hil.vocab.verbs import VerbRefused
-from hil.wire.serial_line import character_ns
+from hil.wire.serial_line import character_ends_ns, character_ns
 from hil.wire.step_dir import Edges
 
 Record = Callable[[str, tuple[str, ...], int], Recording]
@@ -68,11 +68,15 @@ class PortFace:
         return joined
 
     def read_complete(self) -> list[tuple[SimTimeNs, bytes]]:
-        """Read as ``read_timed``, with the times at which the last bit of each piece has come."""
+        """Read as ``read_timed``, with the times at which the last bit of each piece has come; with a baud
+        each character is a piece."""
         baud = self._device.uarts[self._uart].baud
+        if not baud:
+            return self.read_timed()
         return [
-            (SimTimeNs(at_ns + (character_ns(len(data), baud) if baud else 0)), data)
+            (SimTimeNs(end_ns), bytes([byte]))
             for at_ns, data in self.read_timed()
+            for end_ns, byte in zip(character_ends_ns(at_ns, len(data), baud), data, strict=True)
         ]
 
     @property

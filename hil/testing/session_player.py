@@ -39,7 +39,8 @@ def play(
     ).boards
     found: list[Difference] = []
     for file in files:
-        found += _play_file(file, [profile] if profile else sorted(boards), boards, tolerance_ms)
+        names = [profile] if profile else sorted(boards)
+        found += _play_file(file, names, boards, Path(folder) if folder else None, tolerance_ms)
     return found
 
 
@@ -53,7 +54,11 @@ def session_files(path: str | Path) -> list[Path]:
 
 
 def _play_file(
-    file: Path, names: Sequence[str], boards: Mapping[str, Any], tolerance_ms: float | None
+    file: Path,
+    names: Sequence[str],
+    boards: Mapping[str, Any],
+    folder: Path | None,
+    tolerance_ms: float | None,
 ) -> list[Difference]:
     try:
         session = json.loads(file.read_text("utf-8-sig"))
@@ -61,6 +66,8 @@ def _play_file(
         raise SessionRefused(f"{file}: this is not JSON in UTF-8 ({error})") from None
     if not isinstance(session, dict):
         raise SessionRefused(f"{file}: a session is a JSON object")
+    if "steps" in session:
+        return _play_steps(file, session, names, folder, tolerance_ms)
     for name in names:
         if name not in boards:
             raise SessionRefused(f"there is no board {name!r}")
@@ -74,6 +81,22 @@ def _play_file(
         if plan is not None:
             return list(play_plan(file.stem, plan, tolerance_ms))
     raise SessionRefused(f"{file}: {_UNREADABLE}")
+
+
+def _play_steps(
+    file: Path, session: Any, names: Sequence[str], folder: Path | None, tolerance_ms: float | None
+) -> list[Difference]:
+    """Play a session by steps, as ``hil parity`` records them."""
+    from hil.testing.parity.twin_player import recording_differences
+    from hil.testing.parity.typed_session import typed_session
+
+    try:
+        steps = typed_session(session)
+        if steps.profile not in names:
+            raise SessionRefused(f"it is a session of a {steps.profile}, no {' or '.join(names)}")
+        return list(recording_differences(file.stem, steps, folder, tolerance_ms))
+    except SessionRefused as error:
+        raise SessionRefused(f"{file}: {error}") from None
 
 
 def play_plan(name: str, plan: SessionPlan, tolerance_ms: float | None = None) -> Iterator[Difference]:

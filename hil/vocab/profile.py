@@ -120,6 +120,9 @@ class Profile:
     session: Callable[[Mapping[str, Any]], SessionPlan | None] | None = None
     """Reader of recorded sessions with it, for ``hil.testing.play``: None for one that is of something else;
     raises ``SessionRefused``. None: it reads none."""
+    is_own_words: Callable[[str], bool] = lambda line: False
+    """Tells whether a line of the twin's is explanation in the project's words: a real board prints other
+    ones there."""
     commands: Callable[[], Commands] | None = None
     """Maker of the board's commands for the command line, which alone calls it; None: it has none."""
 
