@@ -62,6 +62,9 @@ class BenchHooks:
     """Called once when a device has stopped; ``Twin.failed`` says why."""
     log: InputLogSink | None = None
     """Receives all inputs with their effective times, and all that devices send."""
+    hold: Callable[[str, Input], bool] | None = None
+    """Called with the target of each input that would take effect now, and the input; True: it is held back,
+    and will come at another time."""
 
 
 VIRTUAL = BenchHooks()
@@ -237,6 +240,8 @@ class BenchRuntime:
         Raises:
             VerbRefused: a verb or a path was not carried out.
         """
+        if arrival_ns is None and self._around.hold and self._around.hold(target, given):
+            return self.now_ns, {}
         group = self.parts.group_of(target)
         with self.real_time.owning(group):
             at_ns = group.advance(self.now_ns if arrival_ns is None else arrival_ns, self.real_time.turn())

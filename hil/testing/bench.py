@@ -9,7 +9,6 @@ from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.runs import Execution, Progress
 from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
-from hil.sim.given_fault import fault_refusal
 from hil.testing.bench_dialogue import talk_at
 from hil.testing.bench_time import BenchTime
 from hil.testing.config_reading import read_config
@@ -19,6 +18,8 @@ from hil.testing.kept_inputs import KeptInputs
 from hil.testing.kit_runs import KitRuns
 from hil.testing.memory_store import MEMORY_STORE
 from hil.testing.program_beside import ProgramBeside
+from hil.testing.seeds.bench_chance import BenchChance, FaultKey
+from hil.testing.seeds.late_arrivals import LateArrivals
 from hil.testing.serial_ports.open_benches import add_open, forget_closed
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
 from hil.testing.wire_faces import WireFaces
@@ -36,6 +37,8 @@ class Bench:
     files.
 
     ``config`` is a path, YAML text or a dict. The kit's own port stands in for each kind that it names.
+    ``seed``: of all chance; 0 leaves each fault its own. ``arrival_window_ms``: bytes that are written arrive
+    at a time within so many milliseconds, by chance. ``leaves_out``: True for faults that are not injected.
     ``store`` and ``around``: as ``hil.compose.bench_runtime`` takes them. Nothing runs until ``run``; the
     same configuration, seed and calls give the same bytes.
 
@@ -52,24 +55,32 @@ class Bench:
         config: GivenConfig,
         seed: int = 0,
         *,
+        arrival_window_ms: float = 0.0,
+        leaves_out: Callable[[FaultKey], bool] = lambda key: False,
         store: Store = MEMORY_STORE,
         around: BenchHooks = VIRTUAL,
     ) -> None:
         __tracebackhide__ = True
         self._given = config
-        self.config, folder = read_config(config)
+        self._faults = BenchChance(seed, leaves_out)
+        given, folder = read_config(config)
+        self.config = self._faults.config(given)
         if self.config.real:
             names = ", ".join(self.config.real)
             raise ValueError(f"real boards (at:) know no simulated time: {names}; leave them out")
         self.seed = seed
+        self.chance = self._faults.random
+        """Random numbers of this seed, for the test."""
+        self.arrivals = LateArrivals(arrival_window_ms, self._faults.stream("arrivals"))
         catalogue = find_catalogue({"memory": MemoryOptions}, self.config.profile_path)
         memories = start_memories(self.config, catalogue, folder)
         self.inputs = KeptInputs(self.config, memories, around.log)
         """Inputs so far, of which an input log can be written."""
-        hooks = replace(around, log=self.inputs)
+        hooks = replace(around, log=self.inputs, hold=self.arrivals.hold)
         self._runtime = bench_runtime(self.config, catalogue, memories, store, hooks)
         runtime, devices = self._runtime, self._runtime.devices
-        self._time = BenchTime(runtime, self.config, catalogue)
+        self.arrivals.begin(runtime)
+        self._time = BenchTime(runtime, self.config, catalogue, self.arrivals)
         self._serials = self._time.serials
         self._ports = {
             device.uarts.label(name, uart): PortFace(runtime, device, uart)
@@ -141,7 +152,15 @@ class Bench:
         time = self._time
         begun = time.begin_program(
             lambda: ProgramBeside(
-                self._given, self.inputs, time.now_ns, time.run_beside, words, map or {}, options
+                self._given,
+                self.seed,
+                self.arrivals.window_ms,
+                self.inputs,
+                time.now_ns,
+                time.run_beside,
+                words,
+                map or {},
+                options,
             )
         )
         self.more_sections.append(begun.sections)
@@ -193,8 +212,10 @@ class Bench:
             FaultRefused: there is no such kind or target, or a parameter does not do.
         """
         self._runtime.faults.place(target)
-        number = self._runtime.inject(fault_refusal(kind, target, parameters))
-        return FaultFace(number, self._runtime)
+        fault, is_left_out = self._faults.fault(kind, target, parameters)
+        if is_left_out:
+            self._runtime.faults.check(fault, with_others=True)
+        return FaultFace(0 if is_left_out else self._runtime.inject(fault), self._runtime)
 
     def segment(self, name: str) -> SegmentView:
         """Segment by its name, read-only. Raises KeyError: there is none."""

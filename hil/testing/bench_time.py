@@ -9,6 +9,7 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.input_reading import decode
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.program_beside import ProgramBeside
+from hil.testing.seeds.late_arrivals import LateArrivals
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
 from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import VerbRefused
@@ -17,8 +18,10 @@ from hil.vocab.verbs import VerbRefused
 class BenchTime:
     """Time of a bench in memory: what has to keep up with it does."""
 
-    def __init__(self, runtime: BenchRuntime, config: BenchConfig, catalogue: Catalogue) -> None:
-        self._runtime = runtime
+    def __init__(
+        self, runtime: BenchRuntime, config: BenchConfig, catalogue: Catalogue, arrivals: LateArrivals
+    ) -> None:
+        self._runtime, self._arrivals = runtime, arrivals
         self.serials = SerialPorts(runtime, config, catalogue, self._passed, self._stop_ns)
         self.sampler = Sampler(runtime)
         self._recordings: list[tuple[Subscription, Recording]] = []
@@ -36,11 +39,14 @@ class BenchTime:
     def run_beside(self, until_ns: SimTimeNs) -> None:
         """Let time pass to ``until_ns``, or to the end of the program that runs here."""
         program = self._program
-        if program and program.is_running:
-            lines, now_ns = program.run_until(until_ns)
-            self.play(lines)
+        while program and program.is_running:
+            lines, now_ns = program.run_until(min(until_ns, self._arrivals.due_ns))
+            with self._arrivals.paused():  # the program has not heard of what comes at the time of its inputs
+                self.play(lines)
             program.note_told()
             self._pass(now_ns)
+            if now_ns >= until_ns:
+                break
 
     def begin_program(self, make: Callable[[], ProgramBeside]) -> ProgramBeside:
         """Have a program beside the test, in place of one that has ended."""
@@ -81,7 +87,8 @@ class BenchTime:
 
     def _stop_ns(self) -> SimTimeNs:
         """Time by which samples have to be fetched, or at which something happens at a port."""
-        due_ns, slice_ns = self.serials.due_ns, self.sampler.period_ns
+        due_ns = min(self.serials.due_ns, self._arrivals.due_ns)
+        slice_ns = self.sampler.period_ns
         return min(due_ns, SimTimeNs(self.now_ns() + slice_ns)) if slice_ns else due_ns
 
     def _advance_to(self, until_ns: SimTimeNs) -> None:
@@ -89,6 +96,7 @@ class BenchTime:
         self._passed(until_ns)
 
     def _passed(self, now_ns: SimTimeNs) -> None:
+        self._arrivals.passed(now_ns)
         self.serials.passed(now_ns)
         if self._recordings:
             self.sampler.poll()

@@ -27,12 +27,14 @@ class ProgramRunsOn(Exception):
 
 class ProgramBeside:
     """Program on a bench in memory, made by ``Bench.program``, which goes on as far as the test lets time
-    pass. ``given``, ``inputs``, ``now_ns``: of the bench; ``run_until``: lets time pass there, up to the
+    pass. ``given`` to ``now_ns``: of the bench; ``run_until``: lets time pass there, up to the
     program's end."""
 
     def __init__(
         self,
         given: GivenConfig,
+        seed: int,
+        arrival_window_ms: float,
         inputs: KeptInputs,
         now_ns: Callable[[], SimTimeNs],
         run_until: Callable[[SimTimeNs], None],
@@ -60,7 +62,13 @@ class ProgramBeside:
             )
         self._connection = ours
         self._from, self._to = ours.makefile("r"), ours.makefile("w")
-        first = {"config": _given(given), "inputs": as_lines(inputs.inputs), "now_ns": now_ns()}
+        first = {
+            "config": _given(given),
+            "seed": seed,
+            "arrival_window_ms": arrival_window_ms,
+            "inputs": as_lines(inputs.inputs),
+            "now_ns": now_ns(),
+        }
         self._say(first)
         self._told = len(inputs.records)
         self._hear()

@@ -6,8 +6,8 @@ own.
 what Python has; ``put_in_place.py`` puts them there. ``program.py`` runs a program so. ``child_start.py``
 begins its children.
 
-May import: hil.config, hil.sim, hil.testing.bench, hil.testing.input_lines, hil.testing.serial_ports,
-hil.vocab, the standard library, serial.
+May import: hil.config, hil.sim, hil.testing.bench, hil.testing.input_lines,
+hil.testing.seeds.late_arrivals, hil.testing.serial_ports, hil.vocab, the standard library, serial.
 
 Tests may import too: hil.testing.
 """

@@ -59,7 +59,9 @@ def _bench(given: argparse.Namespace) -> tuple[Bench, Lockstep | None]:
     # Files, not sockets: those of the program wait in simulated time.
     from_test, to_test = os.fdopen(given.beside), os.fdopen(os.dup(given.beside), "w")
     first = json.loads(from_test.readline())
-    bench = Bench(first["config"])
+    window_ms = first["arrival_window_ms"]
+    # Its faults are inputs, too: they come from the test.
+    bench = Bench(first["config"], first["seed"], arrival_window_ms=window_ms, leaves_out=lambda key: True)
     bench.play(first["inputs"])
     bench.run_until(first["now_ns"] / NS_PER_MS)
     return bench, Lockstep(from_test, to_test, bench)
@@ -72,7 +74,7 @@ def _say(text: str) -> None:
 def _place(bench: Bench, mapped: Mapping[str, str], date_s: float, beside: Lockstep | None) -> None:
     """Let this process live on the bench's time. ``mapped``: names of ports by paths of the program."""
     ports = bench.serial_ports
-    turns = Turns(bench.runtime, [*ports.terminals.values()], _say)
+    turns = Turns(bench.runtime, [*ports.terminals.values()], bench.arrivals, _say)
     terminals = ports.named(mapped)
     children, port_class = Children(turns, terminals), ports.class_for(turns, terminals)
     ports.serial_class = port_class  # of ``hil://`` too

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import serial
 
 from hil.sim.bench import BenchRuntime
+from hil.testing.seeds.late_arrivals import LateArrivals
 from hil.testing.serial_ports.line_ends import LineEnd
 from hil.testing.serial_ports.passing import SILENCE_NS, EndlessWait, Looks
 from hil.testing.serial_ports.port_terminal import PortTerminal
@@ -110,9 +111,13 @@ class Turns:
     """
 
     def __init__(
-        self, runtime: BenchRuntime, terminals: Sequence[PortTerminal], say: Callable[[str], None]
+        self,
+        runtime: BenchRuntime,
+        terminals: Sequence[PortTerminal],
+        arrivals: LateArrivals,
+        say: Callable[[str], None],
     ) -> None:
-        self._runtime, self._terminals, self._say = runtime, terminals, say
+        self._runtime, self._terminals, self._arrivals, self._say = runtime, terminals, arrivals, say
         self._looks = Looks()
         self.acted = self._looks.acted
         self.timers, self.outside = Interrupts(), Outside()
@@ -316,8 +321,9 @@ class Turns:
     def _go_on(self, limit_ns: SimTimeNs, ends: list[LineEnd]) -> SimTimeNs:
         """Let time pass; where a test says how far, no further than that before it says more."""
         while True:
-            end_ns = min(limit_ns, self.stop_ns)
+            end_ns = min(limit_ns, self.stop_ns, self._arrivals.due_ns)
             self._runtime.advance_until_heard(end_ns, ends)
+            self._arrivals.passed(self.now_ns)
             if (now_ns := self.now_ns) < self.stop_ns:
                 return now_ns
             self.stop_ns = self.synchronize()
