@@ -15,15 +15,21 @@ def is_python(name: str) -> bool:
     return Path(name).name.startswith("python")
 
 
+def find_program(name: str) -> str:
+    """Path of a program of any kind. Raises NoPythonProgram: there is none."""
+    path = name if Path(name).is_file() else which(name)
+    if path is None:
+        raise NoPythonProgram(f"{name}: there is no such program")
+    return path
+
+
 def find_python_program(name: str) -> str:
-    """Path of a program.
+    """Path of a Python program.
 
     Raises:
         NoPythonProgram: there is none, or it is another kind of program.
     """
-    path = name if Path(name).is_file() else which(name)
-    if path is None:
-        raise NoPythonProgram(f"{name}: there is no such program")
+    path = find_program(name)
     if path.endswith(".py"):
         return path
     with Path(path).open("rb") as file:

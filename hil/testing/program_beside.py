@@ -17,6 +17,7 @@ from hil.testing.kept_inputs import KeptInputs
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
 USUAL_LIMIT_MS = 600_000
+NO_WORDS = "a program is a list of words: the file of a Python program, and what it is given"
 END_S = 10.0
 """Maximum wall time for a process to end in, after its program has."""
 
@@ -81,12 +82,12 @@ class ProgramBeside:
     @property
     def stdout(self) -> str:
         """Its output so far."""
-        return self._said[0] if self._said else _text(self._out)
+        return self._said[0] if self._said else text_so_far(self._out)
 
     @property
     def stderr(self) -> str:
         """Its error output so far."""
-        return self._said[1] if self._said else _text(self._err)
+        return self._said[1] if self._said else text_so_far(self._err)
 
     def sections(self) -> Iterator[tuple[str, str]]:
         """Title and text for the report of a test that fails: what it waits for, and what it has said."""
@@ -158,7 +159,7 @@ def _program(words: list[str]) -> list[str]:
     is_module = words[:1] == ["-m"]
     words = words[1:] if is_module else words
     if not words:
-        raise ValueError("a program is a list of words: the file of a Python program, and what it is given")
+        raise ValueError(NO_WORDS)
     if is_module:
         return ["--module", "--", "-", *words]
     return ["--", "-", find_python_program(words[0]), *words[1:]]
@@ -177,6 +178,7 @@ def _given(config: GivenConfig) -> str:
     return as_json(config) if isinstance(config, Mapping) else str(config)
 
 
-def _text(file: Any) -> str:
+def text_so_far(file: Any) -> str:
+    """Text in a file that another process writes."""
     data: bytes = os.pread(file.fileno(), os.fstat(file.fileno()).st_size, 0)
     return data.decode(errors="replace")

@@ -13,7 +13,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -23,6 +23,8 @@ import serial
 
 from hil.net.control_client import ControlError, ask, begin
 from hil.testing.given import GivenConfig, NamedThings, as_json, checked_bytes, path_of, unreadable
+from hil.testing.serial_ports.open_benches import LIVE
+from hil.testing.served_program import ServedProgram
 
 ANSWER_S = 60.0
 """Maximum time for an answer: of twenty benches that start at once on two CPUs each waits for its turns."""
@@ -98,6 +100,8 @@ class ServedBench:
         self.capture_file = kept / "capture.pcapng"
         self.info: Mapping[str, Any] = {}
         """Report of ``hil serve --json`` from when the boards answered; the reference has its keys."""
+        self.programs: list[ServedProgram] = []
+        """Programs that ran beside it."""
 
     @property
     def pid(self) -> int:
@@ -156,6 +160,28 @@ class ServedBench:
                     )
         return heard
 
+    def program(
+        self,
+        words: Sequence[str | os.PathLike[str]],
+        map: Mapping[str, str] | None = None,
+        **options: Any,
+    ) -> ServedProgram:
+        """Run a program beside this bench, until its end or the bench's. A word that is the name of a port,
+        or is one of ``map``, which has names of ports by such words, is given to it as the port's path.
+
+        Raises:
+            KeyError: there is no such port.
+            OSError: it cannot be run.
+        """
+        __tracebackhide__ = True
+        self.programs.append(ServedProgram(self.ports, words, map or {}, self.info["speed"], options))
+        return self.programs[-1]
+
+    def end_programs(self) -> None:
+        """End the programs that still run beside it."""
+        for each in self.programs:
+            each.close()
+
     def report(self) -> list[tuple[str, str]]:
         """Titles and texts for the report of a test that failed: the ends of the log and of the traffic,
         in words."""
@@ -166,7 +192,7 @@ class ServedBench:
             text = subprocess.run(decode, capture_output=True, text=True, timeout=READY_S, check=False).stdout
             if text:
                 sections.append((f"traffic of {name} ({self.capture_file})", _end_of(text)))
-        return sections
+        return [*sections, *(section for each in self.programs for section in each.sections())]
 
 
 _MAIN = "import sys; sys.argv[0] = 'hil'; from hil.cli.entry import main; main()"
@@ -203,6 +229,9 @@ def live(
             stack.enter_context(LiveCapture(Path(bench.info["control"]), bench.capture_file))
         OPEN.append(bench)
         stack.callback(OPEN.remove, bench)
+        LIVE.append((bench.info["bench"], bench.ports))
+        stack.callback(LIVE.remove, LIVE[-1])
+        stack.callback(bench.end_programs)
         try:
             yield bench
         except BaseException as error:

@@ -1,10 +1,14 @@
-"""Ports of the benches in memory that are open in this process, the newest last."""
+"""Ports of the benches that tests of this process have open, the newest last."""
 
 import weakref
+from collections.abc import Mapping
 
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
 
 _OPEN: "list[weakref.ref[SerialPorts]]" = []
+
+LIVE: list[tuple[str, Mapping[str, str]]] = []
+"""Benches in real time: the name of each, and the paths or URLs of its ports by their names."""
 
 
 def add_open(ports: SerialPorts) -> None:

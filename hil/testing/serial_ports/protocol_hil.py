@@ -1,19 +1,20 @@
 """Handler of pyserial for URLs of ports: ``hil://m1``, and ``hil://BENCH/m1``.
 
-In a test that is a port of the newest bench in memory that has it; outside, of a bench that `hil serve` runs
-on this computer. ``import hil.testing`` registers it; in a program that is not to import hil,
+In a test that is a port of the newest bench that has it, those in memory first; outside, of a bench that `hil
+serve` runs on this computer. ``import hil.testing`` registers it; in a program that is not to import hil,
 ``serial.protocol_handler_packages.append("hil.testing.serial_ports")`` does.
 """
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 from typing import Any
 
 import serial
 
 from hil.net.benches_here import find
 from hil.net.control_client import BenchSilent, ControlError, ask
-from hil.testing.serial_ports.open_benches import open_benches
+from hil.testing.serial_ports.open_benches import LIVE, open_benches
 from hil.vocab.near_words import meant
 
 _SCHEME = "hil://"
@@ -40,7 +41,8 @@ def serial_class_for_url(url: str) -> tuple[str, Make]:
                 return name, ports.maker(name)
             known += ports.terminals
     told = list[str]()
-    for address_of in _served(bench, told):
+    live = (ports for name, ports in reversed(LIVE) if bench in (None, name))
+    for address_of in chain(live, _served(bench, told)):
         if name in address_of:
             return address_of[name], _opener(address_of[name])
         known += address_of
@@ -55,7 +57,7 @@ def _parts(url: str) -> tuple[str | None, str]:
     return benches[0] if benches else None, name
 
 
-def _served(bench: str | None, told: list[str]) -> Iterator[dict[str, str]]:
+def _served(bench: str | None, told: list[str]) -> Iterator[Mapping[str, str]]:
     """Addresses of the ports of each bench that is served here, by name; ``told``: gets what is wrong."""
     for here in find(None, os.environ).running().meant(bench or os.environ.get("HIL_BENCH") or None):
         try:

@@ -6,7 +6,7 @@ import pytest
 import serial
 
 from hil.testing import Bench, live
-from hil.testing.serial_ports import open_benches
+from hil.testing.serial_ports import open_benches, protocol_hil
 
 MECHADUINO = {"bench": "first", "devices": {"m1": {"profile": "mechaduino"}}}
 SAC = {"bench": "second", "devices": {"s1": {"profile": "sac"}, "m1": {"profile": "mechaduino"}}}
@@ -67,8 +67,20 @@ def test_a_url_that_names_no_port_is_refused(url: str) -> None:
 
 @pytest.mark.long
 def test_outside_of_the_kit_it_is_a_port_of_a_bench_that_is_served(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(protocol_hil, "LIVE", [])  # as in another process
     with live(MECHADUINO) as served:
         monkeypatch.setenv("RUNTIME_DIRECTORY", str(served.folder / "run"))
         with serial.serial_for_url("hil://first/m1", timeout=5) as port:
             port.write(b"p")
             assert b"Angle" in port.readline()
+
+
+@pytest.mark.long
+def test_in_a_test_it_is_a_port_of_its_live_bench() -> None:
+    with live(MECHADUINO), live(SAC):
+        for url in ("hil://first/m1", "hil://second/m1", "hil://m1"):
+            with serial.serial_for_url(url, timeout=5) as port:
+                port.write(b"p")
+                assert b"Angle" in port.readline()
+        with pytest.raises(serial.SerialException, match="there is no port hil://m2"):
+            serial.serial_for_url("hil://m2")
