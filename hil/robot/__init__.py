@@ -1,9 +1,9 @@
 """Keywords of Robot Framework at benches: ``Library    hil.robot    bench.yaml``.
 
 ``asked_keywords.py`` makes keywords of rows of the table of operations; ``port_keywords.py`` has those at
-ports, ``axis_keywords.py`` those of time, axes and packets. They work at a kind of bench: in memory on
-simulated time (``virtual_kind.py``), or in a process in real time (``live_kind.py``). Each test has a bench
-of its own.
+ports, ``program_keywords.py`` those of the program that is tested, ``axis_keywords.py`` those of time, axes
+and packets. They work at a kind of bench: in memory on simulated time (``virtual_kind.py``), or in a process
+in real time (``live_kind.py``). Each test has a bench of its own.
 
 May import: hil.config, hil.operations.table, hil.sim, hil.testing, hil.vocab, the standard library,
 robot, serial.
@@ -24,6 +24,7 @@ from hil.robot.axis_keywords import AxisKeywords
 from hil.robot.bench_kind import BenchKind, refusals
 from hil.robot.live_kind import LiveKind
 from hil.robot.port_keywords import PortKeywords
+from hil.robot.program_keywords import ProgramKeywords
 from hil.robot.virtual_kind import VirtualKind
 from hil.testing.given import NamedThings
 
@@ -35,7 +36,7 @@ KINDS: Mapping[str, Callable[[Path, int], BenchKind]] = {
 
 
 @library(scope="TEST", version=__version__, doc_format="ROBOT", listener="SELF", auto_keywords=True)
-class RobotLibrary(PortKeywords, AxisKeywords, AskedKeywords):
+class RobotLibrary(PortKeywords, ProgramKeywords, AxisKeywords, AskedKeywords):
     """Keywords for tests of boards that hil emulates, and of programs that talk to them.
 
     | Library    hil.robot    bench.yaml
@@ -60,6 +61,7 @@ class RobotLibrary(PortKeywords, AxisKeywords, AskedKeywords):
         self, bench: str = "bench.yaml", kind: str = "virtual", seed: int | str = 0
     ) -> None:  # Robot Framework 7.5 ends with a traceback if it cannot convert one of these: `_kind` does
         PortKeywords.__init__(self)
+        ProgramKeywords.__init__(self)
         self._given = bench, kind, seed
 
     @cached_property

@@ -1,17 +1,41 @@
 """Kind of a bench, as keywords work at it, and refusals as failures of a test."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Protocol
 
 import serial
 from robot.api import Failure
 
 from hil.config import ConfigError
-from hil.testing import LiveError
+from hil.testing import LiveError, NoPythonProgram
 from hil.vocab.operation import Operation
 from hil.vocab.verbs import VerbRefused
+
+
+class StartedProgram(Protocol):
+    """Program that runs at a bench, or has ended."""
+
+    @property
+    def stdout(self) -> str:
+        """Its output so far."""
+
+    @property
+    def stderr(self) -> str:
+        """Its error output so far."""
+
+    @property
+    def returncode(self) -> int | None:
+        """Its exit code once it has ended."""
+
+    @property
+    def is_running(self) -> bool:
+        """True until it has ended."""
+
+    def wait(self, timeout_ms: float) -> int:
+        """Wait for its end. Raises ProgramRunsOn: it has not ended in this simulated time."""
 
 
 class BenchKind(Protocol):
@@ -34,6 +58,11 @@ class BenchKind(Protocol):
     def ask(self, operation: Operation, target: str, given: Mapping[str, Any]) -> Any:
         """Carry out an operation; answers its result."""
 
+    def start_program(
+        self, program: str, arguments: Sequence[str], mapped: Mapping[str, str]
+    ) -> StartedProgram:
+        """Start a program that opens ports of the bench, by their names or by those of ``mapped``."""
+
     def packets(self, segment: str) -> list[str]:
         """Packets on a segment since the last call, as text."""
 
@@ -54,5 +83,19 @@ def refusals() -> Iterator[None]:
     """Let what is refused fail a test with the sentence that says why, without the name of a class."""
     try:
         yield
-    except (ConfigError, KeyError, LiveError, OSError, ValueError, VerbRefused) as error:
+    except (
+        ConfigError,
+        KeyError,
+        LiveError,
+        NoPythonProgram,
+        OSError,
+        ValueError,
+        VerbRefused,
+    ) as error:
         raise Failure(str(error)) from None
+
+
+def at_folder(folder: Path, program: str) -> str:
+    """Path of a program that lies in a folder, or its name: it lies elsewhere."""
+    file = folder / program
+    return str(file.absolute()) if file.is_file() else program

@@ -1,7 +1,7 @@
 """Bench in a process of its own, for keywords."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 import serial
 from robot.api import SkipExecution, logger
 
+from hil.robot.bench_kind import StartedProgram, at_folder
 from hil.testing import live
 from hil.vocab.operation import Operation
 from hil.vocab.time import NS_PER_S
@@ -20,6 +21,7 @@ class LiveKind:
     """``BenchKind`` in a process of its own. Raises LiveError: with what ``hil serve`` said."""
 
     def __init__(self, file: Path) -> None:
+        self._folder = file.parent
         self._stack = ExitStack()
         self._bench = self._stack.enter_context(live(file, capture=False))
         self.speed: float = self._bench.info["speed"]
@@ -40,6 +42,11 @@ class LiveKind:
     def ask(self, operation: Operation, target: str, given: Mapping[str, Any]) -> Any:
         named = {operation.target.argument: target} if target else {}
         return self._bench.ask(operation.name, **named, **given)
+
+    def start_program(
+        self, program: str, arguments: Sequence[str], mapped: Mapping[str, str]
+    ) -> StartedProgram:
+        return self._bench.program([at_folder(self._folder, program), *arguments], mapped, cwd=self._folder)
 
     def packets(self, segment: str) -> list[str]:
         raise SkipExecution("kind=live: packets are not kept; `hil capture` has them")

@@ -1,6 +1,6 @@
 """Bench in memory, on simulated time, for keywords."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import serial
 from robot.api import SkipExecution
 
+from hil.robot.bench_kind import StartedProgram, at_folder
 from hil.sim.inputs import SetField
 from hil.sim.settable import setting_problem
 from hil.testing import Bench
@@ -40,6 +41,7 @@ class VirtualKind:
     speed = 1.0
 
     def __init__(self, file: Path, seed: int) -> None:
+        self._folder = file.parent
         try:
             self._bench = Bench(file, seed)
         except ValueError as error:
@@ -65,6 +67,11 @@ class VirtualKind:
     def ask(self, operation: Operation, target: str, given: Mapping[str, Any]) -> Any:
         values = checked(operation.name, operation.parameters, given)
         return CARRIED_OUT[operation.name](self._bench, target, **values)
+
+    def start_program(
+        self, program: str, arguments: Sequence[str], mapped: Mapping[str, str]
+    ) -> StartedProgram:
+        return self._bench.program([at_folder(self._folder, program), *arguments], mapped, cwd=self._folder)
 
     def packets(self, segment: str) -> list[str]:
         heard = self._packets[segment]

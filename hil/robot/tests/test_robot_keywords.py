@@ -177,6 +177,49 @@ def test_packets_of_a_segment(suite: Suite) -> None:
     )
 
 
+PROGRAM = """
+import sys, serial
+with serial.Serial(sys.argv[1], timeout=20) as port:
+    for word in sys.argv[2:]:
+        port.write(word.encode())
+        print(port.readline().decode(), flush=True)
+sys.exit(len(sys.argv) - 2)
+"""
+
+
+@pytest.mark.parametrize("options", ["", pytest.param("kind=live", marks=pytest.mark.long)])
+def test_a_program_at_the_bench(suite: Suite, options: str) -> None:
+    (suite.bench.parent / "asks.py").write_text(PROGRAM)
+    suite.passes(
+        "Start Program    asks.py    m1    p\n"
+        "Program Should Say    Angle: 6.28    within=10 s\n"
+        "${said} =    Program Should End    code=1\n"
+        "Should Contain    ${said}    raw encoder: 286",
+        "Start Program    asks.py    /dev/ttyUSB0    p    p    map={'/dev/ttyUSB0': 'm1'}\n"
+        "Program Should End    code=2",
+        options=options,
+    )
+    start = "Start Program    asks.py    m1    p\n"
+    ended, late, other, short, none, unknown = (
+        suite.failure(each, options=options)
+        for each in (
+            start + "Program Should Say    Angle: 7    within=30 s",
+            start + "Inject Fault    m1    byte_drop    rate=1    towards=board\n"
+            "Program Should Say    Angle: 6    within=1 s",
+            start + "Program Should End",
+            "Start Program    asks.py    s1    p\nProgram Should End    within=0.1 s",
+            "Program Should End",
+            "Start Program    ask.py    m1",
+        )
+    )
+    assert ended.startswith("the program has ended with 1; what it said:\nstepNumber: 0 , Angle: 6.28")
+    assert late == "'Angle: 6' did not come within 1 s; it said nothing"
+    assert other.startswith("the program has ended with 1, not with 0; what it said:\nstepNumber")
+    assert short.startswith("the program has not ended within 100 ms")
+    assert none == "no program was started: `Start Program` comes first"
+    assert unknown == "ask.py: there is no such program"
+
+
 def test_each_test_has_a_bench_of_its_own(suite: Suite) -> None:
     suite.passes(
         "Inject Fault    m1    shaft_jam\nPass Time    3 s",
