@@ -7,8 +7,8 @@ again; ``replay_control`` runs a control law over recorded encoder counts. ``che
 keep to. Public and stable: changes stand in the CHANGELOG.
 
 May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.host, hil.net,
-hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, numpy, pydantic,
-pytest, serial.
+hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, _pytest, numpy,
+pydantic, pytest, serial.
 
 Tests may import too: bridges.can.bus, bridges.modbus.protocol, bridges.modbus.registers, device_profiles,
 hil.live.

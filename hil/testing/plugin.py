@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from hil.discovery.installed import BUSES, modules_of
+from hil.testing.seeds.seed_run import is_again, run_of
 
 if TYPE_CHECKING:
     from hil.testing.bench import Bench
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 
 NODE = "sac"
 COLD_START_MS = 1100
-pytest_plugins = modules_of("bridges", BUSES, "testing.fixtures")
-"""Plugins of the buses, which pytest loads with this one."""
+pytest_plugins = [*modules_of("bridges", BUSES, "testing.fixtures"), "hil.testing.seeds.seed_plugin"]
+"""Plugins of the buses and of many seeds, which pytest loads with this one."""
 
 
 BENCHES = pytest.StashKey["list[Bench]"]()
@@ -28,17 +29,19 @@ BENCHES = pytest.StashKey["list[Bench]"]()
 
 
 @pytest.fixture
-def bench(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Bench]]":
-    """Make benches that are closed after the test: ``bench("bench.yaml")``, ``bench({...}, seed=1)``."""
+def bench(request: pytest.FixtureRequest, hil_seed: int) -> "Iterator[Callable[..., Bench]]":
+    """Make benches that are closed after the test: ``bench("bench.yaml")``, ``bench({...}, seed=1)``; further
+    options as of ``hil.testing.Bench``."""
     from hil.config import ConfigError
     from hil.testing.bench import Bench
 
     made: list[Bench] = request.node.stash.setdefault(BENCHES, [])
+    run = run_of(request.node, hil_seed)
 
-    def make(config: "GivenConfig", seed: int = 0) -> Bench:
+    def make(config: "GivenConfig", seed: int = 0, **options: Any) -> Bench:
         __tracebackhide__ = True
         try:
-            made.append(Bench(config, seed))
+            made.append(Bench(config, **run.options(seed) | options))
         except ConfigError as error:
             raise error.with_traceback(None) from None
         return made[-1]
@@ -91,7 +94,7 @@ def pytest_runtest_makereport(
     report = yield
     served = sys.modules.get("hil.testing.served_bench")  # noqa: TID251 -- most tests do without it
     benches, live = item.stash.get(BENCHES, []), served.OPEN if served else []
-    if report.failed and (benches or live):
+    if report.failed and (benches or live) and not is_again(item):
         from hil.testing.failures.explained import explain
 
         given = item.config.getoption("--hil-artifacts", None)  # none for a plugin that is loaded late

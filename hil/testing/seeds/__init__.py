@@ -1,9 +1,12 @@
-"""Chance of benches in memory, all of it drawn from one seed.
+"""Many seeds of one test: ``pytest --hil-seeds 1000``, in one process, side by side, and in shards.
 
-``bench_chance.py`` has the seeds of a bench's faults and axes; ``late_arrivals.py`` the bytes that come some
-time after they were written.
+``bench_chance.py`` has the seeds of a bench's faults and axes, all drawn from one; ``late_arrivals.py`` the
+bytes that come some time after they were written. ``seed_options.py`` reads what a command line says,
+``seed_plugin.py`` has pytest's options. ``seeded_items.py`` runs a test at a seed (``seed_run.py``), and
+again with fewer faults where it fails (``smallest_faults.py``). ``seed_recorder.py`` collects the results,
+lines of files too (``seed_results.py``), and ``seed_summary.py`` says what they are.
 
-May import: hil.config, hil.sim, hil.vocab, the standard library.
+May import: hil.config, hil.sim, hil.vocab, the standard library, _pytest, pytest.
 
-Tests may import too: device_profiles, hil.compose, hil.testing.
+Tests may import too: device_profiles, hil.compose, hil.testing, hypothesis.
 """

@@ -37,8 +37,6 @@ class BenchChance:
         self.seed = seed
         self.random = random.Random(seed)
         """Numbers for the test itself."""
-        self.asked: list[FaultKey] = []
-        """Faults that were asked for, with those left out."""
         self._leaves_out = leaves_out
         self._count = Counter[tuple[str, str]]()
 
@@ -61,7 +59,6 @@ class BenchChance:
         fault = fault_refusal(kind, target, given)
         self._count[kind, target] += 1
         key = kind, target, self._count[kind, target]
-        self.asked.append(key)
         if self.seed and any(each.name == SEED for each in FAULT_KINDS[kind].parameters):
             seed = drawn_seed(self.seed, *key, int(fault.number(SEED)))
             fault = Fault(kind, target, dict(fault.parameters) | {SEED: float(seed)})
