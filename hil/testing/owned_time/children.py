@@ -15,7 +15,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hil.testing.owned_time.turns import Outside, Turns
+from hil.testing.owned_time.thread_turn import Outside
+from hil.testing.owned_time.turns import Turns
 from hil.testing.serial_ports.port_terminal import PortTerminal
 from hil.vocab.time import FOREVER, SimTimeNs
 

@@ -3,7 +3,8 @@
 import math
 from typing import Any
 
-from hil.testing.owned_time.turns import Turn, Turns
+from hil.testing.owned_time.thread_turn import Turn
+from hil.testing.owned_time.turns import Turns
 from hil.vocab.time import FOREVER, NS_PER_S
 
 

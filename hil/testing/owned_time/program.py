@@ -3,10 +3,12 @@
 import argparse
 import json
 import os
+import signal
 import sys
 import threading
 import types
 from collections.abc import Mapping
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from hil.testing.owned_time.children import Children
 from hil.testing.owned_time.clocks import FIRST_DATE_S, Clocks
 from hil.testing.owned_time.lockstep import Lockstep
 from hil.testing.owned_time.put_in_place import put_in_place
+from hil.testing.owned_time.thread_turn import is_hils
 from hil.testing.owned_time.turns import Turns
 from hil.vocab.time import NS_PER_MS
 
@@ -46,6 +49,9 @@ def main() -> None:
     if beside:
         threading._shutdown()  # type: ignore[attr-defined]
         beside.ended(code)
+    if code == -signal.SIGINT:
+        sys.excepthook = lambda *_: None  # told already
+        raise KeyboardInterrupt  # with which Python ends itself by the signal
     sys.exit(code)
 
 
@@ -80,7 +86,9 @@ def _place(bench: Bench, mapped: Mapping[str, str], date_s: float, beside: Locks
     ports.serial_class = port_class  # of ``hil://`` too
     start_real = threading._start_new_thread  # type: ignore[attr-defined]
     put_in_place(turns, Clocks(turns, date_s), children, port_class, ports.descriptors)
-    start_real(turns.watch, ())
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+    start_real(turns.watch, ())  # which gets none of the program's signals
+    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
     if beside:
         beside.waits, turns.synchronize = turns.who_waits, beside.synchronize
         turns.stop_ns = beside.synchronize()
@@ -94,27 +102,36 @@ def _run(program: str, arguments: list[str], is_module: bool) -> int:
         if isinstance(error.code, str):
             sys.stderr.write(f"{error.code}\n")
         return error.code if isinstance(error.code, int) else int(error.code is not None)
-    except Exception as error:
-        of_program = (
-            error.__traceback__ and error.__traceback__.tb_next and error.__traceback__.tb_next.tb_next
-        )
+    except (Exception, KeyboardInterrupt) as error:
+        of_program = _without_hil(error.__traceback__)
         sys.excepthook(type(error), error.with_traceback(of_program), of_program)
-        return 1
+        return -signal.SIGINT if isinstance(error, KeyboardInterrupt) else 1
     return 0
+
+
+def _without_hil(traceback: types.TracebackType | None) -> types.TracebackType | None:
+    """Frames of a traceback that are not hil's."""
+    if traceback is None:
+        return None
+    rest = _without_hil(traceback.tb_next)
+    if is_hils(traceback.tb_frame.f_code.co_filename):
+        return rest
+    return types.TracebackType(rest, traceback.tb_frame, traceback.tb_lasti, traceback.tb_lineno)
 
 
 def _execute(program: str, is_module: bool) -> None:
     if is_module:
         import runpy  # noqa: TID251 - the program's module
 
-        sys.path[0] = ""
+        sys.path[0] = os.getcwd()
         runpy.run_module(program, run_name="__main__", alter_sys=True)
         return
     path = Path(program)
     sys.path[0] = str(path.resolve().parent)
     module = types.ModuleType("__main__")
     names: dict[str, Any] = vars(module)
-    names |= {"__file__": program, "__builtins__": __builtins__}
+    loader = SourceFileLoader("__main__", program)
+    names |= {"__file__": program, "__builtins__": __builtins__, "__loader__": loader, "__cached__": None}
     sys.modules["__main__"] = module  # noqa: TID251 - as Python does for a program
     exec(compile(path.read_bytes(), program, "exec"), names)
 

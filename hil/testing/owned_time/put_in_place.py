@@ -23,13 +23,18 @@ from serial import serialposix, serialutil
 from hil.testing.owned_time.children import Children
 from hil.testing.owned_time.clocks import Clocks
 from hil.testing.owned_time.owned_locks import lock_classes
+from hil.testing.owned_time.owned_signals import OwnedSignals
 from hil.testing.owned_time.selecting import SELECTORS, Selecting
-from hil.testing.owned_time.signal_timers import SignalTimers
 from hil.testing.owned_time.threads import Threads
 from hil.testing.owned_time.turns import Turns
 
 _OURS = ("hil", "bridges", "virtual_ports", "device_profiles", "importlib", "_thread", "_frozen_importlib")
 """Packages that keep Python's own clocks and locks: the bench, and imports."""
+
+_OF_SIGNAL = (
+    *("setitimer", "getitimer", "alarm", "pause", "sigwait", "sigwaitinfo", "sigtimedwait"),
+    *("raise_signal", "pthread_kill"),
+)
 
 
 class Replacements:
@@ -67,8 +72,8 @@ def put_in_place(
     lock, rlock = lock_classes(turns)
     real_start = getattr(_thread, "start_joinable_thread", None)
     plain, joinable = Threads(turns, _thread.start_new_thread), Threads(turns, real_start or print)
-    timers, selecting = SignalTimers(turns), Selecting(turns, port_fds)
-    turns.timers, turns.outside = timers, children
+    signals, selecting = OwnedSignals(turns), Selecting(turns, port_fds)
+    turns.timers, turns.outside = signals, children
 
     places.put(time, clocks.of_time())
     places.put(datetime, clocks.of_datetime())
@@ -100,12 +105,11 @@ def put_in_place(
     )
     places.put(socket, {"socketpair": selecting.socketpair})
     places.put(socket.socket, selecting.of_socket())
-    places.put(
-        signal,
-        {name: getattr(timers, name) for name in ("setitimer", "getitimer", "alarm", "pause")},
-    )
+    places.put(signal, {"signal": signals.set_handler, "getsignal": signals.handler})
+    places.put(signal, {name: getattr(signals, name) for name in _OF_SIGNAL})
+    places.put(_thread, {"interrupt_main": signals.interrupt_main})
     places.put(multiprocessing.process.BaseProcess, {"start": _no_process})
-    places.put(os, {"waitpid": children.waitpid, "fork": _no_fork, "forkpty": _no_fork})
+    places.put(os, {"kill": signals.kill, "waitpid": children.waitpid, "fork": _no_fork, "forkpty": _no_fork})
     places.put(
         subprocess.Popen,
         {"_execute_child": lambda child, *options: children.execute_child(child, *options)},

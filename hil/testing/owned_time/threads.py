@@ -5,7 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from hil.testing.owned_time.owned_locks import until_ns
-from hil.testing.owned_time.turns import Turn, Turns
+from hil.testing.owned_time.thread_turn import Turn
+from hil.testing.owned_time.turns import Turns
 
 _TURN = "_hil_turn"
 

@@ -5,17 +5,13 @@ does not wait for half a second of the wall's time, beside which the others go o
 such as child processes, for which time passes at the wall's pace.
 """
 
-import os
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import NamedTuple
-
-import serial
+from contextlib import contextmanager, suppress
 
 from hil.sim.bench import BenchRuntime
+from hil.testing.owned_time.thread_turn import Interrupts, Outside, Turn, Wait
 from hil.testing.seeds.late_arrivals import LateArrivals
 from hil.testing.serial_ports.line_ends import LineEnd
 from hil.testing.serial_ports.passing import SILENCE_NS, EndlessWait, Looks
@@ -28,80 +24,8 @@ _PIECE_S = 0.001
 """Wall time between two looks at what is outside."""
 _FREE_LOCKS_ARE_A_LOOK = 100
 
-_SERIAL = os.path.dirname(serial.__file__)
 _allocate_lock = threading.Lock  # the real one: this module is imported before it is replaced
 _sleep, _clock = time.sleep, time.monotonic
-
-
-_HERE, _PYTHON = os.path.dirname(os.path.dirname(__file__)), os.path.dirname(os.__file__)
-
-
-def _is_ours_or_pythons(file: str) -> bool:
-    is_pythons = file.startswith(_PYTHON) and "site-packages" not in file
-    return file.startswith((_HERE, "<frozen")) or is_pythons or file.startswith(_SERIAL)
-
-
-class Wait(NamedTuple):
-    """Wait of a thread, for ``ready``, or ``until_ns``. ``what``: for people; ``end``: the line that it
-    comes from; ``is_outside``: it comes from outside, at the wall's pace."""
-
-    ready: Callable[[], bool]
-    until_ns: int = FOREVER
-    what: str = "its start"
-    end: LineEnd | None = None
-    is_outside: bool = False
-    is_look: bool = False
-
-
-class Turn:
-    """A thread of the program, and what it waits for."""
-
-    def __init__(self, name: str, number: int) -> None:
-        self.name, self.number = name, number
-        self.wait = Wait(lambda: True)
-        self.is_over = False
-        self.is_beside = False
-        """True while it runs, or stands, beside the others."""
-        self.wants_back = False
-        self.steps = 0
-        """Number of times that it has waited or looked."""
-        self.identity = 0
-        """Number that Python has for the thread."""
-        self.gate = _allocate_lock()
-        self.gate.acquire()
-
-    def place(self) -> str:
-        """File and line of the program where it is, for people."""
-        frame = sys._current_frames().get(self.identity)
-        while frame and _is_ours_or_pythons(frame.f_code.co_filename):
-            frame = frame.f_back
-        return f" at {frame.f_code.co_filename}:{frame.f_lineno}" if frame else ""
-
-    def is_due(self, now_ns: int) -> bool:
-        """True if it may go on."""
-        if self.is_beside:
-            return self.wants_back
-        return now_ns >= self.wait.until_ns or self.wait.ready()
-
-
-class Interrupts:
-    """Interruptions of the main thread: timers by signal. ``due_ns``: time of the next."""
-
-    due_ns: SimTimeNs = FOREVER
-
-    def run(self, now_ns: SimTimeNs) -> None:
-        """Call the handlers that are due."""
-
-
-class Outside:
-    """Sources of events beside the bench."""
-
-    def is_there(self) -> bool:
-        """True while time has to pass at the wall's pace."""
-        return False
-
-    def pass_on(self, now_ns: SimTimeNs) -> None:
-        """Pass on what has come from outside, and what goes there."""
 
 
 class Turns:
@@ -153,6 +77,11 @@ class Turns:
         return turn
 
     @property
+    def works_here(self) -> bool:
+        """True while the bench works on the thread that calls."""
+        return self._inside == threading.get_ident()
+
+    @property
     def is_known(self) -> bool:
         """True if the thread that calls has a turn."""
         return hasattr(self._mine, "turn")
@@ -168,7 +97,7 @@ class Turns:
         """Begin a thread's part; it has its turn when this returns."""
         self._mine.turn = turn
         turn.identity = threading.get_ident()
-        turn.gate.acquire()
+        self._stand(turn)
 
     def retire(self, turn: Turn) -> None:
         """End a thread's part, and let others have their turns."""
@@ -193,7 +122,7 @@ class Turns:
         is_outside: bool = False,
     ) -> None:
         """Let others run, and time pass, until ``ready`` or ``until_ns``; as ``Passing.wait``."""
-        if self._inside == threading.get_ident():
+        if self.works_here:
             return
         turn = self._enter()
         if not ready():
@@ -202,7 +131,7 @@ class Turns:
 
     def look(self) -> None:
         """Let the time of a look pass, no further than a byte, and others have their turns."""
-        if self._inside == threading.get_ident():
+        if self.works_here:
             return
         turn = self._enter()
         start_ns = self.now_ns
@@ -227,7 +156,7 @@ class Turns:
             is_beside = self._running is not turn
         if is_beside:
             turn.is_beside = turn.wants_back = True
-            turn.gate.acquire()
+            self._stand(turn)
         return turn
 
     def _wait(self, turn: Turn, wait: Wait) -> None:
@@ -243,7 +172,7 @@ class Turns:
             if self.timers.due_ns > self.now_ns:
                 return
             self.timers.run(self.now_ns)
-            if turn.is_due(self.now_ns):
+            if self.now_ns >= wait.until_ns or wait.ready():
                 return
 
     # ---- who is next ----
@@ -254,25 +183,36 @@ class Turns:
         if chosen is turn:
             return
         self._run(chosen)
-        if turn.is_over:
-            return
-        try:
+        if not turn.is_over:
+            self._stand(turn)
+
+    def _stand(self, turn: Turn) -> None:
+        """Stand until it is one's turn."""
+        turn.gate.acquire()
+        while self._running is not turn:
             turn.gate.acquire()
-        except BaseException:  # an interruption: it runs beside the others now
-            turn.is_beside = True
-            raise
 
     def _run(self, turn: Turn) -> None:
         self._running = turn
-        turn.gate.release()
+        self._open_gate(turn)
+
+    def _open_gate(self, turn: Turn) -> None:
+        with suppress(RuntimeError):  # it is open, and was not noticed yet
+            turn.gate.release()
+
+    def wake_main(self) -> None:
+        """Let the main thread notice a signal that came just before it stood."""
+        self._open_gate(self.main)
 
     def _choose(self, after: Turn) -> Turn:
         """Let time pass until a thread can run; the first that can, in their order."""
         self._running = None
         while True:
             now_ns = self.now_ns
-            if self.timers.due_ns <= now_ns and not self.main.is_beside:
-                return self._chosen(self.main)
+            if self.timers.due_ns <= now_ns:
+                if not self.main.is_beside:
+                    return self._chosen(self.main)
+                self.timers.ring_beside(now_ns)
             for turn in self._in_order(after):
                 if turn.is_due(now_ns):
                     return self._chosen(turn)
@@ -374,11 +314,15 @@ class Turns:
             _sleep(PATIENCE_S / 5)
             running = self._running
             now = running, running.steps if running else 0
-            if now != seen or running is None or len(self._turns) == 1:
+            if now != seen or running is None or self._is_alone():
                 seen, since_s = now, _clock()
             elif _clock() - since_s >= PATIENCE_S:
                 self._leave_beside(running, running.steps)
                 seen = None, 0
+
+    def _is_alone(self) -> bool:
+        """True if nothing waits for the thread that runs."""
+        return len(self._turns) == 1 and self.timers.due_ns == FOREVER
 
     def _leave_beside(self, turn: Turn, steps: int) -> None:
         with self._mutex:

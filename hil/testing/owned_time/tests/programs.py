@@ -120,6 +120,60 @@ signal.alarm(1); signal.pause(); print(len(rung))
 """,
         "late 2.0\n5 0.05\n6",
     ),
+    "handlers of signals, as Python calls them": (
+        """
+import os, queue, select, serial, signal, threading, time
+s = serial.Serial("m1", 115200, timeout=1); s.reset_input_buffer(); heard, q = [], queue.SimpleQueue()
+def ring(number, frame): s.write(b"p"); heard.append((s.readline()[:4], frame.f_code.co_name)); q.put(1)
+signal.signal(signal.SIGALRM, ring); print(signal.getsignal(signal.SIGALRM) is ring)
+signal.setitimer(signal.ITIMER_REAL, 0.5, 0.5)
+while len(heard) < 2: signal.pause()
+print(heard, q.qsize()); signal.setitimer(signal.ITIMER_REAL, 0)
+out, into = os.pipe(); os.set_blocking(into, False); signal.set_wakeup_fd(into); signal.alarm(1)
+print(select.select([out], [], [], 3)[0] == [out], os.read(out, 9)); signal.set_wakeup_fd(-1)
+rung = []; signal.signal(signal.SIGALRM, lambda *_: rung.append(1)); signal.setitimer(signal.ITIMER_REAL, 0.3)
+while not rung: pass
+print(rung)
+""",
+        "True\n[(b'step', '<module>'), (b'step', '<module>')] 2\nTrue b'\\x0e'\n[1]",
+    ),
+    "signals that are blocked and waited for": (
+        """
+import signal, threading, time
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGALRM]); start = time.monotonic()
+signal.setitimer(signal.ITIMER_REAL, 0.25, 0.25); print(signal.sigwait([signal.SIGALRM]).name)
+print(signal.sigtimedwait([signal.SIGALRM], 1).si_signo, signal.sigtimedwait([signal.SIGALRM], 0.1))
+print(round(time.monotonic() - start, 1)); time.sleep(0.3); print(signal.sigpending()); signal.alarm(0)
+""",
+        "SIGALRM\n14 None\n0.6\n{<Signals.SIGALRM: 14>}",
+    ),
+    "signals from another thread": (
+        """
+import _thread, os, queue, serial, signal, threading, time
+s = serial.Serial("m1", 115200); s.reset_input_buffer(); here = os.getpid(), signal.SIGINT
+sends = [lambda: os.kill(*here), _thread.interrupt_main, lambda: signal.raise_signal(signal.SIGINT)]
+for send in (*sends, lambda: signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)):
+    for wait in (lambda: s.read(1), queue.Queue().get, threading.Event().wait, lambda: time.sleep(9)):
+        threading.Timer(0.2, send).start(); start = time.monotonic()
+        try: wait()
+        except KeyboardInterrupt: print(round(time.monotonic() - start, 3), end=" ")
+stop = threading.Event(); signal.signal(signal.SIGTERM, lambda *_: stop.set())
+threading.Timer(1, os.kill, [os.getpid(), signal.SIGTERM]).start(); print(stop.wait(5))
+""",
+        f"{'0.2 ' * 16}True",
+    ),
+    "asyncio hears a signal": (
+        """
+import asyncio, os, signal
+async def main():
+    loop, rung = asyncio.get_running_loop(), asyncio.Event()
+    loop.add_signal_handler(signal.SIGALRM, rung.set)
+    signal.setitimer(signal.ITIMER_REAL, 0.2); start = loop.time(); await asyncio.wait_for(rung.wait(), 1)
+    print(round(loop.time() - start, 2))
+asyncio.run(main())
+""",
+        "0.2",
+    ),
     "calendars": (
         """
 import datetime, pickle, time

@@ -104,6 +104,11 @@ def test_input_waits_at_the_keyboard(tmp_path: Path) -> None:
     ("text", "code", "said"),
     [
         ("raise SystemExit(3)", 3, ""),
+        (
+            "raise KeyboardInterrupt",
+            -2,
+            'program.py", line 1, in <module>\n    raise KeyboardInterrupt\n',
+        ),
         ("1 / 0", 1, 'Traceback (most recent call last):\n  File "program.py", line 1, in <module>'),
         (
             "import os\nos.fork()",
