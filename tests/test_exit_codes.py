@@ -65,6 +65,8 @@ CASES: dict[str, tuple[int, str]] = {
     "set m1 pKq 1": (Exit.MISTAKE, "no field 'pKq'"),
     "set m1 pKp nan": (Exit.MISTAKE, "write a number"),
     "profile check nowhere": (Exit.MISTAKE, "no folder nowhere"),
+    "seeds merge nothing.jsonl": (Exit.MISTAKE, "No such file"),
+    "seeds merge wrong.yaml": (Exit.MISTAKE, "this is no file of pytest --hil-results"),
     "sac load nothing.txt": (Exit.MISTAKE, "No such file"),
     "axis m1": (Exit.DONE, "move-abs"),
     "axis m1 move-rel 5": (Exit.FAILED, "the control loop is off"),

@@ -1,5 +1,6 @@
 """The example in each command's help, carried out at one bench in the order of the table: its exit code."""
 
+import json
 import re
 from collections.abc import Callable
 
@@ -11,6 +12,7 @@ from page_sessions import Session, captured, interrupted
 from device_profiles.sac.packet import encode
 from hil.cli.documents.command_tree import commands
 from hil.cli.framework.command_group import app
+from hil.testing.seeds.seed_results import FORMAT, digest
 
 EXAMPLES = {
     command.name: re.findall(r"^Example: (hil .+)", command.about, re.M) for command in commands(app).all()
@@ -27,6 +29,17 @@ bridges: {zenoh: {listen: [tcp/127.0.0.1:PORT]}, modbus: {listen: "127.0.0.1:0"}
 """
 SQUARE = "run: square\naxes: {m1: {}}\nsteps: [{move: {m1: 90}}, {move: {m1: 0}}]\n"
 ROW = " {} , 100 , 1 , 1 , 69 , 4321 , 1 , 10.47 , .5 , 3 , 1 , 2400000 \r\n"
+PIECE = "test_x.py::test_y[seed-0]"
+RESULTS = "\n".join(
+    map(
+        json.dumps,
+        (
+            {"format": FORMAT, "shard": 1, "of": 1},
+            {"piece": PIECE, "test": "test_x.py::test_y", "seed": 0, "outcome": "passed"},
+            {"end": 1, "pieces": 1, "run": digest([PIECE]), "mine": 1},
+        ),
+    )
+)
 FILES = {
     "bench.yaml": BENCH,
     "square.yaml": SQUARE,
@@ -34,6 +47,7 @@ FILES = {
     "mill.yaml": (ROOT / "examples/mother/mill.yaml").read_text(),
     "drawing.ngc": (ROOT / "examples/mother/drawing.ngc").read_text(),
     "home.py": "import serial, sys\nserial.Serial(sys.argv[1], 115200, timeout=1).write(b'p')\n",
+    "hil-results-1-of-1.jsonl": RESULTS,
     "commands.txt": "xm1200v160\r\n" + "\r\n" * 99,
 }
 LAST = ("sac command", "stop", "replay")

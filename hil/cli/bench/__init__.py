@@ -2,6 +2,7 @@
 
 ``config_commands.py`` and ``profile_commands.py`` (with the new board of ``new_board.py``) are before the
 start, ``serve_command.py`` is the start, ``ready.py`` and ``started.py`` say that the boards answer.
+``seeds_command.py`` joins the results of tests.
 ``bench_commands.py`` asks a bench that runs; ``views.py`` and ``port_views.py`` show it.
 ``doctor_benches.py`` and ``doctor_usb.py`` look at what is left, and at USB. ``arduino_commands.py`` shows
 the boards to an IDE.

@@ -23,6 +23,7 @@ EXIT_CODES: dict[int, str] = {
     Exit.DONE: "done; of `hil serve`: ended by Ctrl-C, SIGTERM or the verb `stop`",
     Exit.FAILED: "failure: no bench answers, the bench or the board refused"
     f" ({', '.join(f'`{code}`' for code in NOT_MISTAKES)}), a log differs, the doctor found a problem;"
+    " of `hil seeds merge`: a test failed, or a shard is not there;"
     " of `hil capture`: the bench ended before it;"
     " of `hil type` and `hil wait`: what is awaited did not come in its time;"
     " of `hil mother`: a node refused a command, or none was found",

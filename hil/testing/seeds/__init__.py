@@ -4,7 +4,8 @@
 bytes that come some time after they were written. ``seed_options.py`` reads what a command line says,
 ``seed_plugin.py`` has pytest's options. ``seeded_items.py`` runs a test at a seed (``seed_run.py``), and
 again with fewer faults where it fails (``smallest_faults.py``). ``seed_recorder.py`` collects the results,
-lines of files too (``seed_results.py``), and ``seed_summary.py`` says what they are.
+lines of files too (``seed_results.py``), ``seed_merge.py`` joins those of shards, and ``seed_summary.py`` has
+the words.
 
 May import: hil.config, hil.sim, hil.vocab, the standard library, _pytest, pytest.
 
