@@ -1,5 +1,6 @@
 """The main job against an installed hil, outside the tree: calibrate, x, y, r 90, p, j over pyserial; pages
-of the documentation, the dissector and the library of modem lines, which have to be where it looks for them.
+of the documentation, the dissector and the library of modem lines, which have to be where it looks for them;
+a program in virtual time, which stands on what this version of Python has inside.
 
 Usage: main_job.py HIL. Prints what it did; exits with an error where the board did otherwise.
 """
@@ -16,6 +17,26 @@ import serial
 
 SPEED = 20
 CONFIG = f"bench: wheel\nspeed: {SPEED}\ndevices:\n  m1:\n    profile: mechaduino\n"
+
+PROGRAM = """
+import asyncio, datetime, queue, serial, signal, threading, time
+port, lines, rung = serial.Serial("m1", 115200, timeout=0.5), queue.Queue(), []
+port.reset_input_buffer()
+def read():
+    while not rung:
+        if line := port.readline(): lines.put(line)
+thread = threading.Thread(target=read)
+thread.start()
+signal.signal(signal.SIGALRM, lambda *_: rung.append(time.monotonic()))
+signal.setitimer(signal.ITIMER_REAL, 3600)
+async def ask():
+    port.write(b"p")
+    return await asyncio.wait_for(asyncio.to_thread(lines.get), 1)
+print(len(asyncio.run(ask())) > 20, time.monotonic())
+signal.pause()
+thread.join()
+print(len(rung), datetime.datetime.now().minute, threading.active_count(), time.monotonic())
+"""
 
 
 def ask(port: serial.Serial, sent: bytes, awaited: bytes, timeout_s: float = 60) -> bytes:
@@ -69,11 +90,25 @@ def read_lines(hil: str, path: Path) -> None:
     assert (done.returncode, done.stdout) == (0, "True\n"), done
 
 
+def pass_time(hil: str, home: Path) -> None:
+    """Run a program of threads and timers for an hour of simulated time, twice."""
+    (home / "program.py").write_text(PROGRAM)
+    command = [hil, "virtual", "bench.yaml", "program.py"]
+    said = [
+        subprocess.run(command, cwd=home, capture_output=True, text=True, timeout=60, check=False)
+        for _ in range(2)
+    ]
+    assert [each.returncode for each in said] == [0, 0], said
+    assert said[0].stdout == said[1].stdout, said
+    print(said[0].stdout.replace("\n", "; "))
+
+
 def main(hil: str) -> None:
     show_pages(hil)
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         (home / "bench.yaml").write_text(CONFIG)
+        pass_time(hil, home)
         dirs = ["--runtime-dir", str(home / "run"), "--state-dir", str(home / "state")]
         daemon = subprocess.Popen(
             [hil, "serve", "bench.yaml", *dirs], cwd=home, stdout=subprocess.PIPE, text=True

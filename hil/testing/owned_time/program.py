@@ -1,5 +1,6 @@
 """Runs a program on the simulated time of a bench: the main module of its process."""
 
+import _thread
 import argparse
 import json
 import os
@@ -84,7 +85,7 @@ def _place(bench: Bench, mapped: Mapping[str, str], date_s: float, beside: Locks
     terminals = ports.named(mapped)
     children, port_class = Children(turns, terminals), ports.class_for(turns, terminals)
     ports.serial_class = port_class  # of ``hil://`` too
-    start_real = threading._start_new_thread  # type: ignore[attr-defined]
+    start_real = _thread.start_new_thread
     put_in_place(turns, Clocks(turns, date_s), children, port_class, ports.descriptors)
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
     start_real(turns.watch, ())  # which gets none of the program's signals
