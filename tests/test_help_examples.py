@@ -29,17 +29,20 @@ bridges: {zenoh: {listen: [tcp/127.0.0.1:PORT]}, modbus: {listen: "127.0.0.1:0"}
 """
 SQUARE = "run: square\naxes: {m1: {}}\nsteps: [{move: {m1: 90}}, {move: {m1: 0}}]\n"
 ROW = " {} , 100 , 1 , 1 , 69 , 4321 , 1 , 10.47 , .5 , 3 , 1 , 2400000 \r\n"
-PIECE = "test_x.py::test_y[seed-0]"
-RESULTS = "\n".join(
-    map(
-        json.dumps,
-        (
-            {"format": FORMAT, "shard": 1, "of": 1},
-            {"piece": PIECE, "test": "test_x.py::test_y", "seed": 0, "outcome": "passed"},
-            {"end": 1, "pieces": 1, "run": digest([PIECE]), "mine": 1},
-        ),
-    )
-)
+PIECES = ["test_x.py::test_y[seed-0]", "test_x.py::test_y[seed-1]"]
+
+
+def results(number: int) -> str:
+    """File of results of one shard of two."""
+    piece = PIECES[number - 1]
+    rows: list[dict[str, object]] = [
+        {"format": FORMAT, "shard": number, "of": 2},
+        {"piece": piece, "test": "test_x.py::test_y", "seed": number - 1, "outcome": "passed"},
+        {"end": 1, "pieces": 2, "run": digest(PIECES), "mine": 1},
+    ]
+    return "\n".join(map(json.dumps, rows))
+
+
 FILES = {
     "bench.yaml": BENCH,
     "square.yaml": SQUARE,
@@ -47,7 +50,8 @@ FILES = {
     "mill.yaml": (ROOT / "examples/mother/mill.yaml").read_text(),
     "drawing.ngc": (ROOT / "examples/mother/drawing.ngc").read_text(),
     "home.py": "import serial, sys\nserial.Serial(sys.argv[1], 115200, timeout=1).write(b'p')\n",
-    "hil-results-1-of-1.jsonl": RESULTS,
+    "hil-results-1-of-2.jsonl": results(1),
+    "hil-results-2-of-2.jsonl": results(2),
     "commands.txt": "xm1200v160\r\n" + "\r\n" * 99,
 }
 LAST = ("sac command", "stop", "replay")

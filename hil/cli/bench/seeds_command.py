@@ -23,7 +23,7 @@ def merge(
     Names the tests with the seeds at which they fail, and the smallest sets of faults. Exits with 1 if one
     failed, or if a shard is missing, was broken off or is there twice.
 
-    Example: hil seeds merge hil-results-*.jsonl
+    Example: hil seeds merge hil-results-1-of-2.jsonl hil-results-2-of-2.jsonl
     """
     from dataclasses import asdict
 
