@@ -176,6 +176,15 @@ def _(session: Session) -> None:
     session.write("lab.yaml", text)
 
 
+# ---- parity ----
+
+
+@before("parity", "Try it without a board")
+def _(session: Session) -> None:
+    session.serve(session.text("Try it without a board"), speed=1)
+    session.varies = (r" +[+-]?\d+\.\d", " +")
+
+
 # ---- real boards and drives ----
 
 

@@ -59,6 +59,7 @@ LAST = ("sac command", "stop", "replay")
 ELSEWHERE = {
     "serve": "this bench",
     "with-lines": "hil/cli/tests/test_with_lines.py: this program has a window",
+    "parity": "test_parity_live.py: there is no board",
     "sac calibrate": "test_sac_companion.py: a minute by the computer's clock",
 }
 """Examples that are not carried out here, and where they are."""

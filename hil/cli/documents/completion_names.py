@@ -93,6 +93,19 @@ def _pages(line: TypedLine) -> Names:
     return [(name, page.title) for name, page in find_pages().items()]
 
 
+def _boards(line: TypedLine) -> Names:
+    from hil.discovery.board_places import find_places
+
+    return [(name, "") for name in sorted(find_places().places)]
+
+
+def _sessions(line: TypedLine) -> Names:
+    from hil.discovery.board_places import find_places
+    from hil.discovery.board_sessions import shipped_sessions
+
+    return [(name, "") for name in shipped_sessions(find_places())]
+
+
 def _taps(line: TypedLine) -> Names:
     return [(row["tap"], "tap") for row in line.ask("list")["taps"]]
 
@@ -145,6 +158,8 @@ KINDS: dict[str, Callable[[TypedLine], Names]] = {
     "fault-numbers": lambda line: [
         (str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")
     ],
+    "boards": _boards,
+    "sessions": _sessions,
     "shells": _shells,
     "pages": _pages,
 }

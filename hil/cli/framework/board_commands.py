@@ -210,21 +210,27 @@ class Interrupted(Exception):
 
 
 class SerialTalk:
-    """Runner of dialogues over a serial port, on this computer's clock times ``speed``.
+    """Runner of dialogues over a serial port, on this computer's clock times ``speed``. ``sets_dtr``: a board
+    with native USB sends only then; ``is_alone``: no other program may have it open.
 
     Raises:
         DialogueError: it cannot be opened; or, into a dialogue, it has gone.
     """
 
-    def __init__(self, url: str, baud: int, speed: float = 1.0) -> None:
+    def __init__(
+        self, url: str, baud: int, speed: float = 1.0, *, sets_dtr: bool = False, is_alone: bool = False
+    ) -> None:
         self._url, self._baud, self._speed = url, baud, speed
+        self._sets_dtr, self._is_alone = sets_dtr, is_alone
 
     def __enter__(self) -> "SerialTalk":
         import serial
 
         try:
             self._port: Any = serial.serial_for_url(self._url, self._baud, do_not_open=True)
-            self._port.dtr = False  # boards that reset on a change of it start again
+            self._port.dtr = self._sets_dtr  # boards that reset on a change of it start again
+            if self._is_alone:
+                self._port.exclusive = True
             self._port.open()
         except (OSError, ValueError) as error:
             raise DialogueError(f"{self._url}: {_reason(error)}") from None

@@ -26,10 +26,11 @@ EXIT_CODES: dict[int, str] = {
     " of `hil seeds merge`: a test failed, or a shard is not there;"
     " of `hil capture`: the bench ended before it;"
     " of `hil type` and `hil wait`: what is awaited did not come in its time;"
+    " of `hil parity`: board and twin part, or the board stopped answering;"
     " of `hil mother`: a node refused a command, or none was found",
     Exit.MISTAKE: "a mistake, with which a retry does not help: an option or a name that does not exist, a"
     " value out of its limits (all other codes of refusals), or a configuration or a file with problems,"
-    " which are listed; of `hil serve`: something it needs is refused or in use",
+    " which are listed; of `hil serve` and `hil parity`: something it needs is refused or in use",
     Exit.RUN_FAILED: "of `hil run` and `hil mother gcode`: it failed; the report says why, and where all"
     " axes were left",
     Exit.RUN_CANCELLED: "of `hil run`: somebody else cancelled the run",

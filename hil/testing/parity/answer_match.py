@@ -1,7 +1,7 @@
 """Comparison of two answers to one command: the board's and its twin's."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import zip_longest
@@ -24,10 +24,12 @@ class Parting:
 
 @dataclass(frozen=True, kw_only=True)
 class AnswerMatch:
-    """Result of a comparison. ``percent``: bytes that are the same."""
+    """Result of a comparison. ``percent``: bytes that are the same. ``lines``: those of board and twin that
+    belong together, "" where one has none, and whether they are the same."""
 
     percent: float
     parting: Parting | None
+    lines: Sequence[tuple[str, str, bool]]
 
 
 class AnswerMatcher:
@@ -53,6 +55,7 @@ class AnswerMatcher:
     def match(self, board: str, twin: str) -> AnswerMatch:
         """Compare two answers."""
         parting: Parting | None = None
+        lines: list[tuple[str, str, bool]] = []
         same = total = at = 0
         for ours, theirs in self._pairs(_LINES.findall(board), _LINES.findall(twin)):
             as_twin = self._as_twin(ours, theirs)
@@ -62,7 +65,9 @@ class AnswerMatcher:
             if as_twin != theirs and parting is None:
                 parting = _parting(as_twin, theirs, ours, at)
             at += len(ours)
-        return AnswerMatch(percent=100.0 * same / total if total else 100.0, parting=parting)
+            lines.append((ours, theirs, as_twin == theirs))
+        percent = 100.0 * same / total if total else 100.0
+        return AnswerMatch(percent=percent, parting=parting, lines=lines)
 
     def _pairs(self, board: list[str], twin: list[str]) -> Iterator[tuple[str, str]]:
         """Lines that belong together; "" where one has none."""

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 
-from hil.testing.parity.answer_match import AnswerMatcher, Parting
+from hil.testing.parity.answer_match import AnswerMatch, AnswerMatcher, Parting
 from hil.testing.parity.typed_session import StepAnswer, TypedSession, TypedStep
 
 FIRST, LAST, STOOD = "first byte", "last byte", "end of motion"
@@ -38,12 +38,16 @@ class StepScore:
     step: TypedStep
     board: StepAnswer
     twin: StepAnswer
-    bytes_percent: float
-    parting: Parting | None
+    match: AnswerMatch
+    """Comparison of their bytes."""
     times: Mapping[str, TimesApart]
     """Times that both have: of the first and last byte, and of the end of the motion."""
     never_stood: tuple[str, ...]
     """Sides that did not tell in time that they stand: ``board``, ``twin``."""
+
+    @property
+    def parting(self) -> Parting | None:
+        return self.match.parting
 
     @property
     def late(self) -> dict[str, TimesApart]:
@@ -56,7 +60,7 @@ class StepScore:
 
     @property
     def percent(self) -> float:
-        parts = [self.bytes_percent / 100]
+        parts = [self.match.percent / 100]
         if shares := [each.share for name, each in self.times.items() if name != STOOD]:
             parts.append(min(shares))
         if self.step.stands:
@@ -69,7 +73,9 @@ class SessionScore:
     """Score of a session."""
 
     steps: Sequence[StepScore]
-    """Commands, without those that prepare."""
+    """Commands so far, without those that prepare."""
+    of: int
+    """Number of commands that the session has."""
     host_ms: float
     """Time that host and adapter add to each answer: by how much the quickest one is later than the twin's,
     and not counted."""
@@ -82,7 +88,8 @@ class SessionScore:
 
     @property
     def percent(self) -> float:
-        return sum(each.percent for each in self.steps) / len(self.steps) if self.steps else 0.0
+        """Mean of all commands; one that was not typed has 0."""
+        return sum(each.percent for each in self.steps) / self.of if self.of else 100.0
 
     @property
     def times_ms(self) -> list[float]:
@@ -115,22 +122,22 @@ def scored(
     matcher = AnswerMatcher(session.measured, is_own_words)
     steps: list[StepScore] = []
     for step, own, other in rows:
-        match = matcher.match(own.text, other.text)
         if step.prepares:
             continue
+        match = matcher.match(own.text, other.text)
         steps.append(
             StepScore(
                 number=len(steps) + 1,
                 step=step,
                 board=own,
                 twin=other,
-                bytes_percent=match.percent,
-                parting=match.parting,
+                match=match,
                 times=_times(step, own, other, tolerance_ms, host_ms),
                 never_stood=_never_stood(step, own, other),
             )
         )
-    return SessionScore(steps=steps, host_ms=host_ms, origins=matcher.origins)
+    of = sum(not step.prepares for step in session.steps)
+    return SessionScore(steps=steps, of=of, host_ms=host_ms, origins=matcher.origins)
 
 
 def _host_ms(rows: Sequence[tuple[TypedStep, StepAnswer, StepAnswer]]) -> float:

@@ -5,12 +5,16 @@ from typing import Any
 
 from hil.testing.parity.typed_session import StandStill, StepAnswer, TypedSession, TypedStep
 from hil.vocab.dialogue import Dialogue, DialogueError, Heard, Listen, Progress, Send, Step
+from hil.vocab.shown_text import printable
 from hil.vocab.time import NS_PER_MS
 
 QUIET_MS, LATE_MS = 30.0, 1000.0
 """Silence that ends an answer, and maximum time after the step's own that is waited for it."""
 _ASKED_MS = 500.0
 """Maximum time for the answer to a question whether it stands."""
+_SLICE_MS = 250.0
+"""Longest wait in one piece: Ctrl-C is noticed between two."""
+_SHOWN = 40
 _SILENT = 2
 """Number of answers in a row that may be missing before a board is taken as lost."""
 
@@ -23,12 +27,18 @@ class StepPlayer:
     """Player of a session. ``answers`` has those so far, also when the dialogue was broken off.
 
     ``expected``: the twin's answers; None: this is the twin. A board that leaves two of them out in a row, or
-    whose first ones have nothing of them, gets no more.
+    whose first has nothing of the twin's, gets no more. ``name``: of the session, for reports of progress;
+    empty: there are none.
     """
 
-    def __init__(self, session: TypedSession, expected: Sequence[StepAnswer] | None = None) -> None:
+    def __init__(
+        self, session: TypedSession, expected: Sequence[StepAnswer] | None = None, name: str = ""
+    ) -> None:
         self.answers: list[StepAnswer] = []
+        self.whole = 0
+        """Number of answers that are whole."""
         self._session, self._expected = session, expected
+        self._name = name
 
     def settle(self, ready_ms: float) -> Dialogue[None]:
         """Wait until a board that started when its port was opened is ready, and says no more."""
@@ -44,8 +54,10 @@ class StepPlayer:
         """
         steps = self._session.steps
         for number, step in enumerate(steps, 1):
-            yield Progress(number, len(steps), f"command {number}")
+            if self._name:
+                yield Progress(number, len(steps), f"{self._name}, step {number}")
             yield from self._step(step)
+            self.whole = number
             if self._expected is not None:
                 self._look_at_answers(self._expected)
 
@@ -68,14 +80,14 @@ class StepPlayer:
         heard: Heard = yield Listen(0)
         while heard.at_ns < end_ns or (heard.data and heard.at_ns < last_ns):
             _add(answer, heard, sent_ns)
-            heard = yield Listen(max(end_ns - heard.at_ns, _ns(QUIET_MS)))
+            heard = yield Listen(min(max(end_ns - heard.at_ns, _ns(QUIET_MS)), _ns(_SLICE_MS)))
         _add(answer, heard, sent_ns)
 
     def _shown(self, stands: StandStill, answer: StepAnswer, sent_ns: int) -> Dialogue[None]:
         """Collect what comes until the board tells by itself that it stands."""
         now_ns, end_ns = sent_ns, sent_ns + _ns(stands.within_ms)
         while stands.shows not in answer.text and now_ns < end_ns:
-            heard: Heard = yield Listen(end_ns - now_ns)
+            heard: Heard = yield Listen(min(end_ns - now_ns, _ns(_SLICE_MS)))
             now_ns = heard.at_ns
             _add(answer, heard, sent_ns)
         if stands.shows in answer.text:
@@ -110,20 +122,22 @@ class StepPlayer:
         return said
 
     def _look_at_answers(self, expected: Sequence[StepAnswer]) -> None:
-        pairs = [
-            (twin.text, own.text) for twin, own in zip(expected, self.answers, strict=False) if twin.text
-        ]
-        if len(pairs) < _SILENT or not expected[len(self.answers) - 1].text:
+        typed = zip(self._session.steps, expected, self.answers, strict=False)
+        answered = [(step, twin.text, own.text) for step, twin, own in typed if twin.text]
+        if not answered or not expected[len(self.answers) - 1].text:
             return
-        last = pairs[-_SILENT:]
-        if all(not own for _, own in last):
-            if any(own for _, own in pairs):
-                raise DialogueError(f"the board has stopped answering, at command {len(self.answers) - 1}")
-            raise DialogueError("nothing answers: is it on, is this its terminal, is the baud right?")
-        if len(pairs) == _SILENT and all(not _has_any(twin, own) for twin, own in pairs):
-            shown = next(own for _, own in pairs if own)[:40]
+        last = answered[-_SILENT:]
+        if len(last) == _SILENT and not any(own for _, _, own in last):
+            if not any(own for _, _, own in answered):
+                raise DialogueError("nothing answers: is it on, is this its terminal, is the baud right?")
+            keys = " and ".join(f'"{printable(step.types)}"' for step, _, _ in last)
+            raise DialogueError(f"the board has stopped answering: nothing came of {keys}")
+        _, twin, own = answered[0]
+        if len(answered) == 1 and own and not _has_any(twin, own):  # nothing more: it may move by any word
+            heard = own[:_SHOWN]
             raise NotThisBoard(
-                f"what answers is no {self._session.profile} at this baud: {shown.encode('latin-1')!r}"
+                f'"{printable(heard)}" is no answer of a {self._session.profile}: another board, or another'
+                " baud?"
             )
 
 

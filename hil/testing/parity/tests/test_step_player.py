@@ -144,7 +144,7 @@ def test_a_board_that_stops_answering() -> None:
     lost = {"fault": "byte_drop", "target": "b", "rate": 1.0, "start_s": 1.9, "towards": "client"}
     board = board_bench("sac", lost)
     board.start()
-    with pytest.raises(DialogueError, match="stopped answering, at command"):
+    with pytest.raises(DialogueError, match=r"stopped answering: nothing came of .vd\\r. and .vd\\r."):
         board.talk("b", player.play())
     said = [bool(each.text) for each in player.answers]
     assert said == [True] * (len(said) - 2) + [False] * 2
@@ -157,6 +157,6 @@ def test_another_board_is_noticed_before_it_is_told_to_move() -> None:
     board = board_bench("sac")
     board.start()
     board.run(200)
-    with pytest.raises(NotThisBoard, match="what answers is no mechaduino at this baud"):
+    with pytest.raises(NotThisBoard, match="is no answer of a mechaduino: another board, or another baud"):
         board.talk("b", player.play())
-    assert len(player.answers) == 2
+    assert len(player.answers) == 1
