@@ -10,6 +10,7 @@ from hil.vocab.wire import Report, WireInfo, WireMetric, WireView, counted, erro
 if TYPE_CHECKING:
     from bridges.can.cards.bench_bus import BenchBus
     from bridges.can.testing.can_faces import CanBusFace
+    from bridges.can.testing.served_can import ServedCanBus
     from hil.config import BenchConfig, Catalogue
     from hil.config.catalogue import ProfileInfo
     from hil.config.document import Finding
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from hil.drives.real_drive import DrivePace
     from hil.sim.bench import BenchRuntime
     from hil.sim.client_tap import ClientTap
-    from hil.testing import Bench
+    from hil.testing import Bench, ServedBench
     from hil.testing.faces import TapFace
     from hil.vocab.desk_protocol import DeviceInfo
 
@@ -131,6 +132,12 @@ def _face(bench: "Bench", runtime: "BenchRuntime", wire: "BenchBus") -> "CanBusF
     return CanBusFace(bench, runtime, wire)
 
 
+def _served_face(bench: "ServedBench", name: str) -> "ServedCanBus":
+    from bridges.can.testing.served_can import ServedCanBus
+
+    return ServedCanBus(bench, name)
+
+
 def _tap_face(runtime: "BenchRuntime", tap: "ClientTap") -> "TapFace":
     from bridges.can.cards.can_tap import CanTap
     from bridges.can.testing.can_faces import CanTapFace
@@ -161,7 +168,7 @@ BUS = BusKind(
         fault_places=_fault_places,
         info=REPORTS,
         add=_add,
-        kit=FaceKind(what="CAN bus", face=_face, tap_face=_tap_face),
+        kit=FaceKind(what="CAN bus", face=_face, tap_face=_tap_face, served_face=_served_face),
     ),
     drives=DriveKind(
         protocol="CANopen",

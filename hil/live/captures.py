@@ -29,7 +29,8 @@ class Capture:
     def __init__(self, sources: Sequence[Interface], clock: WallClock) -> None:
         self.sources = sources
         self._clock = clock
-        self._epoch_ns = clock.epoch_ns
+        self.epoch_ns = clock.epoch_ns
+        """Wall time, in ns since 1970, from which the times of its records count."""
         self._writer: asyncio.StreamWriter | None = None
         self._lost = 0
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -69,7 +70,7 @@ class Capture:
     ) -> None:
         """Write a record of a serial line; ``at_ns``: simulated time, else now."""
         sim_ns = self._clock.sim_ns(time.time_ns()) if at_ns < 0 else at_ns
-        time_ns = self._epoch_ns + sim_ns
+        time_ns = self.epoch_ns + sim_ns
         if self._has_room(source, time_ns):
             self._add(partial(record, source, time_ns, event, data, comment), len(data))
 
@@ -88,7 +89,7 @@ class Capture:
 
     def carried(self, source: int, frames: FrameKind, event: Any) -> None:
         """Record what a bus has carried: a frame, an error, or a node's new state; by whom."""
-        time_ns = self._epoch_ns + event.at_ns
+        time_ns = self.epoch_ns + event.at_ns
         if self._has_room(source, time_ns, frames):
             self._add(lambda: frame_record(source, time_ns, frames.packed(event), event.node), 0)
 

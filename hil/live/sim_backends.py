@@ -107,7 +107,7 @@ class UartBackend:
             VerbRefused: too much that was typed before waits still.
         """
         if self._uart.baud is not None:
-            return self.bench.apply_to(self.device, Bytes(data, None, self.name))
+            return self._give(data)
         if len(self._typed) + len(data) > TYPED_BYTES:
             raise VerbRefused("not_now", f"{len(self._typed)} bytes that were typed before wait still")
         self._typed += data
@@ -119,9 +119,13 @@ class UartBackend:
             return self.bench.now_ns
         piece = bytes(self._typed[:room])
         del self._typed[:room]
-        at_ns = self.bench.apply_to(self.device, Bytes(piece, None, self.name))
+        at_ns = self._give(piece)
         self._go_on_typing()
         return at_ns
+
+    def _give(self, data: bytes) -> SimTimeNs:
+        self.link.tell("board", data)
+        return self.bench.apply_to(self.device, Bytes(data, None, self.name))
 
     def _go_on_typing(self) -> None:
         """Type on in the next turn of the event loop, so that others have theirs between."""

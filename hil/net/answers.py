@@ -120,8 +120,10 @@ _RUN: dict[str, Any] = {
     "benches": {str: {"state": str, "clock_offset_ns": float, "clock_error_ns": float}},
 }
 _PROBLEMS: dict[str, Any] = {"problems": str}
-_DICTS = ("reset", "pin", "set", "type", "send", "unwatch", "capture", "play", "stop")
+_DICTS = ("reset", "pin", "set", "type", "send", "unwatch", "capture", "play", "detach", "stop")
 FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
+    "attach": _AT | {"node": str, "free": int},
+    "transmit": _AT | {"refused": int, "free": int},
     "zero": _AT | {"was_deg": float, "board_deg": _MAYBE_NUMBER},
     "list": _LIST,
     "status": _STATUS,

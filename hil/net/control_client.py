@@ -24,12 +24,12 @@ ANSWER_BYTES = 64 << 20
 
 
 class ControlError(Exception):
-    """Error of a request that was refused, or that nobody answers: ``str(error)`` says why. ``is_mistake``:
-    true if the request itself is wrong, by the refusal's code (``hil.vocab.verbs.CODES``)."""
+    """Error of a request that was refused, or that nobody answers: ``str(error)`` says why. ``code``: of the
+    refusal (``hil.vocab.verbs.CODES``), or empty; ``is_mistake``: true if the request itself is wrong."""
 
-    def __init__(self, why: str, *, is_mistake: bool = False) -> None:
+    def __init__(self, why: str, *, is_mistake: bool = False, code: str = "") -> None:
         super().__init__(why)
-        self.is_mistake = is_mistake
+        self.is_mistake, self.code = is_mistake, code
 
 
 class BenchSilent(ControlError):
@@ -177,7 +177,10 @@ def _result(line: bytes, verb: str, path: Path) -> Any:
     if not isinstance(answer, dict):
         raise ValueError("the answer is no object")
     if answer.get("ok") is False and isinstance(answer.get("error"), str):
-        raise ControlError(answer["error"], is_mistake=answer.get("code") not in (None, *NOT_MISTAKES))
+        code = answer.get("code")
+        raise ControlError(
+            answer["error"], is_mistake=code not in (None, *NOT_MISTAKES), code=str(code or "")
+        )
     if answer.get("ok") is not True:
         raise ValueError("the answer says neither ok nor an error")
     if why := misfit(verb, answer.get("result")):

@@ -200,7 +200,7 @@ class ControlServer:
             log.exception("control socket: %s could not be carried out", name)
             return {"ok": False, "error": f"{name} met a fault of hil's own; the bench's log says more"}
         if name == "capture":
-            return {"ok": True, "result": {}, "capture": result}
+            return {"ok": True, "result": {"epoch_ns": result[0].epoch_ns}, "capture": result}
         if isinstance(result, Done):
             result = {"effective_at_ns": result.effective_at_ns, **result.answer}
         return {"ok": True, "result": result}

@@ -20,6 +20,7 @@ from hil.compose.replay import Replayed, replay
 from hil.config import ConfigError
 from hil.host.python_program import NoPythonProgram
 from hil.testing.bench import Bench
+from hil.testing.bench_face import AnyBench
 from hil.testing.check_profile import check_profile
 from hil.testing.checks.bridge_check import check_bridge
 from hil.testing.checks.codec_check import check_codec, framing_reader
@@ -28,14 +29,19 @@ from hil.testing.checks.port_check import check_port
 from hil.testing.checks.recording_desk import RecordingDesk
 from hil.testing.control import replay_control
 from hil.testing.drawings import FollowedPath, draw_by_runs, followed_by
-from hil.testing.line_masters import NotInTime, attend
+from hil.testing.line_masters import attend
+from hil.testing.live_desk import LiveError
 from hil.testing.motion_replay import replay_motion
 from hil.testing.program_beside import ProgramBeside, ProgramRunsOn
-from hil.testing.served_bench import LiveError, ServedBench, live
+from hil.testing.served_bench import ServedBench
+from hil.testing.serving import live
 from hil.testing.session_player import play
+from hil.testing.unsupported import UnsupportedHere
+from hil.testing.waiting import NotInTime
 from hil.vocab.recorded_session import Difference, SessionRefused
 
 __all__ = [
+    "AnyBench",
     "Bench",
     "CheckFailed",
     "ConfigError",
@@ -50,6 +56,7 @@ __all__ = [
     "Replayed",
     "ServedBench",
     "SessionRefused",
+    "UnsupportedHere",
     "attend",
     "check_bridge",
     "check_codec",

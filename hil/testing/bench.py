@@ -2,7 +2,9 @@
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from hil.compose import bench_runtime, find_catalogue, start_memories
@@ -22,6 +24,7 @@ from hil.testing.seeds.bench_chance import BenchChance, FaultKey
 from hil.testing.seeds.late_arrivals import LateArrivals
 from hil.testing.serial_ports.open_benches import add_open, forget_closed
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
+from hil.testing.waiting import WITHIN_MS, wait_until
 from hil.testing.wire_faces import WireFaces
 from hil.vocab.address import address_of, no_part
 from hil.vocab.axis import AxisNow
@@ -49,6 +52,8 @@ class Bench:
         TypeError: ``config`` is no path, no text and no dict.
         ValueError: a device is a real board.
     """
+
+    kind = "virtual"
 
     def __init__(
         self,
@@ -174,6 +179,21 @@ class Bench:
         """Run until the simulated time is ``ms`` milliseconds; never back."""
         self._time.run_until(SimTimeNs(round(ms * NS_PER_MS)))
 
+    def wait_until(
+        self, condition: Callable[[], object] | str, of_axis: str = "", /, *, within_ms: float = WITHIN_MS
+    ) -> int:
+        """Let simulated time pass until a condition holds, which is looked at each millisecond; answers the
+        time then. A condition is a function, as in ``wait_until(lambda: b"SAC>" in port.read())``, or on
+        fields of an axis as `hil wait` takes it: ``wait_until("m1", "position_deg > 89", within_ms=2000)``.
+
+        Raises:
+            NotInTime: it does not hold within ``within_ms``, with the fields as they are then.
+            ValueError: there are no such fields, or there is no such condition.
+            KeyError: there is no such axis.
+        """
+        __tracebackhide__ = True
+        return wait_until(self, condition, of_axis, within_ms)
+
     def port(self, name: str, uart: str = "") -> PortFace:
         """Port at an address, as in ``m1`` or ``s1.network``; ``uart``: name of the device's UART.
 
@@ -228,11 +248,21 @@ class Bench:
         __tracebackhide__ = True
         return self._wires.wire(key, name)
 
-    def canbus(self, name: str = "can0") -> Any:
+    def can(self, name: str = "can0") -> Any:
         """CAN bus by its name, a ``CanBusFace``, with a node of the test's own on it from the first call on.
         Raises KeyError: there is none."""
         __tracebackhide__ = True
         return self.wire("can", name)
+
+    canbus = can
+    """The same, by its older name."""
+
+    def capture(self, file: Path | str) -> AbstractContextManager[object]:
+        """Capture the traffic of all ports and wires into a file, as pcapng, for a ``with`` block; its times
+        are simulated."""
+        from hil.testing.failures.bench_capture import BenchCapture
+
+        return BenchCapture(self.inputs, self._runtime, Path(file))
 
     def axis(self, name: str) -> AxisFace:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""

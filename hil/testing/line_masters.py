@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from hil.testing.bench import Bench
+from hil.testing.waiting import NotInTime
 from hil.vocab.line_node import LineMaster
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
@@ -12,10 +13,6 @@ SLICE_NS = 1 * NS_PER_MS
 
 MOST_TURNS = 1000
 """Maximum number of turns without time between them."""
-
-
-class NotInTime(AssertionError):
-    """Error of masters that did not come to their end in time."""
 
 
 def attend(

@@ -1,27 +1,32 @@
-"""Pytest plugin: the fixtures ``bench``, ``live_bench``, ``segment`` and ``fault``, and those of buses; a
-test that fails has in its report where its benches stand, and what has passed on their lines."""
+"""Pytest plugin: the fixtures ``bench``, ``segment`` and ``fault``, those of benches in real time and of
+buses; a test that fails has in its report where its benches stand, and what has passed on their lines."""
 
 import sys
 from collections.abc import Callable, Generator, Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from hil.discovery.installed import BUSES, modules_of
+from hil.testing.kind_account import LIVE, VIRTUAL, account, kind_of
 from hil.testing.seeds.seed_run import is_again, run_of
+from hil.testing.unsupported import UnsupportedHere
 
 if TYPE_CHECKING:
     from hil.testing.bench import Bench
     from hil.testing.faces import FaultFace
     from hil.testing.given import GivenConfig
-    from hil.testing.served_bench import ServedBench
 
 NODE = "sac"
 COLD_START_MS = 1100
-pytest_plugins = [*modules_of("bridges", BUSES, "testing.fixtures"), "hil.testing.seeds.seed_plugin"]
-"""Plugins of the buses and of many seeds, which pytest loads with this one."""
+pytest_plugins = [
+    "hil.testing.kind_option",
+    "hil.testing.served_fixtures",
+    "hil.testing.seeds.seed_plugin",
+    *modules_of("bridges", BUSES, "testing.fixtures"),
+]
+"""Further plugins of the kit, and those of the buses, which pytest loads with this one."""
 
 
 BENCHES = pytest.StashKey["list[Bench]"]()
@@ -31,7 +36,19 @@ BENCHES = pytest.StashKey["list[Bench]"]()
 @pytest.fixture
 def bench(request: pytest.FixtureRequest, hil_seed: int) -> "Iterator[Callable[..., Bench]]":
     """Make benches that are closed after the test: ``bench("bench.yaml")``, ``bench({...}, seed=1)``; further
-    options as of ``hil.testing.Bench``."""
+    options as of ``hil.testing.Bench``. They are in memory, or of the kind that ``--hil`` says, where seeds
+    mean nothing."""
+    if (kind := kind_of(request.config)) != VIRTUAL:
+        served = request.getfixturevalue("live_bench" if kind == LIVE else "real_bench")
+
+        def make_served(config: "GivenConfig", seed: int = 0, **options: Any) -> Any:
+            __tracebackhide__ = True
+            if options:
+                raise UnsupportedHere(kind, f"{', '.join(options)}: only a bench in memory has this")
+            return served(config)
+
+        yield make_served
+        return
     from hil.config import ConfigError
     from hil.testing.bench import Bench
 
@@ -51,30 +68,6 @@ def bench(request: pytest.FixtureRequest, hil_seed: int) -> "Iterator[Callable[.
         made.pop().close()
 
 
-@pytest.fixture
-def live_bench(tmp_path: Path) -> "Iterator[Callable[..., ServedBench]]":
-    """Run benches in processes of their own, in real time, until the test's end: ``live_bench("bench.yaml")``
-    answers when its boards do. Options as of ``hil.testing.live``. Logs and captures stay in ``tmp_path``."""
-    from hil.testing.given import path_of
-    from hil.testing.served_bench import LiveError, live
-
-    with ExitStack() as stack:
-        number = 0
-
-        def run(config: "GivenConfig", **options: Any) -> "ServedBench":
-            __tracebackhide__ = True
-            nonlocal number
-            path_of(config)  # refused here, without the frames of contexts
-            number += 1
-            keep = tmp_path / f"live_bench{number}"
-            try:
-                return stack.enter_context(live(config, **{"keep": keep} | options))
-            except LiveError as error:
-                raise error.with_traceback(None) from None
-
-        yield run
-
-
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option ``--hil-artifacts``."""
     parser.getgroup("hil").addoption(
@@ -92,6 +85,7 @@ def pytest_runtest_makereport(
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Explain a test that failed: where its benches stand, what they said, what passed on their lines."""
     report = yield
+    account(item, call, report)
     served = sys.modules.get("hil.testing.served_bench")  # noqa: TID251 -- most tests do without it
     benches, live = item.stash.get(BENCHES, []), served.OPEN if served else []
     if report.failed and (benches or live) and not is_again(item):

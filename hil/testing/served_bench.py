@@ -1,97 +1,47 @@
-"""Benches in processes of their own, in real time, behind real ports: for tests of programs that know nothing
-of hil; and the record of their traffic in a file."""
+"""Bench in a process of its own, in real time, behind real ports: for tests of programs that know nothing of
+hil, and as all kinds of bench."""
 
-import contextlib
-import json
 import os
-import re
-import select
-import shutil
-import socket
 import subprocess
 import sys
-import tempfile
-import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from functools import cached_property
 from pathlib import Path
-from types import TracebackType
-from typing import IO, Any
+from typing import Any
 
 import serial
 
-from hil.net.control_client import ControlError, ask, begin
-from hil.testing.given import GivenConfig, NamedThings, as_json, checked_bytes, path_of, unreadable
-from hil.testing.serial_ports.open_benches import LIVE
+from hil.compose import find_catalogue
+from hil.testing.given import NamedThings, checked_bytes
+from hil.testing.live_axes import LiveAxis, LiveDevice, LiveFault
+from hil.testing.live_desk import ANSWER_S, LiveDesk, LiveError
+from hil.testing.live_ports import Hearing, LivePort, LiveTap
+from hil.testing.live_traffic import LiveCapture, LiveTraffic, sources
+from hil.testing.serial_ports.ports_of_bench import USUAL_BAUD
 from hil.testing.served_program import ServedProgram
-
-ANSWER_S = 60.0
-"""Maximum time for an answer: of twenty benches that start at once on two CPUs each waits for its turns."""
-_PIECE = 1 << 16
-
-
-class LiveCapture:
-    """Capture of all ports and lines that a bench has now, for a ``with`` block, as pcapng."""
-
-    def __init__(self, control: Path, file: Path) -> None:
-        self._control = control
-        self._path = file
-
-    def __enter__(self) -> "LiveCapture":
-        self._client: socket.socket | None = None
-        listed = ask(self._control, "status", timeout_s=ANSWER_S)
-        rows = [*listed["segments"], *listed["buses"]]
-        lines = [row.get("segment") or row["bus"] for row in rows]
-        on_lines = {tap["tap"] for tap in listed["taps"]}
-        places = [
-            name
-            for row in listed["devices"]
-            for name in (row["device"] if row["address"] else "", *row["ports"])
-        ]
-        names = [*lines, *(name for name in places if name and name not in on_lines)]
-        if names:
-            self._client, _ = begin(self._control, "capture", timeout_s=ANSWER_S, ports=names)
-            self._file = self._path.open("wb", buffering=0)
-            self._thread = threading.Thread(target=self._copy, name="hil capture", daemon=True)
-            self._thread.start()
-        return self
-
-    def _copy(self) -> None:
-        assert self._client is not None
-        with contextlib.suppress(OSError):
-            while piece := self._client.recv(_PIECE):
-                self._file.write(piece)
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._client is None:
-            return
-        with contextlib.suppress(OSError):
-            self._client.shutdown(socket.SHUT_RDWR)
-        self._thread.join()
-        self._client.close()
-        self._file.close()
-
+from hil.testing.unsupported import RealTimeFace, UnsupportedHere
+from hil.testing.waiting import WITHIN_MS, wait_until
+from hil.vocab.time import NS_PER_MS
 
 READY_S = 120.0
 """Maximum time until the boards answer, by default: many that start at once have to wait for a CPU."""
-END_S = 60.0
-"""Maximum time for a daemon to end in after SIGTERM."""
-SHORT_PATH = 60
-"""Maximum length of the folder for temporary files: the path of a socket has at most 107 bytes."""
+_MAIN = "import sys; sys.argv[0] = 'hil'; from hil.cli.entry import main; main()"
+HIL = (sys.executable, "-P", "-c", _MAIN)
+"""Command of this installation, whatever a shell finds, and whatever is in the current folder."""
 SHOWN_LINES = 40
+ATTRIBUTES = frozenset({"arrivals", "chance", "config", "inputs", "more_sections", "seed"})
+"""Public attributes of a bench in memory, beside those of its class."""
 OPEN: "list[ServedBench]" = []
 """Benches that run, for the reports of tests that fail."""
 
 
-class LiveError(Exception):
-    """Error of a live bench: ``str(error)`` is what ``hil`` said."""
+class ServedBench(RealTimeFace):
+    """Bench in a process of its own. ``folder`` has its ports and memories, ``kept`` its log and capture.
 
-
-class ServedBench:
-    """Bench in a process of its own. ``folder`` has its ports and memories, ``kept`` its log and capture."""
+    Long because it has all calls of a bench of any kind, and those at a process, one short method each.
+    """
 
     def __init__(self, process: subprocess.Popen[bytes], folder: Path, kept: Path) -> None:
         self._process = process
@@ -102,6 +52,13 @@ class ServedBench:
         """Report of ``hil serve --json`` from when the boards answered; the reference has its keys."""
         self.programs: list[ServedProgram] = []
         """Programs that ran beside it."""
+        self.absent: Callable[[str], str] = lambda name: ""
+        """Answers why the bench lacks a name that the test's own configuration has, or an empty text."""
+        self.traffic: LiveTraffic | None = None
+        """Traffic since the boards answered, if it is captured."""
+        self._open = ExitStack()
+        self._taps: dict[str, LiveTap] = {}
+        self._buses: dict[str, Any] = {}
 
     @property
     def pid(self) -> int:
@@ -113,11 +70,143 @@ class ServedBench:
         """Paths and URLs of all ports by address: ``m1``, ``s1.network``, ``bus0.master``."""
         return NamedThings("port", self.info["ports"])
 
-    def port(self, name: str) -> str:
-        """Path or URL of a port, as pyserial's ``serial_for_url`` takes it. Raises KeyError: with the names
-        that there are."""
+    @cached_property
+    def desk(self) -> LiveDesk:
+        """Control socket, with refusals as a bench in memory has them."""
+        return LiveDesk(Path(self.info["control"]), lambda name: self.absent(name))
+
+    @property
+    def kind(self) -> str:  # type: ignore[override]
+        """``live``, or ``real`` with a real board."""
+        return self.desk.kind
+
+    def _virtual(self) -> tuple[type, frozenset[str]]:
+        from hil.testing.bench import Bench
+
+        return Bench, ATTRIBUTES
+
+    # ---- as all kinds of bench ----
+
+    @property
+    def now_ns(self) -> int:
+        """Simulated time since the bench's start."""
+        return self.desk.now_ns
+
+    def start(self) -> list[str]:
+        """Answer the names of real boards that cannot be reached: the twins answer when a bench is there."""
+        return [*self.away()]
+
+    def away(self) -> dict[str, str]:
+        """Reasons why real boards cannot be reached, by their names."""
+        problems = self.ask("health").get("problems", [])
+        return {
+            row["about"]: f"{row['what']}; {row['remedy'].partition(';')[0]}"
+            for row in problems
+            if row["kind"] == "port" and row["about"] in self.desk.real
+        }
+
+    def run(self, ms: float) -> None:
+        """Let at least ``ms`` milliseconds of simulated time pass."""
+        self.run_until(self.now_ns / NS_PER_MS + ms)
+
+    def run_until(self, ms: float) -> None:
+        """Let time pass until the simulated time is ``ms`` milliseconds, or more if it is later already."""
+        while (left_ms := ms - self.now_ns / NS_PER_MS) > 0:
+            time.sleep(left_ms / 1000 / self.info["speed"])
+
+    def wait_until(
+        self, condition: Callable[[], object] | str, of_axis: str = "", /, *, within_ms: float = WITHIN_MS
+    ) -> int:
+        """Let time pass until a condition holds, as ``Bench.wait_until``; it is looked at each few
+        milliseconds of this computer's time. Raises NotInTime: it does not hold in simulated time."""
         __tracebackhide__ = True
-        return self.ports[name]
+        return wait_until(self, condition, of_axis, within_ms)
+
+    def port(self, name: str) -> LivePort:
+        """Port at an address, which is its path or URL, too, as pyserial's ``serial_for_url`` takes it.
+        Raises KeyError: with the names that there are."""
+        __tracebackhide__ = True
+        return LivePort(self._address(name), name, self.desk, Hearing(name, self._heard))
+
+    def _address(self, name: str) -> str:
+        __tracebackhide__ = True
+        try:
+            return self.ports[name]
+        except KeyError as error:
+            raise self.desk.no_port(name, str(error)) from None
+
+    def _heard(self) -> LiveTraffic:
+        if self.traffic is None:
+            self.traffic = LiveTraffic(self.desk, sources(self.desk))
+            self._open.callback(self.traffic.close)
+        return self.traffic
+
+    def serial(self, name: str, baudrate: int | None = None, **options: Any) -> serial.Serial:
+        """Open a port or a tap as pyserial's ``Serial``, until the bench ends at the latest. Time-outs are of
+        this computer's time. ``baudrate``: the line's own by default. Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        baud = baudrate or self.info["bauds"].get(name) or USUAL_BAUD
+        opened = serial.serial_for_url(self._address(name), baud, **options)
+        self._open.callback(opened.close)
+        return opened
+
+    def tap(self, name: str) -> LiveTap:
+        """Tap by its name, as in ``bus0.master``. Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        if name not in self._taps:
+            self._address(name)
+            heard = self.hear(name)
+            self._taps[name] = LiveTap(name, self.desk, Hearing(name, lambda: heard))
+        return self._taps[name]
+
+    def hear(self, name: str) -> LiveTraffic:
+        """Hear a tap or a wire from now on, until the bench ends."""
+        heard = LiveTraffic(self.desk, [name])
+        self._open.callback(heard.close)
+        return heard
+
+    def can(self, name: str = "can0") -> Any:
+        """CAN bus by its name, with a node of the test's own on it from the first call on. Raises KeyError:
+        there is none."""
+        __tracebackhide__ = True
+        if name not in self._buses:
+            kinds = find_catalogue({}).wire_kinds
+            make = next((kind.kit.served_face for kind in kinds if kind.key == "can" and kind.kit), None)
+            if make is None:
+                raise UnsupportedHere(self.kind, "no CAN is installed")
+            self._buses[name] = make(self, name)
+        return self._buses[name]
+
+    def axis(self, name: str) -> LiveAxis:
+        """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        self.desk.do("verbs", name, device=name)
+        return LiveAxis(name, self.desk)
+
+    def device(self, name: str) -> LiveDevice:
+        """Board by its name. Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        self.desk.status(name)
+        return LiveDevice(name, self.desk)
+
+    def fault(self, kind: str, target: str, **parameters: float | str) -> LiveFault:
+        """Make something go wrong (``hil.vocab.faults`` has the kinds), until it is cleared.
+
+        Raises:
+            FaultRefused: there is no such kind or target, or a parameter does not do.
+        """
+        __tracebackhide__ = True
+        return LiveFault(self.desk, kind, target, parameters)
+
+    def capture(self, file: Path | str) -> LiveCapture:
+        """Capture all ports and lines into a file, as pcapng, for a ``with`` block."""
+        return LiveCapture(self.desk, Path(file))
+
+    def close(self) -> None:
+        """Close what the test has left open. The process ends with its ``with`` block or fixture."""
+        self._open.close()
+
+    # ---- as a process ----
 
     @property
     def log(self) -> str:
@@ -128,16 +217,13 @@ class ServedBench:
         """Ask at the control socket, as in ``ask("inject", fault="packet_nak", target="s4.network",
         parameters={})``; the reference has its verbs. Raises LiveError: it was refused."""
         __tracebackhide__ = True
-        try:
-            return ask(Path(self.info["control"]), verb, timeout_s=ANSWER_S, **arguments)
-        except ControlError as error:
-            raise LiveError(str(error)) from None
+        return self.desk.ask(verb, **arguments)
 
     def hil(self, *arguments: str, timeout_s: float = READY_S) -> str:
         """Run a command on this bench, as in ``hil("fault", "clear")``; answers what it printed. Raises
         LiveError: it exits with another code than 0."""
         __tracebackhide__ = True
-        command = [*_HIL, *arguments, "--runtime-dir", str(self.folder / "run")]
+        command = [*HIL, *arguments, "--runtime-dir", str(self.folder / "run")]
         done = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
         if done.returncode:
             raise LiveError(f"hil {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}")
@@ -186,143 +272,17 @@ class ServedBench:
         """Titles and texts for the report of a test that failed: the ends of the log and of the traffic,
         in words."""
         name = self.info.get("bench", "live")
-        sections = [(f"hil serve {name} ({self.log_file})", _end_of(self.log))]
+        sections = [(f"hil serve {name} ({self.log_file})", end_of(self.log))]
         if self.capture_file.exists():
-            decode = [*_HIL, "decode", str(self.capture_file)]
+            decode = [*HIL, "decode", str(self.capture_file)]
             text = subprocess.run(decode, capture_output=True, text=True, timeout=READY_S, check=False).stdout
             if text:
-                sections.append((f"traffic of {name} ({self.capture_file})", _end_of(text)))
+                sections.append((f"traffic of {name} ({self.capture_file})", end_of(text)))
         return [*sections, *(section for each in self.programs for section in each.sections())]
 
 
-_MAIN = "import sys; sys.argv[0] = 'hil'; from hil.cli.entry import main; main()"
-_HIL = (sys.executable, "-P", "-c", _MAIN)
-"""Command of this installation, whatever a shell finds, and whatever is in the current folder."""
-
-
-@contextmanager
-def live(
-    config: GivenConfig,
-    *,
-    options: tuple[str, ...] = (),
-    capture: bool = True,
-    keep: Path | None = None,
-    timeout_s: float = READY_S,
-) -> Iterator[ServedBench]:
-    """Run a bench in a process of its own for the block, which begins when its boards answer.
-
-    ``config`` is a path, YAML text or a dict; files that a text or a dict names need absolute paths.
-    ``options``: further ones of ``hil serve``, as ``("--log", "run.jsonl")``; ``capture``: record the traffic
-    of all ports and lines; ``keep``: folder in which log and capture stay.
-
-    Raises:
-        LiveError: the configuration has problems, which it lists, or the boards did not answer within
-            ``timeout_s``.
-        TypeError: ``config`` is no path, no text and no dict.
-    """
-    __tracebackhide__ = True
-    with ExitStack() as stack:
-        folder = Path(tempfile.mkdtemp(prefix="hil-", dir=_short_folder()))
-        stack.callback(shutil.rmtree, folder, ignore_errors=True)
-        bench = stack.enter_context(_served(config, options, folder, keep or folder, timeout_s))
-        if capture:
-            stack.enter_context(LiveCapture(Path(bench.info["control"]), bench.capture_file))
-        OPEN.append(bench)
-        stack.callback(OPEN.remove, bench)
-        LIVE.append((bench.info["bench"], bench.ports))
-        stack.callback(LIVE.remove, LIVE[-1])
-        stack.callback(bench.end_programs)
-        try:
-            yield bench
-        except BaseException as error:
-            error.add_note(f"--- the end of what hil serve said\n{_end_of(bench.log)}")
-            raise
-
-
-@contextmanager
-def _served(
-    config: GivenConfig,
-    options: tuple[str, ...],
-    folder: Path,
-    kept: Path,
-    timeout_s: float,
-) -> Iterator[ServedBench]:
-    __tracebackhide__ = True
-    path = _config_file(config, folder)
-    where = ("--runtime-dir", str(folder / "run"), "--state-dir", str(folder / "state"))
-    command = [*_HIL, "serve", str(path), "--json", *where, *options]
-    kept.mkdir(parents=True, exist_ok=True)
-    with (kept / "hil.log").open("wb") as log:
-        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log)
-    bench = ServedBench(process, folder, kept)
-    assert process.stdout is not None
-    try:
-        line, is_over = _line(process.stdout, timeout_s)
-        if not line.endswith(b"\n"):
-            _end(process)
-            late = "" if is_over else f"the boards do not answer after {timeout_s:g} s\n"
-            said = bench.log.strip() or f"hil serve ended with {process.returncode}"
-            raise LiveError(late + _without_our_file(said, config, path))
-        bench.info = json.loads(line)
-        if error := bench.info.get("error"):
-            raise LiveError(_without_our_file(error["message"], config, path))
-        if failed := bench.info["failed"]:
-            raise LiveError("\n".join(f"{name} has stopped: {why}" for name, why in failed.items()))
-        yield bench
-    finally:
-        _end(process)
-
-
-def _line(stream: IO[bytes], timeout_s: float) -> tuple[bytes, bool]:
-    """Read a line, or what there is of it when the time is over or the stream ends; answers too whether it
-    has ended."""
-    line, until_s = b"", time.monotonic() + timeout_s
-    while not line.endswith(b"\n") and (left_s := until_s - time.monotonic()) > 0:
-        if select.select([stream], [], [], left_s)[0]:
-            piece = os.read(stream.fileno(), 65536)
-            if not piece:
-                return line, True
-            line += piece
-    return line, False
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.terminate()
-        process.wait(END_S)
-    if process.poll() is None:
-        process.kill()
-        process.wait()
-    if process.stdout:
-        process.stdout.close()
-
-
-def _config_file(config: GivenConfig, folder: Path) -> Path:
-    __tracebackhide__ = True
-    if given := path_of(config):
-        try:
-            given.stat()  # the daemon reads it, and says whatever else is wrong with it
-        except (OSError, ValueError) as error:
-            raise LiveError(str(unreadable(given, error))) from None
-        return given
-    path = folder / "bench.yaml"
-    path.write_text(as_json(config) if isinstance(config, Mapping) else str(config))
-    return path
-
-
-def _without_our_file(said: str, config: GivenConfig, path: Path) -> str:
-    """Name a configuration in a message as its writer knows it: a dict has no lines."""
-    if isinstance(config, Mapping):
-        return re.sub(re.escape(str(path)) + r"(:\d+:\d+)?", "<dict>", said)
-    return said if path == path_of(config) else said.replace(str(path), "<text>")
-
-
-def _short_folder() -> str:
-    usual = tempfile.gettempdir()
-    return usual if len(os.fsencode(usual)) <= SHORT_PATH else "/tmp"
-
-
-def _end_of(text: str) -> str:
+def end_of(text: str) -> str:
+    """The last lines of a text."""
     lines = text.splitlines()
     left_out = [f"... {len(lines) - SHOWN_LINES} lines before"] if len(lines) > SHOWN_LINES else []
     return "\n".join([*left_out, *lines[-SHOWN_LINES:]]) or "nothing"

@@ -29,6 +29,9 @@ class FaceKind:
     tap_face: Callable[[Any, Any], Any] | None = None
     """Makes the face of a tap, a ``TapFace``; None if that does as it is. Arguments: the ``BenchRuntime``,
     the tap."""
+    served_face: Callable[[Any, str], Any] | None = None
+    """Makes the face of a wire of a bench that is served; None: there is none. Arguments: the
+    ``hil.testing.ServedBench``, the wire's name."""
 
 
 @dataclass(frozen=True, eq=False)

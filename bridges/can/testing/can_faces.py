@@ -1,7 +1,7 @@
 """Faces of a CAN bus for tests: frames at times, an adapter's serial line, and a CANopen drive."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from bridges.can.bus.bus_events import NodeState
 from bridges.can.canopen import can_ids, sdo_frames
@@ -11,6 +11,7 @@ from bridges.can.canopen.sdo_frames import ABORT_BYTE, EXPEDITED_BYTES, SEGMENT_
 from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.cards.can_tap import CanTap
 from bridges.can.frames.can_frame import CanFrame
+from bridges.can.testing.heard_frames import PATIENCE_MS, SLICE_MS, HeardFrame, HeardFrames
 from hil.config.station_names import CANOPEN
 from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Attach, Frames, Input, Logged
@@ -77,8 +78,6 @@ SERVO = "mechaduino"
 """Profile that needs a table to move."""
 TESTER = "tester"
 """Name of the node that a test has on the bus, behind the bus's."""
-PATIENCE_MS = 1000.0
-_SLICE_MS = 1.0
 ENABLING = DriveCommand.SHUTDOWN, DriveCommand.SWITCH_ON, DriveCommand.ENABLE
 _MAILBOXES = 256
 
@@ -105,27 +104,15 @@ class CanTapFace(TapFace):
         return [(SimTimeNs(at_ns), byte) for at_ns, data in pieces for byte in data]
 
 
-class HeardFrame(NamedTuple):
-    """Frame that was on the bus, and the time at which its last bit ended."""
-
-    at_ns: SimTimeNs
-    frame: CanFrame
-
-
-class CanBusFace:
+class CanBusFace(HeardFrames):
     """A bus, with a node of the test's own on it, ``can0.tester``, that hears all frames of others."""
 
     def __init__(self, bench: Any, runtime: BenchRuntime, of: BenchBus) -> None:
-        self.bench = bench
-        """The bench that it is of, a ``hil.testing.Bench``."""
-        self.name = of.name
+        super().__init__(bench, of.name)
         self.bus = of.bus
-        self.heard: list[HeardFrame] = []
-        """All frames so far."""
         self._runtime = runtime
         self._group = runtime.parts.group_of(of.name)
         self._node = str(Address(of.name, TESTER))
-        self._read = 0
         self.bus.join(self._node, self, mailboxes=_MAILBOXES)
         self._log(of.name, Attach(TESTER))
 
@@ -154,28 +141,6 @@ class CanBusFace:
         """Write down what a replay has to do in place of the test, as at a node of a channel."""
         if log := self._runtime.log:
             log.write(Logged(self._group.now_ns, target, given))
-
-    def read(self) -> list[HeardFrame]:
-        """Read all frames since the last call."""
-        fresh, self._read = self.heard[self._read :], len(self.heard)
-        return fresh
-
-    def expect(self, can_id: int, data: bytes | None = None, *, within_ms: float = PATIENCE_MS) -> HeardFrame:
-        """Let time pass until a frame comes with this identifier, and this data unless None; frames before it
-        are read with it. Fails if none comes."""
-        end_ns = self._runtime.now_ns + round(within_ms * NS_PER_MS)
-        while True:
-            while self._read < len(self.heard):
-                heard = self.heard[self._read]
-                self._read += 1
-                if heard.frame.id == can_id and data in (None, heard.frame.data):
-                    return heard
-            left_ms = (end_ns - self._runtime.now_ns) / NS_PER_MS
-            if left_ms <= 0:
-                wanted = f"{can_id:03X}#" + ("" if data is None else data.hex().upper())
-                last = ", ".join(str(each.frame) for each in self.heard[-5:]) or "nothing"
-                raise AssertionError(f"no {wanted} on {self.name} within {within_ms:g} ms; the last: {last}")
-            self.bench.run(min(left_ms, _SLICE_MS))
 
     def python_can(self, node: str = "python-can") -> "PythonCanBus":
         """Make a ``can.BusABC`` on this bus, a node of this name, for code that is written with python-can:
@@ -276,10 +241,10 @@ class DriveFace:
         """Let time pass until the board has started, and the drive can be switched on. Fails if it does
         not."""
         bench, end_ns = self.canbus.bench, self.canbus.bench.now_ns + within_ms * NS_PER_MS
-        bench.run(_SLICE_MS)
+        bench.run(SLICE_MS)
         while state_of(self.statusword) is not DriveState.SWITCH_ON_DISABLED:
             assert bench.now_ns < end_ns, f"{self.axis} is not ready within {within_ms:g} ms"
-            bench.run(10 * _SLICE_MS)
+            bench.run(10 * SLICE_MS)
 
     def boot(self, within_ms: float = PATIENCE_MS) -> HeardFrame:
         """Await the boot-up message."""

@@ -28,7 +28,7 @@ def canbus(bench: "Callable[..., Bench]") -> "Callable[..., CanBusFace]":
         from bridges.can.testing.can_faces import canbus_config
 
         config = canbus_config(drives, profile, bit_rate, first_id, switches or {})
-        face: CanBusFace = bench(config, seed).canbus()
+        face: CanBusFace = bench(config, seed).can()
         return face
 
     return make

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.boards.axis_samples import watching
-from hil.cli.boards.condition import Condition, ConditionError, parse_condition
 from hil.cli.boards.time_given import Within, seconds_of
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.shown_words import shown_number
 from hil.host.journal import say
+from hil.net.condition import Condition, ConditionError, parse_condition
 
 _LOOK_S = 0.02
 _INTERVAL_MS = 1.0

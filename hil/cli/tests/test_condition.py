@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 import typer
 
-from hil.cli.boards.condition import ConditionError, parse_condition
 from hil.cli.boards.time_given import seconds_of
+from hil.net.condition import ConditionError, parse_condition
 
 VALUES = {"position_deg": 90.5, "velocity_rpm": -2.0, "loop_on": 1.0, "torque_Nm": None}
 

@@ -24,7 +24,9 @@ OWN_WAY = {
     "virtual_ports/usb/vhci.py": {"open"},  # a file of sysfs
     "hil/host/journal.py": {"open"},  # standard streams
     "bridges/zenoh/site_keys.py": {"open"},  # exclusively
-    "hil/testing/served_bench.py": {"open", "write_bytes", "write_text"},  # in a test's own folder
+    "hil/testing/serving.py": {"open", "write_text"},  # in a test's own folder
+    "hil/testing/live_traffic.py": {"open"},  # a test's own file
+    "hil/testing/failures/bench_capture.py": {"write_bytes"},  # the same
     "hil/testing/failures/failure_folder.py": {"open", "write_bytes", "write_text"},  # the same
     "hil/testing/seeds/seed_results.py": {"open"},  # line by line, while tests run
     "hil/testing/owned_time/children.py": {"open", "write_text"},  # a port; a folder of its own

@@ -1,7 +1,7 @@
 """Replay of what a bench in memory has been given, with listeners at its wires and samples of its axes."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -41,11 +41,11 @@ def replay_bench(
     Raises:
         ConfigError, InputLogError: as ``hil.compose.replay.replay``.
     """
-    heard: dict[str, deque[_Heard]] = {}
+    heard: dict[str, deque[HeardRecord]] = {}
 
     def built(runtime: BenchRuntime) -> None:
         for name, wire in runtime.wires.items():
-            _listen(wire, heard.setdefault(name, deque(maxlen=most)))
+            listen(wire, heard.setdefault(name, deque(maxlen=most)))
         for address in axes:
             begin = partial(_watch, runtime.parts.axis(address))
             if until_ns > LAST_NS:
@@ -56,27 +56,36 @@ def replay_bench(
     replayed = replay_log(kept.log(), built)
     runtime, difference = replayed.runtime, replayed.difference()
     runtime.advance(until_ns)
-    records = [
-        Record(runtime.wires[name].interface(name), *each, offset=0)
-        for name, of in heard.items()
-        for each in of
-    ]
+    records = wire_records(runtime.wires, heard)
     return BenchReplay(difference, records, {name: _recording(runtime.parts.axis(name)) for name in axes})
 
 
-_Heard = tuple[SimTimeNs, int, bytes, str]
+HeardRecord = tuple[SimTimeNs, int, bytes, str]
 """Time, event, bytes and comment of a record."""
 
 
-def _listen(wire: Wire, heard: deque[_Heard]) -> None:
+def listen(wire: Wire, heard: deque[HeardRecord]) -> Callable[[Any], None]:
+    """Note what a wire carries from now on; answers the watcher that does."""
     if frames := wire.frames:
         packed = frames.packed
-        wire.watchers.append(lambda event: heard.append((event.at_ns, 0, packed(event), event.node)))
+
+        def watcher(event: Any) -> None:
+            heard.append((event.at_ns, 0, packed(event), event.node))
     else:
-        wire.watchers.append(lambda event: heard.append(_burst(event)))
+
+        def watcher(event: Any) -> None:
+            heard.append(_burst(event))
+
+    wire.watchers.append(watcher)
+    return watcher
 
 
-def _burst(event: Any) -> _Heard:
+def wire_records(wires: Mapping[str, Wire], heard: Mapping[str, deque[HeardRecord]]) -> list[Record]:
+    """Records of what was noted, by wires."""
+    return [Record(wires[name].interface(name), *each, offset=0) for name, of in heard.items() for each in of]
+
+
+def _burst(event: Any) -> HeardRecord:
     kind = RecordKind.FRAMING_ERROR if event.is_damaged else RecordKind.RX
     return event.at_ns, kind, event.data, event.about
 

@@ -20,15 +20,16 @@ READ = 20 * SHOWN
 """Number of records of each that are read for them: a board prints a line in several."""
 
 
-def port_records(kept: KeptInputs, runtime: BenchRuntime) -> Iterator[Record]:
-    """Traffic of the ports of a bench, those on wires excepted."""
+def port_records(kept: KeptInputs, runtime: BenchRuntime, since: int = 0) -> Iterator[Record]:
+    """Traffic of the ports of a bench, those on wires excepted. ``since``: number of kept records to leave
+    out."""
     lines = {
         (name, logged_port(device, uart)): port_interface(device.uarts.label(name, uart), device, uart)
         for name, device in runtime.devices.items()
         for uart, of in device.uarts.items()
         if of.station is None
     }
-    for each in kept.records:
+    for each in kept.records[since:]:
         if not isinstance(each, Logged):
             at_ns, name, data, port, _ = each
             if line := lines.get((name, port)):
