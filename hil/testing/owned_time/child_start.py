@@ -1,6 +1,7 @@
 """Start of a Python child of a program on simulated time: its ``serial`` opens the bench's ports by the names
 that the program has for them. Written as ``sitecustomize`` into a folder on the child's path, without hil."""
 
+import fcntl
 import importlib.machinery
 import importlib.util
 import json
@@ -20,10 +21,11 @@ def _customize_as_before() -> None:
 
 def _map_ports(ports: dict[str, str]) -> None:
     try:
-        from serial import Serial
+        from serial import Serial, serialposix
     except ImportError:
         return
-    open_real = Serial.open
+    open_real, close_real = Serial.open, Serial.close
+    locks: dict[int, int] = {}
 
     def open_mapped(port: Any) -> None:
         said = port.portstr
@@ -33,7 +35,27 @@ def _map_ports(ports: dict[str, str]) -> None:
         finally:
             port.portstr = said
 
+    def close_and_unlock(port: Any) -> None:
+        fd = port.fd
+        close_real(port)
+        if fd in locks:
+            os.close(locks.pop(fd))
+
+    class Locking:
+        """``fcntl`` of pyserial: locks are those of files, since the parent has no end of this pty."""
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(fcntl, name)
+
+        def flock(self, fd: int, operation: int) -> None:
+            files = [path for path in ports.values() if os.path.samefile(path, os.ttyname(fd))]
+            if files and fd not in locks:
+                locks[fd] = os.open(f"{files[0]}.lock", os.O_RDWR)
+            fcntl.flock(locks.get(fd, fd), operation)
+
     Serial.open = open_mapped  # type: ignore[assignment,method-assign]
+    Serial.close = close_and_unlock  # type: ignore[assignment,method-assign]
+    serialposix.fcntl = Locking()  # type: ignore[attr-defined]
 
 
 with open(os.path.join(os.path.dirname(__file__), "ports.json")) as _file:

@@ -1,5 +1,6 @@
 """Child processes of a program on simulated time, and the bench's ports for them."""
 
+import fcntl
 import json
 import os
 import pty
@@ -26,7 +27,8 @@ _PIECE = 4096
 
 
 class ChildPort:
-    """Terminal of a port for child processes: a pty, whose bytes pass while somebody has it open."""
+    """Terminal of a port for child processes: a pty, whose bytes pass while somebody has it open; and
+    a file by which both sides lock it."""
 
     def __init__(self, terminal: PortTerminal, path: Path) -> None:
         self._terminal = terminal
@@ -37,6 +39,10 @@ class ChildPort:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.symlink_to(os.ttyname(slave))
         os.close(slave)
+        self._lock = path.with_suffix(".lock").open("w")
+        terminal.lock_outside = self._lock_outside
+        if terminal.lock:
+            self._lock_outside(True)
         self._events = _poll()
         self._events.register(self._master, select.POLLIN | select.POLLHUP)
         self._is_open = False
@@ -54,6 +60,13 @@ class ChildPort:
             with suppress(BlockingIOError):
                 os.write(self._master, data)
         self._is_open = is_open
+
+    def _lock_outside(self, is_locked: bool) -> bool:
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB if is_locked else fcntl.LOCK_UN)
+        except BlockingIOError:
+            return False
+        return True
 
     def _send(self, now_ns: SimTimeNs) -> None:
         with suppress(OSError):
@@ -114,7 +127,8 @@ class Children(Outside):
                 ChildPort(terminal, self._path(number))
                 for number, terminal in enumerate(self._terminals.values())
             ]
-        _execute(child, *options)
+        with self._turns.inside():  # it reads from a pipe what the child says before it begins
+            _execute(child, *options)
         self._started.add(child)
         self._turns.tell_once(
             "child", "a child process has the wall's time: this run passes at its pace, another may differ"

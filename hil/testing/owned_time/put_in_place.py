@@ -1,7 +1,6 @@
 """Puts clocks, locks, threads and waits of simulated time in the place of Python's, for a whole process."""
 
 import _thread
-import datetime
 import multiprocessing.process
 import os
 import queue
@@ -22,14 +21,18 @@ from serial import serialposix, serialutil
 
 from hil.testing.owned_time.children import Children
 from hil.testing.owned_time.clocks import Clocks
+from hil.testing.owned_time.file_times import FileTimes
 from hil.testing.owned_time.owned_locks import lock_classes
 from hil.testing.owned_time.owned_signals import OwnedSignals
 from hil.testing.owned_time.selecting import SELECTORS, Selecting
 from hil.testing.owned_time.threads import Threads
 from hil.testing.owned_time.turns import Turns
 
-_OURS = ("hil", "bridges", "virtual_ports", "device_profiles", "importlib", "_thread", "_frozen_importlib")
-"""Packages that keep Python's own clocks and locks: the bench, and imports."""
+_OURS = (
+    *("hil", "bridges", "virtual_ports", "device_profiles"),
+    *("importlib", "_thread", "_frozen_importlib", "_frozen_importlib_external", "posix"),
+)
+"""Packages that keep Python's own clocks, locks and times of files: the bench, and imports."""
 
 _OF_SIGNAL = (
     *("setitimer", "getitimer", "alarm", "pause", "sigwait", "sigwaitinfo", "sigtimedwait"),
@@ -76,7 +79,7 @@ def put_in_place(
     turns.timers, turns.outside = signals, children
 
     places.put(time, clocks.of_time())
-    places.put(datetime, clocks.of_datetime())
+    clocks.put_in_datetime()
     places.put(threading, {"RLock": rlock, "Lock": lock, "_allocate_lock": lock, "_CRLock": rlock})
     places.put(_thread, {"start_new_thread": plain.start_new_thread, "start_new": plain.start_new_thread})
     places.put(
@@ -103,6 +106,7 @@ def put_in_place(
             "DefaultSelector": selecting.selector_class(selectors.DefaultSelector),
         },
     )
+    places.put(os, {"pipe": selecting.pipe, "read": selecting.read})
     places.put(socket, {"socketpair": selecting.socketpair})
     places.put(socket.socket, selecting.of_socket())
     places.put(signal, {"signal": signals.set_handler, "getsignal": signals.handler})
@@ -119,6 +123,8 @@ def put_in_place(
     for module in (serial, serialposix):
         places.put(module, {"Serial": port_class})
     places.put(serialutil, {"Timeout": _timeout(clocks)})
+    clocks.put_in_uuid()
+    places.put(os, FileTimes(clocks.date_ns).of_os())
     os.environ |= children.environment()
     places.put_everywhere()
 

@@ -5,11 +5,12 @@ bench's ports, and those whose other end is in the program, are of simulated tim
 """
 
 import functools
+import os
 import select as real_select
 import selectors
 import socket
-import weakref
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Any
 
 from hil.testing.owned_time.owned_locks import until_ns
@@ -17,6 +18,8 @@ from hil.testing.owned_time.turns import Turns
 
 _select, _poll, _epoll = real_select.select, real_select.poll, real_select.epoll
 _socketpair = socket.socketpair
+_fstat, _pipe, _read = os.fstat, os.pipe, os.read
+_STDERR = 2
 _BLOCKING = ("accept", "recv", "recv_into", "recvfrom", "recvfrom_into", "recvmsg")
 
 
@@ -25,8 +28,17 @@ class Selecting:
 
     def __init__(self, turns: Turns, port_fds: Callable[[], set[int]]) -> None:
         self._turns, self._port_fds = turns, port_fds
-        self._inside = weakref.WeakSet[socket.socket]()
-        """Sockets of pairs that the program has both ends of."""
+        self._inside = set[tuple[int, int]]()
+        """Pipes and pairs of sockets whose ends the program has, by device and inode."""
+
+    def _add(self, *fds: int) -> None:
+        self._inside.update((each.st_dev, each.st_ino) for each in map(_fstat, fds))
+
+    def _is_inside(self, fd: int) -> bool:
+        with suppress(OSError):
+            file = _fstat(fd)
+            return (file.st_dev, file.st_ino) in self._inside
+        return True  # it is closed, which ends the wait
 
     def wait(
         self,
@@ -39,23 +51,29 @@ class Selecting:
         found = look()
         if is_found(found):
             return found
-        if timeout_s is not None and timeout_s == 0:
+        if timeout_s == 0:
             self._turns.look()
             return look()
 
         def ready() -> bool:
             nonlocal found
-            found = look()
-            return is_found(found)
+            try:
+                found = look()
+            except (OSError, ValueError):  # closed by another thread, which runs this: the waiter is told
+                is_closed.append(True)
+            return bool(is_closed) or is_found(found)
 
-        is_outside = bool({*fds} - self._port_fds() - {each.fileno() for each in self._inside})
+        is_closed = list[bool]()
+        is_outside = not all(map(self._is_inside, {*fds} - self._port_fds()))
         self._turns.wait(ready, until_ns(self._turns, timeout_s), "a descriptor", is_outside=is_outside)
-        return found
+        return look() if is_closed else found
 
     # ---- select ----
 
     def select(self, reads: Any, writes: Any, errors: Any, timeout: float | None = None) -> Any:
         """``select.select``."""
+        if timeout is not None and timeout < 0:
+            raise ValueError("timeout must be non-negative")
         lists = [*reads], [*writes], [*errors]
         fds = [each if isinstance(each, int) else each.fileno() for some in lists for each in some]
         return self.wait(lambda: _select(*lists, 0), timeout, fds, any)
@@ -63,8 +81,20 @@ class Selecting:
     def socketpair(self, *options: Any, **named: Any) -> tuple[socket.socket, socket.socket]:
         """``socket.socketpair``: both ends are in the program."""
         pair = _socketpair(*options, **named)
-        self._inside.update(pair)
+        self._add(*(each.fileno() for each in pair))
         return pair
+
+    def pipe(self) -> tuple[int, int]:
+        """``os.pipe``: both ends are in the program."""
+        ends = _pipe()
+        self._add(*ends)
+        return ends
+
+    def read(self, fd: int, length: int) -> bytes:
+        """``os.read``, which waits at the program's own pipes."""
+        if self._inside and length and fd > _STDERR and self._is_inside(fd) and os.get_blocking(fd):
+            self.wait(lambda: _select([fd], [], [], 0)[0], None, [fd])
+        return _read(fd, length)
 
     def of_select(self) -> dict[str, Any]:
         """Names of ``select``."""

@@ -2,6 +2,7 @@
 
 import socket
 import termios
+from collections.abc import Callable
 from typing import Any
 
 from hil.testing.serial_ports.line_ends import LineEnd
@@ -38,6 +39,8 @@ class PortTerminal:
         """Number of times that it is open."""
         self.lock: object = None
         """Holder of its lock; None: nobody."""
+        self.lock_outside: Callable[[bool], bool] = lambda is_locked: True
+        """Locks it against other processes that may have it, or unlocks it; False: one has the lock."""
         self.settings: list[Any] = [*_FRESH, [b"\0"] * 32]
         self.custom_baud = 0
         self.is_stopped = False

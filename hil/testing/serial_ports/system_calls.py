@@ -98,8 +98,7 @@ class SystemCalls:
         if file is None:
             raise _error(errno.EBADF)
         if isinstance(file, OpenTerminal):
-            if file.terminal.lock is file:
-                file.terminal.lock = None
+            self._unlock(file)
             with self.passing.inside():
                 file.terminal.close(self.passing.now_ns)
 
@@ -207,12 +206,16 @@ class SystemCalls:
         """Lock a terminal against others that lock it, or unlock it. Raises OSError EAGAIN."""
         terminal, file = self.terminal(fd), self._files[fd]
         if operation & fcntl.LOCK_UN:
-            if terminal.lock is file:
-                terminal.lock = None
-        elif terminal.lock not in (None, file):
+            self._unlock(file)
+        elif terminal.lock not in (None, file) or not terminal.lock_outside(True):
             raise _error(errno.EAGAIN)
         else:
             terminal.lock = file
+
+    def _unlock(self, file: Any) -> None:
+        if file.terminal.lock is file:
+            file.terminal.lock = None
+            file.terminal.lock_outside(False)
 
     def ioctl(self, fd: int, request: int, argument: Any = 0, mutate: bool = True) -> Any:
         """Answer the requests that pyserial makes. Raises OSError ENOTTY: as a terminal without them."""

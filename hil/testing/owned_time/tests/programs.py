@@ -186,17 +186,78 @@ print(datetime.date.today().year, isinstance(datetime.date.today(), stamp))
 """,
         "2026-01-01T00:00:00 2026-01-02 1 00:00\nTrue True\nTrue True\n2026 False",
     ),
+    "dates are Python's own objects": (
+        """
+import copy, datetime, time, uuid
+from datetime import datetime as stamp
+class Mine(stamp): pass
+a = stamp.now(); print(type(a) is stamp, isinstance(a, Mine), type(Mine.now()) is Mine)
+print(type(a.date()) is datetime.date)
+print(type(stamp.combine(a.date(), a.time())) is stamp, type(stamp.min) is stamp, copy.copy(a) == a)
+print(abs((uuid.uuid1().time - 0x01b21dd213814000) / 1e7 - time.time()) < 1, time.time.__name__)
+""",
+        "True False True\nTrue\nTrue True True\nTrue time",
+    ),
+    "files have the program's dates": (
+        """
+import glob, logging, os, pathlib, tempfile, time
+from logging.handlers import TimedRotatingFileHandler
+folder = pathlib.Path(tempfile.mkdtemp()); file = folder / "log"
+log = logging.getLogger(); log.addHandler(TimedRotatingFileHandler(file, when="S"))
+for _ in range(4): log.warning("x"); time.sleep(1)
+print(len(list(folder.iterdir()))); file.touch(); made = time.time(); time.sleep(5)
+print(abs(made - file.stat().st_mtime) < 0.1, time.time() - os.path.getmtime(file) > 4.9)
+os.utime(file, (0, made - 3600)); print(round(made - os.stat(file).st_mtime), file.lstat().st_atime)
+print(os.path.getmtime(os.__file__) < made - 5)
+""",
+        "4\nTrue True\n3600 0.0\nTrue",
+    ),
+    "pipes within the program": (
+        """
+import os, select, threading, time
+out, into = os.pipe(); start = time.monotonic()
+def send():
+    for _ in range(2): time.sleep(60); os.write(into, b"a")
+threading.Thread(target=send).start(); print(os.read(out, 9), select.select([out], [], [], 61)[0] == [out])
+print(os.read(out, 9), time.monotonic() - start < 121)
+""",
+        "b'a' True\nb'a' True",
+    ),
+    "a socket is closed while another thread waits": (
+        """
+import socket, threading, time
+one, other = socket.socketpair(); told = []
+def wait():
+    try: one.recv(1)
+    except OSError as error: told.append(error.errno)
+thread = threading.Thread(target=wait); thread.start(); time.sleep(1); one.close(); thread.join(); print(told)
+""",
+        "[9]",
+    ),
     "a child that has the port": (
         """
 import subprocess, sys, time
 code = "import serial; s = serial.Serial('m1', 115200, timeout=2); s.reset_input_buffer(); s.write(b'p')"
 code += "; print(s.readline()[:10])"
 print(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip())
+lock = "import serial\\ntry: serial.Serial('m1', exclusive=True); print('free')"
+lock += "\\nexcept serial.SerialException as error: print(error)"
+import serial; ours = serial.Serial("m1", exclusive=True)
+def ask(): return subprocess.run([sys.executable, "-c", lock], capture_output=True).stdout[:18]
+print(ask()); ours.close(); print(ask())
+holds = "import serial; s = serial.Serial('m1', exclusive=True); print(flush=True); input(); s.close()"
+holds += "; print(flush=True); input()"
+child = subprocess.Popen([sys.executable, "-c", holds], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+child.stdout.readline()
+try: serial.Serial("m1", exclusive=True)
+except serial.SerialException as error: print(str(error)[:18])
+child.stdin.write(b"\\n"); child.stdin.flush(); child.stdout.readline()
+print(serial.Serial("m1", exclusive=True).is_open); child.communicate(b"\\n")
 late = "import time; time.sleep(0.3); print('child')"
 child = subprocess.Popen([sys.executable, "-c", late], stdout=subprocess.PIPE)
 start = time.time(); print(child.communicate()[0], child.returncode, time.time() - start < 20)
 """,
-        "b'stepNumber'\nb'child\\n' 0 True",
+        "b'stepNumber'\nb'[Errno 11] Could n'\nb'free\\n'\n[Errno 11] Could n\nTrue\nb'child\\n' 0 True",
     ),
     "sockets within the program": (
         """
