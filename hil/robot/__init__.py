@@ -22,7 +22,7 @@ from hil import __version__
 from hil.robot.asked_keywords import AskedKeywords
 from hil.robot.axis_keywords import AxisKeywords
 from hil.robot.bench_kind import BenchKind, refusals
-from hil.robot.live_kind import LiveKind
+from hil.robot.live_kind import real_boards, twins
 from hil.robot.port_keywords import PortKeywords
 from hil.robot.program_keywords import ProgramKeywords
 from hil.robot.virtual_kind import VirtualKind
@@ -30,7 +30,8 @@ from hil.testing.given import NamedThings
 
 KINDS: Mapping[str, Callable[[Path, int], BenchKind]] = {
     "virtual": VirtualKind,
-    "live": lambda file, _: LiveKind(file),
+    "live": lambda file, _: twins(file),
+    "real": lambda file, _: real_boards(file),
 }
 """Kinds of bench by name: called with the configuration's file and a seed."""
 
@@ -49,6 +50,7 @@ class RobotLibrary(PortKeywords, ProgramKeywords, AxisKeywords, AskedKeywords):
       that have ``within``. The same tests and the same ``seed`` give the same bytes and times.
     - ``kind=live``: in a process of its own, in real time or at the ``speed`` of its configuration.
       ``seed`` has no meaning.
+    - ``kind=real``: as ``live``, with a file whose devices have ``at:``, all or some: real boards.
 
     A test that its kind of bench cannot do is skipped, with the reason.
 

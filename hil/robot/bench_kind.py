@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import serial
-from robot.api import Failure
+from robot.api import Failure, SkipExecution
 
 from hil.config import ConfigError
-from hil.testing import LiveError, NoPythonProgram
+from hil.testing import LiveError, NoPythonProgram, UnsupportedHere
 from hil.vocab.operation import Operation
 from hil.vocab.verbs import VerbRefused
 
@@ -80,9 +80,12 @@ class AtBench:
 
 @contextmanager
 def refusals() -> Iterator[None]:
-    """Let what is refused fail a test with the sentence that says why, without the name of a class."""
+    """Let what is refused fail a test with the sentence that says why, without the name of a class; what the
+    kind of bench cannot do skips it."""
     try:
         yield
+    except UnsupportedHere as error:
+        raise SkipExecution(str(error)) from None
     except (
         ConfigError,
         KeyError,

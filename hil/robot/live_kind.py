@@ -1,8 +1,8 @@
-"""Bench in a process of its own, for keywords."""
+"""Bench in a process of its own, of twins or of real boards, for keywords."""
 
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -10,20 +10,23 @@ import serial
 from robot.api import SkipExecution, logger
 
 from hil.robot.bench_kind import StartedProgram, at_folder
-from hil.testing import live
+from hil.testing import ServedBench, live
+from hil.testing.real_boards import RealBoards
 from hil.vocab.operation import Operation
 from hil.vocab.time import NS_PER_S
 
-USUAL_BAUD = 115_200
-
 
 class LiveKind:
-    """``BenchKind`` in a process of its own. Raises LiveError: with what ``hil serve`` said."""
+    """``BenchKind`` in a process of its own. ``served``: the bench, of the configuration in ``file``.
 
-    def __init__(self, file: Path) -> None:
+    Raises:
+        LiveError: with what ``hil serve`` said, or which real boards are not there.
+    """
+
+    def __init__(self, file: Path, served: AbstractContextManager[ServedBench]) -> None:
         self._folder = file.parent
         self._stack = ExitStack()
-        self._bench = self._stack.enter_context(live(file, capture=False))
+        self._bench = self._stack.enter_context(served)
         self.speed: float = self._bench.info["speed"]
         self._began_s = time.monotonic()
         self._began_ns: int = self._bench.info["sim_ns"]
@@ -36,12 +39,13 @@ class LiveKind:
         time.sleep(seconds / self.speed)
 
     def open_port(self, port: str, baud: int | None) -> serial.Serial:
-        url = self._bench.port(port)
-        return serial.serial_for_url(url, baud or self._bench.info["bauds"][port] or USUAL_BAUD)
+        return self._bench.serial(port, baud)
 
     def ask(self, operation: Operation, target: str, given: Mapping[str, Any]) -> Any:
+        if operation.name == "inject":
+            return {"number": self._bench.fault(given["fault"], target, **given["parameters"]).number}
         named = {operation.target.argument: target} if target else {}
-        return self._bench.ask(operation.name, **named, **given)
+        return self._bench.desk.do(operation.name, target, **named, **given)
 
     def start_program(
         self, program: str, arguments: Sequence[str], mapped: Mapping[str, str]
@@ -49,8 +53,18 @@ class LiveKind:
         return self._bench.program([at_folder(self._folder, program), *arguments], mapped, cwd=self._folder)
 
     def packets(self, segment: str) -> list[str]:
-        raise SkipExecution("kind=live: packets are not kept; `hil capture` has them")
+        raise SkipExecution(f"kind={self._bench.kind}: packets are not kept; `hil capture` has them")
 
     def close(self) -> None:
         logger.info(f"hil serve said:\n{self._bench.log}")
         self._stack.close()
+
+
+def twins(file: Path) -> LiveKind:
+    """Serve a configuration in real time."""
+    return LiveKind(file, live(file, capture=False))
+
+
+def real_boards(file: Path) -> LiveKind:
+    """Reach the real boards of a configuration. Raises ConfigError, ValueError: as ``RealBoards``."""
+    return LiveKind(file, RealBoards(file).serve(capture=False))

@@ -13,7 +13,7 @@ from robot import api
 from hil.operations.table import OPERATIONS
 from hil.robot.asked_keywords import KEYWORDS
 from hil.robot.keyword_page import keyword_page
-from hil.testing import served_bench
+from hil.testing import live, served_bench
 
 ROOT = Path(__file__).parents[3]
 BENCH = """bench: t
@@ -283,7 +283,7 @@ def test_what_simulated_time_cannot_have_is_skipped(suite: Suite) -> None:
 
 def test_arguments_of_the_library_that_are_wrong(suite: Suite) -> None:
     assert suite.failure("Simulated Time", options="kind=vritual") == (
-        "there is no kind of bench 'vritual'; did you mean \"virtual\"? there are virtual, live"
+        "there is no kind of bench 'vritual'; did you mean \"virtual\"? there are virtual, live, real"
     )
     assert suite.failure("Simulated Time", options="seed=x") == "seed: write a whole number, not 'x'"
 
@@ -315,3 +315,35 @@ Should Be True    1 <= ${end} - ${begin} < 20
     assert skipped.message == "kind=live: packets are not kept; `hil capture` has them"
     assert wrong.message.startswith("no device 'm3'; ")
     assert served_bench.OPEN == []  # each has ended with its test
+
+
+@pytest.mark.long
+def test_the_same_keywords_at_a_real_board(suite: Suite, tmp_path: Path) -> None:
+    desk = {"bench": "desk", "speed": 5, "devices": {"s1": {"profile": "sac"}}}
+    with live(desk, capture=False) as board:
+        at = board.port("s1")
+        suite.bench.write_text(f"bench: rig\ndevices: {{s1: {{profile: sac, at: {at}}}}}\n")
+        fine, jammed, unseen = suite.run(
+            r"""
+Type    s1    vd\r
+Text Should Come    s1    SAC>    within=10 s
+${fault} =    Inject Fault    s1    byte_drop    rate=1
+Clear Fault    ${fault}
+Power Cycle    s1
+""",
+            "Inject Fault    s1    shaft_jam",
+            "Axis State    s1",
+            options="kind=real",
+        )
+    assert fine.passed, fine.message
+    assert (jammed.status, unseen.status) == ("SKIP", "SKIP")
+    assert jammed.message.startswith("kind=real: s1 is a real board, which hil cannot give shaft_jam")
+    assert unseen.message.startswith("kind=real: s1 is a real board: the daemon sees its terminal")
+
+
+@pytest.mark.long
+def test_a_real_board_that_is_absent_fails_its_tests(suite: Suite) -> None:
+    suite.bench.write_text("bench: rig\ndevices: {s1: {profile: sac, at: /nowhere/ttyACM7}}\n")
+    assert "s1 is not there: /nowhere/ttyACM7: No such file" in suite.failure("Pass Time    1 s", "kind=real")
+    suite.bench.write_text(BENCH)
+    assert "no device has at:, the place of a real board" in suite.failure("Pass Time    1 s", "kind=real")
