@@ -45,7 +45,7 @@ bindkey '^X' probe
 touch ready
 """
 LINES: dict[str, set[str]] = {
-    "hil se": {"serve", "set"},
+    "hil se": {"seeds", "serve", "set"},
     "hil fault i": {"inject"},
     "hil -b t fault i": {"inject"},
     "hil --bench t state s": {"s1", "s2"},
@@ -63,6 +63,8 @@ LINES: dict[str, set[str]] = {
     "hil fault inject byte_f": {"byte_flip"},
     "hil fault inject byte_flip s1 rate=0.1 see": {"seed="},
     "hil fault clear ": {"1"},
+    "hil parity sac/id": {"sac/identify"},
+    "hil parity --profile mech": {"mechaduino"},
     "hil check --diff t.y": {"t.yaml"},
     "hil serve t.y": {"t.yaml"},
     "hil serve --runtime-dir ru": {"run"},
@@ -172,7 +174,7 @@ def test_names_of_other_benches_are_not_mixed(folder: Place) -> None:
 
 
 def test_without_a_bench_names_are_empty_and_no_error(place: Place) -> None:
-    for kind in KINDS.keys() - {"faults", "pages", "shells"}:
+    for kind in KINDS.keys() - {"boards", "faults", "pages", "sessions", "shells"}:
         assert place.hil("_names", kind, "axis", "m1", "reset", *place.folders()[:2]) == ""
 
 

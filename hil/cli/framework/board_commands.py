@@ -273,9 +273,16 @@ class SerialTalk:
         if isinstance(step, Progress):
             bar.show(step)
             return None
-        self._port.timeout = step.timeout_ns / 1e9 / self._speed
+        self._set_timeout(step.timeout_ns / 1e9 / self._speed)
         data = self._port.read(1)
         return Heard(self._now_ns(), data + (self._port.read(self._port.in_waiting) if data else b""))
+
+    def _set_timeout(self, timeout_s: float) -> None:
+        if self._url.startswith("rfc2217://"):
+            # pyserial 3.5 negotiates the whole port again when its time-out is set, which takes 0.1 s.
+            self._port._timeout = timeout_s
+        else:
+            self._port.timeout = timeout_s
 
     def _now_ns(self) -> SimTimeNs:
         import time

@@ -1,5 +1,6 @@
 """Scores of a board against its twin: a table for people, rows for programs, answers side by side."""
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,6 +52,8 @@ def session_lines(played: PlayedSession, shows: bool) -> Iterator[str]:
     yield f"{played.name}: {score_words([played])}"
     if score.steps:
         yield from _table(score, shows)
+    if played.session.board and not played.is_equal:
+        yield f"  The twin has {json.dumps(dict(played.session.board))}: the board should, too."
     if played.broken:
         number = len(score.steps)
         where = f"at command {number} of {score.of}" if number else "before its first command"

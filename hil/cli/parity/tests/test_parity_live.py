@@ -21,7 +21,10 @@ PROFILES = Path(__file__).parents[4] / "device_profiles"
 CALIBRATED = {"profile": "mechaduino", "flash": {"table": "identity"}}
 CONFIG = {
     "bench": "boards",
-    "devices": {"m1": CALIBRATED, "m2": CALIBRATED, "s1": {"profile": "sac"}, "s2": {"profile": "sac"}},
+    "devices": {
+        **{"m1": CALIBRATED, "m2": CALIBRATED, "s1": {"profile": "sac"}, "s2": {"profile": "sac"}},
+        **{"s3": {"profile": "sac", "port": "rfc2217"}, "s4": {"profile": "sac", "port": "tcp"}},
+    },
 }
 LOADED = ("--tolerance", "400ms")
 """Tolerance beside other tests: what is late here is this computer."""
@@ -87,6 +90,16 @@ def test_a_board_like_its_twin_is_equal_and_its_recording_too(boards: ServedBenc
     kept = json.loads((tmp_path / "s" / "identify.json").read_text())
     assert boards.port("s1") in kept["recorded"]
     assert kept["tolerance_ms"] == 400
+
+
+@pytest.mark.parametrize("name", ["s3", "s4"])
+def test_a_board_at_a_device_server(boards: ServedBench, tmp_path: Path, name: str) -> None:
+    answer = parity(session_file(tmp_path, *[typed("vd\r")] * 8), "--at", boards.port(name))
+    late_ms = [
+        row["last_byte"]["board_ms"] - row["last_byte"]["twin_ms"] for row in answer["sessions"][0]["rows"]
+    ]
+    assert answer["equal"]
+    assert min(late_ms) < 60  # pyserial's port of RFC 2217 took 0.2 s for each
 
 
 def test_a_motion_has_its_end(boards: ServedBench, tmp_path: Path) -> None:
