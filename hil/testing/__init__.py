@@ -1,10 +1,11 @@
 """The shipped test kit: benches for pytest and for scripts.
 
 ``Bench`` is a whole bench in memory, on the virtual clock, with pyserial's ``Serial`` at its ports
-(``serial_ports``); ``live`` runs one in a process of its own, in real time; ``replay`` runs an input log
-again; ``replay_control`` runs a control law over recorded encoder counts. ``check_profile``, ``check_codec``,
-``check_port`` and ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them
-keep to. Public and stable: changes stand in the CHANGELOG.
+(``serial_ports``); ``live`` runs one in a process of its own, in real time, ``RealBoards`` one of real
+boards, with the same calls (``AnyBench``); ``replay`` runs an input log again; ``replay_control`` runs a
+control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``check_port`` and
+``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
+stable: changes stand in the CHANGELOG.
 
 May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.host, hil.net,
 hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire, the standard library, _pytest, numpy,
@@ -33,6 +34,7 @@ from hil.testing.line_masters import attend
 from hil.testing.live_desk import LiveError
 from hil.testing.motion_replay import replay_motion
 from hil.testing.program_beside import ProgramBeside, ProgramRunsOn
+from hil.testing.real_boards import BoardsAbsent, RealBoards
 from hil.testing.served_bench import ServedBench
 from hil.testing.serving import live
 from hil.testing.session_player import play
@@ -43,6 +45,7 @@ from hil.vocab.recorded_session import Difference, SessionRefused
 __all__ = [
     "AnyBench",
     "Bench",
+    "BoardsAbsent",
     "CheckFailed",
     "ConfigError",
     "Difference",
@@ -52,6 +55,7 @@ __all__ = [
     "NotInTime",
     "ProgramBeside",
     "ProgramRunsOn",
+    "RealBoards",
     "RecordingDesk",
     "Replayed",
     "ServedBench",

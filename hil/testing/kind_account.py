@@ -1,5 +1,6 @@
 """Kind of bench that a run of pytest has, and an account of tests that ask for what it cannot do."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import pytest
@@ -9,6 +10,8 @@ from hil.testing.unsupported import RAISED, UnsupportedHere
 VIRTUAL, LIVE = "virtual", "live"
 REAL_BOARDS = pytest.StashKey[Any]()
 """``RealBoards`` of this run, if a file was given."""
+IN_MEMORY, PORT_KEYS = "memory", ("port", "network", "kind")
+"""Kind of ports that the test kit alone has, and the keys of a configuration that name a kind."""
 SKIPPED, PASSED_OVER = "hil_unsupported", "hil_passed_over"
 """Attributes of reports: the reason why a test was skipped, and the last one that it has passed over."""
 
@@ -31,3 +34,13 @@ def account(item: pytest.Item, call: pytest.CallInfo[Any], report: pytest.TestRe
         setattr(report, PASSED_OVER, RAISED[-1])
     if call.when != "setup" or error:
         RAISED.clear()
+
+
+def with_ptys(config: Any) -> Any:
+    """Configuration that a dict is for a bench in real time, with ptys for ports in memory."""
+    if not isinstance(config, Mapping):
+        return config
+    return {
+        key: "pty" if value == IN_MEMORY and key in PORT_KEYS else with_ptys(value)
+        for key, value in config.items()
+    }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from hil.discovery.installed import BUSES, modules_of
-from hil.testing.kind_account import LIVE, VIRTUAL, account, kind_of
+from hil.testing.kind_account import LIVE, VIRTUAL, account, kind_of, with_ptys
 from hil.testing.seeds.seed_run import is_again, run_of
 from hil.testing.unsupported import UnsupportedHere
 
@@ -45,7 +45,7 @@ def bench(request: pytest.FixtureRequest, hil_seed: int) -> "Iterator[Callable[.
             __tracebackhide__ = True
             if options:
                 raise UnsupportedHere(kind, f"{', '.join(options)}: only a bench in memory has this")
-            return served(config)
+            return served(config if kind != LIVE else with_ptys(config))
 
         yield make_served
         return

@@ -34,9 +34,9 @@ class RealBoards:
         ValueError: no device has ``at:``.
     """
 
-    def __init__(self, file: Path) -> None:
-        self.file = file
-        self.config, _ = read_config(file)
+    def __init__(self, file: Path | str) -> None:
+        self.file = Path(file)
+        self.config, _ = read_config(self.file)
         if not self.config.real:
             raise ValueError(
                 f"{file}: no device has at:, the place of a real board; --hil=live has twins alone"

@@ -70,6 +70,10 @@ def test_a_tap_that_only_the_test_has(bench):
 def test_exact_times(bench):
     assert bench(S1).port("s1").timeline is not None
 
+def test_a_line_in_memory(segment):
+    b = segment(2)
+    assert b.tap("bus0.master").read() == b""
+
 def test_wrong_board(bench):
     bench({"bench": "one", "devices": {"s1": {"profile": "mechaduino"}}})
 
@@ -119,13 +123,13 @@ def run_tests(folder: Path, *options: str, tests: str = TESTS) -> subprocess.Com
 
 def test_in_memory_all_are_carried_out_but_the_rigs(tmp_path: Path) -> None:
     done = run_tests(tmp_path)
-    assert "12 passed, 1 skipped" in done.stdout, done.stdout + done.stderr
+    assert "13 passed, 1 skipped" in done.stdout, done.stdout + done.stderr
     assert "hil: 1 test skipped at --hil=virtual:\n  1: kind=virtual: pytest --hil=FILE.yaml" in done.stdout
 
 
 def test_live_what_needs_memory_is_skipped_and_counted(tmp_path: Path) -> None:
     done = run_tests(tmp_path, "--hil=live")
-    assert "11 passed, 2 skipped" in done.stdout, done.stdout + done.stderr
+    assert "12 passed, 2 skipped" in done.stdout, done.stdout + done.stderr
     said = done.stdout
     assert "hil: 2 tests skipped at --hil=live:\n" in said
     assert "  1: kind=live: 'timeline' is of a bench in memory alone (--hil=virtual)\n" in said
@@ -139,13 +143,14 @@ def test_at_a_real_board_what_it_cannot_do_is_skipped_with_the_reason(
     rig(tmp_path, desk.port("s1"))
     done = run_tests(tmp_path, "--hil=rig.yaml")
     said = done.stdout
-    assert "5 passed, 8 skipped" in said, said + done.stderr
-    assert "hil: 8 tests skipped at --hil=rig.yaml:\n" in said
+    assert "5 passed, 9 skipped" in said, said + done.stderr
+    assert "hil: 9 tests skipped at --hil=rig.yaml:\n" in said
     for reason in (
         "  2: kind=real: s1 is a real board, which hil cannot give shaft_jam (the shaft is clamped where it"
         " is); its line can have byte_flip, byte_drop, byte_duplicate, byte_delay\n",
         "  1: kind=real: s1 is a real board: the daemon sees its terminal, not its pins, shaft or encoder;",
         "  1: kind=real: rig.yaml has no device s2; it has s1\n",
+        "  1: kind=real: rig.yaml has no device s4; it has s1\n",
         "  1: kind=real: rig.yaml has no bus0.master\n",
         "  1: kind=real: 'timeline' is of a bench in memory alone (--hil=virtual)\n",
         "  1: kind=real: real boards are in one bench at a time, and this test makes two\n",
