@@ -16,12 +16,11 @@ from functools import cached_property
 from pathlib import Path
 
 from robot.api.deco import library
-from robot.libraries.BuiltIn import BuiltIn, RobotNotRunningError
 
 from hil import __version__
 from hil.robot.asked_keywords import AskedKeywords
 from hil.robot.axis_keywords import AxisKeywords
-from hil.robot.bench_kind import BenchKind, refusals
+from hil.robot.bench_kind import BenchKind, refusals, suite_folder
 from hil.robot.live_kind import real_boards, twins
 from hil.robot.port_keywords import PortKeywords
 from hil.robot.program_keywords import ProgramKeywords
@@ -72,17 +71,9 @@ class RobotLibrary(PortKeywords, ProgramKeywords, AxisKeywords, AskedKeywords):
             file, kind, seed = self._given
             if not str(seed).isdecimal():
                 raise ValueError(f"seed: write a whole number, not {seed!r}")
-            return NamedThings("kind of bench", KINDS)[kind](_suite_folder() / file, int(seed))
+            return NamedThings("kind of bench", KINDS)[kind](suite_folder() / file, int(seed))
 
     def _close(self) -> None:
         """End the bench: Robot Framework calls it when the test is over."""
         if "_kind" in vars(self):
             self._kind.close()
-
-
-def _suite_folder() -> Path:
-    try:
-        source = Path(BuiltIn().get_variable_value("${SUITE SOURCE}") or "")
-    except RobotNotRunningError:
-        return Path()
-    return source if source.is_dir() else source.parent

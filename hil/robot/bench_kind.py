@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import serial
 from robot.api import Failure, SkipExecution
+from robot.libraries.BuiltIn import BuiltIn, RobotNotRunningError
 
 from hil.config import ConfigError
 from hil.testing import LiveError, NoPythonProgram, UnsupportedHere
@@ -58,10 +59,9 @@ class BenchKind(Protocol):
     def ask(self, operation: Operation, target: str, given: Mapping[str, Any]) -> Any:
         """Carry out an operation; answers its result."""
 
-    def start_program(
-        self, program: str, arguments: Sequence[str], mapped: Mapping[str, str]
-    ) -> StartedProgram:
-        """Start a program that opens ports of the bench, by their names or by those of ``mapped``."""
+    def start_program(self, words: Sequence[str], mapped: Mapping[str, str], folder: Path) -> StartedProgram:
+        """Start a program in ``folder``: its path or name, and what it is given. It opens ports of the bench
+        by their names or those of ``mapped``."""
 
     def packets(self, segment: str) -> list[str]:
         """Packets on a segment since the last call, as text."""
@@ -98,7 +98,10 @@ def refusals() -> Iterator[None]:
         raise Failure(str(error)) from None
 
 
-def at_folder(folder: Path, program: str) -> str:
-    """Path of a program that lies in a folder, or its name: it lies elsewhere."""
-    file = folder / program
-    return str(file.absolute()) if file.is_file() else program
+def suite_folder() -> Path:
+    """Folder of the suite that runs, in which relative paths begin."""
+    try:
+        source = Path(BuiltIn().get_variable_value("${SUITE SOURCE}") or "")
+    except RobotNotRunningError:
+        return Path()
+    return source if source.is_dir() else source.parent

@@ -9,7 +9,7 @@ from typing import Any
 import serial
 from robot.api import SkipExecution, logger
 
-from hil.robot.bench_kind import StartedProgram, at_folder
+from hil.robot.bench_kind import StartedProgram
 from hil.testing import ServedBench, live
 from hil.testing.real_boards import RealBoards
 from hil.vocab.operation import Operation
@@ -17,14 +17,13 @@ from hil.vocab.time import NS_PER_S
 
 
 class LiveKind:
-    """``BenchKind`` in a process of its own. ``served``: the bench, of the configuration in ``file``.
+    """``BenchKind`` in a process of its own, ``served``.
 
     Raises:
         LiveError: with what ``hil serve`` said, or which real boards are not there.
     """
 
-    def __init__(self, file: Path, served: AbstractContextManager[ServedBench]) -> None:
-        self._folder = file.parent
+    def __init__(self, served: AbstractContextManager[ServedBench]) -> None:
         self._stack = ExitStack()
         self._bench = self._stack.enter_context(served)
         self.speed: float = self._bench.info["speed"]
@@ -47,10 +46,8 @@ class LiveKind:
         named = {operation.target.argument: target} if target else {}
         return self._bench.desk.do(operation.name, target, **named, **given)
 
-    def start_program(
-        self, program: str, arguments: Sequence[str], mapped: Mapping[str, str]
-    ) -> StartedProgram:
-        return self._bench.program([at_folder(self._folder, program), *arguments], mapped, cwd=self._folder)
+    def start_program(self, words: Sequence[str], mapped: Mapping[str, str], folder: Path) -> StartedProgram:
+        return self._bench.program(words, mapped, cwd=folder)
 
     def packets(self, segment: str) -> list[str]:
         raise SkipExecution(f"kind={self._bench.kind}: packets are not kept; `hil capture` has them")
@@ -62,9 +59,9 @@ class LiveKind:
 
 def twins(file: Path) -> LiveKind:
     """Serve a configuration in real time."""
-    return LiveKind(file, live(file, capture=False))
+    return LiveKind(live(file, capture=False))
 
 
 def real_boards(file: Path) -> LiveKind:
     """Reach the real boards of a configuration. Raises ConfigError, ValueError: as ``RealBoards``."""
-    return LiveKind(file, RealBoards(file).serve(capture=False))
+    return LiveKind(RealBoards(file).serve(capture=False))

@@ -4,7 +4,7 @@ from datetime import timedelta
 
 from robot.api import Failure
 
-from hil.robot.bench_kind import AtBench, StartedProgram, refusals
+from hil.robot.bench_kind import AtBench, StartedProgram, refusals, suite_folder
 from hil.testing import ProgramRunsOn
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 
@@ -32,8 +32,10 @@ class ProgramKeywords(AtBench):
         | Program Should Say    at 400    within=10 s
         | Program Should End    code=0
         """
+        folder = suite_folder().absolute()
+        path = str(folder / program) if (folder / program).is_file() else program
         with refusals():
-            self._program = self._kind.start_program(program, arguments, map or {})
+            self._program = self._kind.start_program([path, *arguments], map or {}, folder)
 
     def program_should_say(self, text: str, within: timedelta = _SECOND) -> None:
         """Wait until the program has written ``text``, to its output or its error output.

@@ -8,7 +8,7 @@ from typing import Any
 import serial
 from robot.api import SkipExecution
 
-from hil.robot.bench_kind import StartedProgram, at_folder
+from hil.robot.bench_kind import StartedProgram
 from hil.sim.inputs import SetField
 from hil.sim.settable import setting_problem
 from hil.testing import Bench
@@ -41,7 +41,6 @@ class VirtualKind:
     speed = 1.0
 
     def __init__(self, file: Path, seed: int) -> None:
-        self._folder = file.parent
         try:
             self._bench = Bench(file, seed)
         except ValueError as error:
@@ -68,10 +67,8 @@ class VirtualKind:
         values = checked(operation.name, operation.parameters, given)
         return CARRIED_OUT[operation.name](self._bench, target, **values)
 
-    def start_program(
-        self, program: str, arguments: Sequence[str], mapped: Mapping[str, str]
-    ) -> StartedProgram:
-        return self._bench.program([at_folder(self._folder, program), *arguments], mapped, cwd=self._folder)
+    def start_program(self, words: Sequence[str], mapped: Mapping[str, str], folder: Path) -> StartedProgram:
+        return self._bench.program(words, mapped, cwd=folder)
 
     def packets(self, segment: str) -> list[str]:
         heard = self._packets[segment]

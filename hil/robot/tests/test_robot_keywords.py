@@ -189,17 +189,18 @@ sys.exit(len(sys.argv) - 2)
 
 @pytest.mark.parametrize("options", ["", pytest.param("kind=live", marks=pytest.mark.long)])
 def test_a_program_at_the_bench(suite: Suite, options: str) -> None:
-    (suite.bench.parent / "asks.py").write_text(PROGRAM)
+    program = suite.bench.parent / "asks.py"
+    program.write_text(PROGRAM)
     suite.passes(
-        "Start Program    asks.py    m1    p\n"
+        f"Start Program    {program}    m1    p\n"
         "Program Should Say    Angle: 6.28    within=10 s\n"
         "${said} =    Program Should End    code=1\n"
         "Should Contain    ${said}    raw encoder: 286",
-        "Start Program    asks.py    /dev/ttyUSB0    p    p    map={'/dev/ttyUSB0': 'm1'}\n"
+        f"Start Program    {program}    /dev/ttyUSB0    p    p    map={{'/dev/ttyUSB0': 'm1'}}\n"
         "Program Should End    code=2",
         options=options,
     )
-    start = "Start Program    asks.py    m1    p\n"
+    start = f"Start Program    {program}    m1    p\n"
     ended, late, other, short, none, unknown = (
         suite.failure(each, options=options)
         for each in (
@@ -207,7 +208,7 @@ def test_a_program_at_the_bench(suite: Suite, options: str) -> None:
             start + "Inject Fault    m1    byte_drop    rate=1    towards=board\n"
             "Program Should Say    Angle: 6    within=1 s",
             start + "Program Should End",
-            "Start Program    asks.py    s1    p\nProgram Should End    within=0.1 s",
+            f"Start Program    {program}    s1    p\nProgram Should End    within=0.1 s",
             "Program Should End",
             "Start Program    ask.py    m1",
         )
