@@ -108,7 +108,7 @@ test-container: $(VENV)/.dev
 # The service in booted systems: Debian in a container (systemd-nspawn), and in QEMU with a real-time kernel. As root; what
 # this machine cannot do is skipped. CUTS=300 is the long mode of the power cuts.
 test-system: $(VENV)/.dev
-	HIL_POWER_CUTS=$(or $(CUTS),60) $(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/system/boot_*.py
+	HIL_POWER_CUTS=$(or $(CUTS),60) $(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/system/boot_*.py hil/testing/seeds/tests/boot_farm.py
 
 # pyserial's own tests, of its source package, at a port of a bench and at a bare pty. A minute, and a download.
 test-pyserial: $(VENV)/.dev

@@ -29,6 +29,7 @@ OWN_WAY = {
     "hil/testing/failures/bench_capture.py": {"write_bytes"},  # the same
     "hil/testing/failures/failure_folder.py": {"open", "write_bytes", "write_text"},  # the same
     "hil/testing/seeds/seed_results.py": {"open"},  # line by line, while tests run
+    "hil/testing/seeds/sent_sources.py": {"rename"},  # a folder of its own, whole
     "hil/testing/owned_time/children.py": {"open", "write_text"},  # a port; a folder of its own
 }
 """Files that write in a way of their own, and the calls that they use."""

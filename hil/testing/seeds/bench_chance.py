@@ -61,5 +61,5 @@ class BenchChance:
         key = kind, target, self._count[kind, target]
         if self.seed and any(each.name == SEED for each in FAULT_KINDS[kind].parameters):
             seed = drawn_seed(self.seed, *key, int(fault.number(SEED)))
-            fault = Fault(kind, target, dict(fault.parameters) | {SEED: float(seed)})
+            fault = Fault(kind, target, dict(fault.parameters) | {SEED: seed})
         return fault, self._leaves_out(key)

@@ -24,6 +24,7 @@ _OPTIONS = (
         "FILE",
         "write a line of JSON for each result; default of a shard: hil-results-K-of-N.jsonl",
     ),
+    ("--hil-farm", "ADDRESS", "run seeds at the workers of a Dask scheduler, as tcp://scheduler:8786"),
 )
 
 
@@ -48,6 +49,14 @@ def pytest_configure(config: pytest.Config) -> None:
         from hil.testing.seeds.seeded_items import SeededItems
 
         config.pluginmanager.register(SeededItems(settings), "hil-seeded-items")
+        if settings.farm and not is_worker:
+            try:
+                from hil.testing.seeds.farm import Farm
+            except ModuleNotFoundError as error:
+                why = f"--hil-farm needs the extra farm: pip install 'hil-motion[farm]' ({error})"
+                raise pytest.UsageError(why) from None
+
+            config.pluginmanager.register(Farm(config, settings), "hil-farm")
         if not is_worker:
             from hil.testing.seeds.seed_recorder import SeedRecorder
 
@@ -67,7 +76,12 @@ def _settings(config: pytest.Config) -> SeedSettings:
         _read(config, "--hil-arrival-window", window_given) or 0.0,
         shard or WHOLE,
         config.invocation_params.dir / Path(results) if results else None,
+        config.getoption("--hil-farm", None) or "",
     )
+    if settings.farm and not settings.seeds:
+        raise pytest.UsageError("--hil-farm runs tests at many seeds: say how many with --hil-seeds")
+    if settings.farm and config.getoption("numprocesses", None):
+        raise pytest.UsageError("--hil-farm and -n are two ways to run side by side: leave one out")
     kind = config.getoption("--hil", None)
     if kind and kind != "virtual" and (settings.seeds or settings.window_ms):
         raise pytest.UsageError(

@@ -94,5 +94,5 @@ def _result(node_id: str, reports: list[pytest.TestReport]) -> SeedResult:
 def _line_of(report: pytest.TestReport) -> str:
     """Error of a report in a line."""
     crash = getattr(report.longrepr, "reprcrash", None)
-    text = crash.message if crash else report.longreprtext
-    return next((line.strip() for line in text.splitlines() if line.strip()), "")
+    lines = (crash.message if crash else report.longreprtext).splitlines()
+    return next((line.strip() for line in lines if line.strip()), "")

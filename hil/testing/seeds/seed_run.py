@@ -72,6 +72,7 @@ class SeedSettings:
     window_ms: float = 0.0
     shard: Shard = WHOLE
     results: Path | None = None
+    farm: str = ""
 
 
 SETTINGS = pytest.StashKey[SeedSettings]()
