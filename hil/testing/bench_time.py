@@ -10,8 +10,9 @@ from hil.sim.input_reading import decode
 from hil.telemetry import Recording, Sampler, Subscription
 from hil.testing.program_beside import ProgramBeside
 from hil.testing.seeds.late_arrivals import LateArrivals
+from hil.testing.serial_ports.line_ends import LineEnd
 from hil.testing.serial_ports.ports_of_bench import SerialPorts
-from hil.vocab.time import SimTimeNs
+from hil.vocab.time import NS_PER_MS, SimTimeNs
 from hil.vocab.verbs import VerbRefused
 
 
@@ -22,7 +23,9 @@ class BenchTime:
         self, runtime: BenchRuntime, config: BenchConfig, catalogue: Catalogue, arrivals: LateArrivals
     ) -> None:
         self._runtime, self._arrivals = runtime, arrivals
-        self.serials = SerialPorts(runtime, config, catalogue, self._passed, self._stop_ns)
+        self.serials = SerialPorts(
+            runtime, config, catalogue, self._advance_until_heard, self._passed, self._stop_ns
+        )
         self.sampler = Sampler(runtime)
         self._recordings: list[tuple[Subscription, Recording]] = []
         self._program: ProgramBeside | None = None
@@ -90,6 +93,13 @@ class BenchTime:
         due_ns = min(self.serials.due_ns, self._arrivals.due_ns)
         slice_ns = self.sampler.period_ns
         return min(due_ns, SimTimeNs(self.now_ns() + slice_ns)) if slice_ns else due_ns
+
+    def _advance_until_heard(self, limit_ns: SimTimeNs, ends: list[LineEnd]) -> None:
+        """Let time pass until one of these lines is heard; beside a program, for a millisecond at most."""
+        if self.has_program:
+            self.run_until(SimTimeNs(min(limit_ns, self.now_ns() + NS_PER_MS)))
+        else:
+            self._runtime.advance_until_heard(limit_ns, ends)
 
     def _advance_to(self, until_ns: SimTimeNs) -> None:
         self._runtime.advance(until_ns)

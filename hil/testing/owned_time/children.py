@@ -103,7 +103,7 @@ class Children(Outside):
         return self._folder / "ports" / str(number)
 
     def is_there(self) -> bool:
-        return any([self._lives(each) for each in [*self._started]])
+        return bool(self._ports) and any([self._lives(each) for each in [*self._started]])
 
     def pass_on(self, now_ns: SimTimeNs) -> None:
         for each in self._ports:

@@ -17,6 +17,7 @@ from hil.config import ConfigError
 from hil.testing.bench import Bench
 from hil.testing.owned_time.children import Children
 from hil.testing.owned_time.clocks import FIRST_DATE_S, Clocks
+from hil.testing.owned_time.listed_ports import lister
 from hil.testing.owned_time.lockstep import Lockstep
 from hil.testing.owned_time.put_in_place import put_in_place
 from hil.testing.owned_time.thread_turn import is_hils
@@ -86,7 +87,9 @@ def _place(bench: Bench, mapped: Mapping[str, str], date_s: float, beside: Locks
     children, port_class = Children(turns, terminals), ports.class_for(turns, terminals)
     ports.serial_class = port_class  # of ``hil://`` too
     start_real = _thread.start_new_thread
-    put_in_place(turns, Clocks(turns, date_s), children, port_class, ports.descriptors)
+    put_in_place(
+        turns, Clocks(turns, date_s), children, port_class, ports.descriptors, lister(ports.bench, terminals)
+    )
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
     start_real(turns.watch, ())  # which gets none of the program's signals
     signal.pthread_sigmask(signal.SIG_SETMASK, mask)

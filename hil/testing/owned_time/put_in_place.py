@@ -12,12 +12,13 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import Any
 
 import serial
 from serial import serialposix, serialutil
+from serial.tools import list_ports, list_ports_linux, list_ports_posix
 
 from hil.testing.owned_time.children import Children
 from hil.testing.owned_time.clocks import Clocks
@@ -67,10 +68,15 @@ class Replacements:
 
 
 def put_in_place(
-    turns: Turns, clocks: Clocks, children: Children, port_class: type[serial.Serial], port_fds: Any
+    turns: Turns,
+    clocks: Clocks,
+    children: Children,
+    port_class: type[serial.Serial],
+    port_fds: Any,
+    comports: Callable[..., Any],
 ) -> None:
     """Let the program live on simulated time from now on. ``port_class``: its ``serial.Serial``;
-    ``port_fds``: answers the descriptors of ports."""
+    ``port_fds``: answers the descriptors of ports; ``comports``: lists them."""
     places = Replacements()
     lock, rlock = lock_classes(turns)
     real_start = getattr(_thread, "start_joinable_thread", None)
@@ -120,6 +126,8 @@ def put_in_place(
     )
     if deleted := getattr(subprocess, "_del_safe", None):
         places.put(deleted, {"waitpid": children.waitpid})
+    for module in (list_ports, list_ports_linux, list_ports_posix):
+        places.put(module, {"comports": comports})
     for module in (serial, serialposix):
         places.put(module, {"Serial": port_class})
     places.put(serialutil, {"Timeout": _timeout(clocks)})

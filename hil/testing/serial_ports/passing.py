@@ -62,17 +62,19 @@ class Looks:
 
 
 class OneThread:
-    """Time that passes for a test's only thread. ``open_ends``: ends of the ports that are open now;
-    ``passed``: called when time has passed, at ``stop_ns`` at the latest."""
+    """Time that passes for a test's only thread. ``advance``: lets it pass until a line is heard;
+    ``open_ends``: ends of the ports that are open now; ``passed``: called when time has passed, at
+    ``stop_ns`` at the latest."""
 
     def __init__(
         self,
         runtime: BenchRuntime,
+        advance: Callable[[SimTimeNs, list[LineEnd]], object],
         open_ends: Callable[[], list[LineEnd]],
         passed: Callable[[SimTimeNs], None],
         stop_ns: Callable[[], SimTimeNs],
     ) -> None:
-        self._runtime, self._open_ends = runtime, open_ends
+        self._runtime, self._advance, self._open_ends = runtime, advance, open_ends
         self._passed, self._stop_ns = passed, stop_ns
         self._looks = Looks()
         self.acted = self._looks.acted
@@ -90,7 +92,7 @@ class OneThread:
         while not ready() and (now_ns := self.now_ns) < until_ns:
             if now_ns >= give_up_ns:
                 raise EndlessWait(f"{what}: nothing has come for an hour of simulated time")
-            self._runtime.advance_until_heard(min(limit_ns, self._stop_ns()), lines)
+            self._advance(min(limit_ns, self._stop_ns()), lines)
             self._passed(self.now_ns)
 
     def inside(self) -> AbstractContextManager[object]:
@@ -98,5 +100,5 @@ class OneThread:
 
     def look(self) -> None:
         limit_ns = SimTimeNs(self.now_ns + self._looks.next_cost_ns())
-        self._runtime.advance_until_heard(limit_ns, self._open_ends())
+        self._advance(limit_ns, self._open_ends())
         self._passed(self.now_ns)

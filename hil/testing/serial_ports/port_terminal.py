@@ -8,6 +8,7 @@ from typing import Any
 from hil.testing.serial_ports.line_ends import LineEnd
 from hil.testing.serial_ports.port_lines import AT_OPENING, PortLines
 from hil.vocab.line_format import EIGHT_N_1, format_named
+from hil.vocab.ports import ADAPTER
 from hil.vocab.time import FOREVER, SimTimeNs
 
 XON, XOFF = b"\x11", b"\x13"
@@ -35,6 +36,8 @@ class PortTerminal:
 
     def __init__(self, name: str, end: LineEnd, lines: PortLines | None = None) -> None:
         self.name, self.end, self.lines = name, end, lines
+        self.identity = ADAPTER
+        """Identity on a USB."""
         self.opens = 0
         """Number of times that it is open."""
         self.lock: object = None

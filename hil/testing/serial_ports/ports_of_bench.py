@@ -24,20 +24,21 @@ _KINDS_WITH_LINES = ("rfc2217", "usb")
 
 
 class SerialPorts:
-    """Ports of a bench. ``passed``: called with the time when a wait at a port has let it pass, and at
-    ``stop_ns`` at the latest."""
+    """Ports of a bench. ``advance``: lets time pass until a line is heard; ``passed``: called with the time
+    when a wait at a port has let it pass, and at ``stop_ns`` at the latest."""
 
     def __init__(
         self,
         runtime: BenchRuntime,
         config: BenchConfig,
         catalogue: Catalogue,
+        advance: Callable[[SimTimeNs, list[LineEnd]], object],
         passed: Callable[[SimTimeNs], None],
         stop_ns: Callable[[], SimTimeNs],
     ) -> None:
         self.bench = config.bench
         self._runtime, self._config, self._catalogue = runtime, config, catalogue
-        self._passed, self._stop_ns = passed, stop_ns
+        self._advance, self._passed, self._stop_ns = advance, passed, stop_ns
 
     @cached_property
     def terminals(self) -> dict[str, PortTerminal]:
@@ -53,17 +54,20 @@ class SerialPorts:
 
     def _at_uart(self, label: str, device: Twin, uart: str) -> PortTerminal:
         config, name = self._config.devices[device.name], device.uarts.short(uart)
-        is_native = config.usb_identity(self._catalogue.profiles[config.profile], name).is_native
+        identity = config.usb_identity(self._catalogue.profiles[config.profile], name)
+        is_native = identity.is_native
         kind = port.kind if (port := config.port_of(name)) else ""
         end = UartEnd(self._runtime, device, uart, resets=is_native and kind != "usb")
         touched = end.reset if is_native and kind == "usb" else None
         lines = PortLines(end, touched) if kind in _KINDS_WITH_LINES else None
-        return PortTerminal(label, end, lines)
+        made = PortTerminal(label, end, lines)
+        made.identity = identity
+        return made
 
     @cached_property
     def passing(self) -> Passing:
         """Time as a test's only thread lets it pass."""
-        return OneThread(self._runtime, self._open_ends, self._passed, self._stop_ns)
+        return OneThread(self._runtime, self._advance, self._open_ends, self._passed, self._stop_ns)
 
     def _open_ends(self) -> list[LineEnd]:
         return [each.end for each in self.terminals.values() if each.opens]

@@ -56,6 +56,23 @@ for _ in range(4): s.write(b"p"); print(len(s.readline()) > 20, flush=True); tim
         assert p.stdout.splitlines()[2] == "False"
 
 
+def test_a_program_goes_on_while_its_test_reads_at_a_port(tmp_path: Path) -> None:
+    text = """
+import serial, time
+s = serial.Serial("m1", 115200); time.sleep(0.3); s.write(b"p"); time.sleep(1); print("end", flush=True)
+"""
+    with Bench(BOARDS) as b, b.serial("m1", timeout=2) as beside:
+        p = b.program([file_of(tmp_path, text)])
+        beside.reset_input_buffer()
+        before_ns = b.now_ns
+        assert beside.readline().startswith(b"stepNumber")  # what the program asked for
+        assert 0.3 * NS_PER_S <= b.now_ns - before_ns < 0.5 * NS_PER_S
+        assert p.is_running
+        assert beside.read(1) == b""
+        assert p.stdout == "end\n"
+        assert not p.is_running
+
+
 def test_two_runs_are_the_same(tmp_path: Path) -> None:
     def run() -> tuple[str, object]:
         with Bench(BOARDS) as b:

@@ -63,6 +63,28 @@ def test_a_path_is_mapped_to_a_port(tmp_path: Path) -> None:
     assert done.stdout == "/dev/ttyUSB0 ['/dev/ttyUSB0', '-x']\n"
 
 
+def test_ports_are_listed_and_opened_by_a_url(tmp_path: Path) -> None:
+    text = """
+import serial
+from serial.tools import list_ports
+for port in list_ports.comports(): print(port.device, f"{port.vid:04x}:{port.pid:04x}", port.serial_number)
+print([each.device for each in list_ports.grep("ttyUSB")])
+serial.protocol_handler_packages.append("hil.testing.serial_ports")
+for url in ("hil://m1", "hil://b/m1"):
+    with serial.serial_for_url(url, timeout=1) as port:
+        port.reset_input_buffer(); port.write(b"p"); print(port.readline()[:4], type(port) is serial.Serial)
+try: serial.serial_for_url("hil://m7")
+except serial.SerialException as error: print(str(error)[:39])
+"""
+    done = run(tmp_path, text, options=("--map", "/dev/ttyUSB0=m1"))
+    assert done.stdout.splitlines() == [
+        "/dev/ttyUSB0 2341:804d b.m1",
+        "['/dev/ttyUSB0']",
+        *["b'step' True"] * 2,
+        "there is no port hil://m7: there are m1",
+    ], done.stderr
+
+
 def test_a_wait_without_end_names_each_thread(tmp_path: Path) -> None:
     text = """
 import serial, threading
