@@ -111,7 +111,7 @@ def _of(reasons: Mapping[str, str], needed: list[str]) -> dict[str, str]:
 
 
 def _names(config: BenchConfig) -> set[str]:
-    """Addresses of wires and taps that a test may name."""
+    """Addresses of wires and taps that a test may name, and its bridges."""
     taps, wires = config.tap_ports(), config.bus_wires()
     stations = {str(Address(name, "network")) for name in config.devices}
-    return {*taps, *wires, *stations, *(owner_of(tap) for tap in taps)}
+    return {*taps, *wires, *stations, *config.bridges, *(owner_of(tap) for tap in taps)}

@@ -20,6 +20,7 @@ from hil.testing.live_desk import ANSWER_S, LiveDesk, LiveError
 from hil.testing.live_ports import Hearing, LivePort, LiveTap
 from hil.testing.live_traffic import LiveCapture, LiveTraffic, sources
 from hil.testing.serial_ports.ports_of_bench import USUAL_BAUD
+from hil.testing.served_doors import modbus_client
 from hil.testing.served_program import ServedProgram
 from hil.testing.unsupported import RealTimeFace, UnsupportedHere
 from hil.testing.waiting import WITHIN_MS, wait_until
@@ -176,6 +177,23 @@ class ServedBench(RealTimeFace):
                 raise UnsupportedHere(self.kind, "no CAN is installed")
             self._buses[name] = make(self, name)
         return self._buses[name]
+
+    def modbus(self, name: str = "", **options: Any) -> Any:
+        """Connect pymodbus's ``ModbusTcpClient``, whose ``options`` these are, to the bench's Modbus bridge,
+        or with the path of one of its serial lines a ``ModbusSerialClient``, until the bench ends at the
+        latest.
+
+        Raises:
+            KeyError: the configuration has no Modbus bridge, or that has no such line.
+        """
+        __tracebackhide__ = True
+        listens = self.info["bridges"].get("modbus")
+        if listens is None:
+            why = "the bench has no bridge modbus; write `bridges: {modbus: {}}` into its configuration"
+            raise self.desk.no_such("modbus", why)
+        client = modbus_client(listens, name, options)
+        self._open.callback(client.close)
+        return client
 
     def axis(self, name: str) -> LiveAxis:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""

@@ -276,3 +276,22 @@ def test_frames_go_out_on_a_can_bus_and_come_back(kind: str) -> None:
         if kind == "live":
             with pytest.raises(UnsupportedHere, match="'drives' is of a bench in memory alone"):
                 bus.drives()
+
+
+@pytest.mark.long
+def test_a_modbus_client_reads_at_the_door_of_a_served_bench() -> None:
+    door = {"listen": "127.0.0.1:0"}
+    devices = {"s1": {"profile": "sac"}}
+    config: dict[str, Any] = {"bench": "t", "devices": devices, "bridges": {"modbus": door}}
+    with live(config, capture=False) as b:
+        client = b.modbus(timeout=5)
+        assert client.connected
+        assert not client.read_input_registers(0, count=2, device_id=1).isError()
+        with pytest.raises(KeyError, match="there is no serial line of the Modbus bridge '/dev/ttyS9'"):
+            b.modbus("/dev/ttyS9")
+    del config["bridges"]
+    with (
+        live(config, capture=False) as b,
+        pytest.raises(KeyError, match="the bench has no bridge modbus; write"),
+    ):
+        b.modbus()
