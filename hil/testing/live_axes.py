@@ -154,9 +154,16 @@ class LiveFault(RealTimeFace):
 
 
 def _refused(desk: LiveDesk, target: str, error: VerbRefused) -> Exception:
-    """Refusal of a fault, as a bench in memory has it; of a target that is of the test's own bench alone, as
-    what this kind cannot do."""
+    """Refusal of a fault, as a bench in memory has it; at a real board or drive, or at a target that is of
+    the test's own bench alone, as what this kind cannot do."""
+    if owner_of(target) in desk.real:
+        return UnsupportedHere(desk.kind, str(error))
     return desk.lacking(target) or FaultRefused(str(error))
+
+
+def is_drive(at: str) -> bool:
+    """True for the place of a real drive on a bus, as ``modbus+tcp://...``."""
+    return "+" in at.partition("://")[0] and "://" in at
 
 
 def _check_real(desk: LiveDesk, kind: str, target: str, parameters: Mapping[str, float | str]) -> None:
@@ -169,9 +176,12 @@ def _check_real(desk: LiveDesk, kind: str, target: str, parameters: Mapping[str,
     fault = fault_refusal(kind, target, parameters)
     about, on_lines = FAULT_KINDS[kind], [each for each in FAULT_KINDS.values() if each.target == PORT]
     if about not in on_lines or target not in desk.real:
+        why = f"{owner_of(target)} is real, and hil cannot give it {kind} ({about.about})"
         here = ", ".join(each.name for each in on_lines)
-        why = f"{owner_of(target)} is a real board, which hil cannot give {kind} ({about.about});"
-        raise UnsupportedHere(desk.kind, f"{why} its line can have {here}")
+        on_line = "" if is_drive(desk.real[owner_of(target)]) else f"; its line can have {here}"
+        raise UnsupportedHere(desk.kind, why + on_line)
+    if is_drive(desk.real[target]):
+        raise UnsupportedHere(desk.kind, f"{target} is a real drive: hil sees no bytes on its line")
     if fault.number("start_s") or fault.number("for_s"):
         why = f"{target} is a real board: its line has a fault from now on until it is cleared"
         raise UnsupportedHere(desk.kind, f"{why}, without start_s and for_s")

@@ -100,7 +100,13 @@ class ServedBench(RealTimeFace):
     def away(self) -> dict[str, str]:
         """Reasons why real boards cannot be reached, by their names."""
         problems = self.ask("health").get("problems", [])
-        return {
+        drives = {row["device"]: row["drive"] for row in self.ask("status")["devices"] if "drive" in row}
+        late = {
+            name: f"{self.desk.real[name]}: no answer yet"
+            for name, drive in drives.items()
+            if drive["state"] != "there"
+        }
+        return late | {
             row["about"]: f"{row['what']}; {row['remedy'].partition(';')[0]}"
             for row in problems
             if row["kind"] == "port" and row["about"] in self.desk.real

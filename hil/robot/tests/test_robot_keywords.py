@@ -338,7 +338,7 @@ Power Cycle    s1
         )
     assert fine.passed, fine.message
     assert (jammed.status, unseen.status) == ("SKIP", "SKIP")
-    assert jammed.message.startswith("kind=real: s1 is a real board, which hil cannot give shaft_jam")
+    assert jammed.message.startswith("kind=real: s1 is real, and hil cannot give it shaft_jam")
     assert unseen.message.startswith("kind=real: s1 is a real board: the daemon sees its terminal")
 
 

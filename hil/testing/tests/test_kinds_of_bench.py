@@ -146,7 +146,7 @@ def test_at_a_real_board_what_it_cannot_do_is_skipped_with_the_reason(
     assert "5 passed, 9 skipped" in said, said + done.stderr
     assert "hil: 9 tests skipped at --hil=rig.yaml:\n" in said
     for reason in (
-        "  2: kind=real: s1 is a real board, which hil cannot give shaft_jam (the shaft is clamped where it"
+        "  2: kind=real: s1 is real, and hil cannot give it shaft_jam (the shaft is clamped where it"
         " is); its line can have byte_flip, byte_drop, byte_duplicate, byte_delay\n",
         "  1: kind=real: s1 is a real board: the daemon sees its terminal, not its pins, shaft or encoder;",
         "  1: kind=real: rig.yaml has no device s2; it has s1\n",
@@ -233,3 +233,37 @@ def test_a_rig_with_a_twin_beside_the_board(tmp_path: Path, desk: ServedBench) -
         assert b"SAC>" in b.port("s1").read()
     with Bench(config) as virtual:
         assert virtual.kind == "virtual"
+
+
+MAP = {
+    "modbus_map": 1,
+    "position_deg": {"input": 0, "type": "i32", "scale": 0.01},
+    "status": {name: {"input": 4, "bit": bit} for bit, name in enumerate(("enabled", "moving", "fault"))},
+    "set_point_deg": {"holding": 0, "type": "i32", "scale": 0.01},
+    "control": {name: {"holding": 4, "bit": bit} for bit, name in enumerate(("enable", "start", "stop"))},
+}
+
+
+def test_a_real_drive_moves_and_tells_where_it_is(tmp_path: Path) -> None:
+    door = {"modbus": {"listen": "127.0.0.1:0"}}
+    far = {"bench": "far", "devices": {"d1": {"profile": "modbus_drive", "map": MAP}}, "bridges": door}
+    with live(far, capture=False) as drive:
+        at = f"modbus+tcp://{drive.info['bridges']['modbus'][0]}?unit=1"
+        file = tmp_path / "rig.yaml"
+        device = {"profile": "modbus_drive", "at": at, "map": MAP}
+        file.write_text(json.dumps({"bench": "rig", "devices": {"d1": device}}))
+        with RealBoards(file).serve(far) as b:
+            axis = b.axis("d1")
+            axis.do("enable")
+            axis.do("move_abs", position_deg=90)
+            b.wait_until("d1", "position_deg > 89", within_ms=20_000)
+            assert axis.snapshot().position_deg > 89
+            for call, said in (
+                (lambda: b.fault("byte_drop", "d1", rate=1), "d1 is a real drive: hil sees no bytes on"),
+                (lambda: b.fault("shaft_jam", "d1"), r"d1 is real, and hil cannot give it shaft_jam \(.*\)$"),
+                (lambda: axis.zero(), "d1"),
+                (lambda: b.port("d1"), "d1"),
+                (lambda: b.modbus(), "rig.yaml has no modbus"),
+            ):
+                with pytest.raises(UnsupportedHere, match=f"^kind=real: {said}"):
+                    call()
