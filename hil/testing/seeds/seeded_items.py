@@ -1,5 +1,6 @@
 """Tests at seeds: an item of pytest for each test and seed, run again with fewer faults where it fails."""
 
+import gc
 from collections.abc import Generator, Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -50,8 +51,16 @@ class SeededItems:
             items[:] = [item for item in items if item.nodeid in mine]
         self.mine = len(items)
 
+    def pytest_collection_finish(self) -> None:
+        """Keep the garbage collector from going through thousands of items again and again, for a fifth of
+        the time: they stay to the end."""
+        if self._settings.seeds:
+            gc.collect()
+            gc.freeze()
+
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Tell xdist's controller, which has no items, of what this is a part."""
+        gc.unfreeze()
         if (output := getattr(session.config, "workeroutput", None)) is not None:
             output["hil_run"] = self.run_told()
 

@@ -153,6 +153,7 @@ def test_the_first_failure_ends_the_run_early(project):
         (["--hil-seed", "x"], "--hil-seed: a seed is a whole number, as 17; not 'x'"),
         (["--hil-seeds", "10", "--hil-seed", "10"], "--hil-seed 10 is not among the seeds of --hil-seeds"),
         (["--hil-shard", "5/4"], "--hil-shard: there is no shard 5/4: they are 1/4 to 4/4"),
+        (["--hil=live", "--hil-seeds", "3"], "seeds and windows of arrival are of benches in memory"),
         (["--hil-arrival-window", "2"], "--hil-arrival-window: a window of arrival is a time with its unit"),
     ],
 )

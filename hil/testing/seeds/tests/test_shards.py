@@ -80,6 +80,17 @@ def test_what_is_missing_or_twice_is_named(project, tmp_path):
 
 
 @pytest.mark.long
+def test_more_shards_than_tests_and_seeds_are_no_failure(tmp_path):
+    project = make_project(tmp_path / "project")
+    for number in range(1, 6):
+        also = ("-n", "2") if number == 5 else ()
+        of = ("--hil-seeds", "3", "-k", "test_seed", "--hil-shard", f"{number}/5")
+        pytest_in(project, *of, *also)
+    merged = merge([project / f"hil-results-{number}-of-5.jsonl" for number in range(1, 6)])
+    assert (len(merged.results), merged.is_good) == (3, True)
+
+
+@pytest.mark.long
 def test_other_files_are_refused(project, tmp_path):
     other = make_project(tmp_path / "other")
     pytest_in(
