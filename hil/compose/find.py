@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
@@ -138,6 +138,13 @@ def make_bridge(kind: str, options: BaseModel, desk: "Desk") -> "Bridge":
     except ImportError as error:
         raise BridgeError(f"bridges.{kind}: {error}; install what is missing") from None
     return bridge
+
+
+def make_memory_door(kind: str, options: BaseModel, desk: "Desk", time: object) -> Any:
+    """Make the door that a bridge has in a bench in memory, not yet open: no socket is opened for it.
+    ``time``: the time of those who wait there, a ``hil.testing.doors.door_time.DoorTime``. Raises Unusable: a
+    bridge of this kind has none."""
+    return _bridges().attribute(kind, "in_memory")(options, desk, time)
 
 
 def make_port(config: PortConfig, context: "PortContext") -> "Port":

@@ -92,7 +92,8 @@ class Visitors:
     """True keeps a file descriptor for one more client when all others are in use."""
     turned_away: int = field(default=0, init=False)
     """Number of clients that were let go, or not let in."""
-    visits: set[Visit] = field(default_factory=set, init=False)
+    visits: dict[Visit, None] = field(default_factory=dict, init=False)
+    """Clients that are inside, in the order in which they came."""
     _refused: deque[socket.socket] = field(default_factory=deque, init=False)
     _acceptors: list[Acceptor] = field(default_factory=list, init=False)
 
@@ -110,11 +111,11 @@ class Visitors:
             self._refuse(connection)
             return
         visit = Visit(self.loop.time())
-        self.visits.add(visit)
+        self.visits[visit] = None
         visit.task = task = self.loop.create_task(self._begin(connection, visit))
 
         def has_gone(_: object) -> None:
-            self.visits.discard(visit)
+            self.visits.pop(visit, None)
             if not visit.has_begun:  # a task that is cancelled at once never runs
                 connection.close()
 
@@ -163,7 +164,7 @@ class Visitors:
         if not idle:
             return False
         gone = min(idle, key=lambda visit: (visit.has_asked, visit.since_s))
-        self.visits.discard(gone)
+        del self.visits[gone]
         self.turned_away += 1
         if gone.task:
             gone.task.cancel()

@@ -264,6 +264,23 @@ class Bench:
 
         return BenchCapture(self.inputs, self._runtime, Path(file))
 
+    def modbus(self, **options: Any) -> Any:
+        """Connect pymodbus's ``ModbusTcpClient``, whose ``options`` these are, to the bench's Modbus bridge:
+        requests and time-outs take simulated time.
+
+        Raises:
+            KeyError: the configuration has no Modbus bridge.
+            ValueError: the bench is closed.
+        """
+        __tracebackhide__ = True
+        return self._time.doors.door("modbus").client(options)
+
+    def modbus_async(self, **options: Any) -> Any:
+        """Make pymodbus's ``AsyncModbusTcpClient`` as ``modbus`` does, not yet connected. From now on
+        simulated time passes while all tasks of the event loop wait that runs now."""
+        __tracebackhide__ = True
+        return self._time.doors.door("modbus").async_client(options)
+
     def axis(self, name: str) -> AxisFace:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""
         __tracebackhide__ = True

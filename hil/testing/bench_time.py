@@ -8,6 +8,7 @@ from hil.config import BenchConfig, Catalogue
 from hil.sim.bench import BenchRuntime
 from hil.sim.input_reading import decode
 from hil.telemetry import Recording, Sampler, Subscription
+from hil.testing.doors.bench_doors import BenchDoors
 from hil.testing.program_beside import ProgramBeside
 from hil.testing.seeds.late_arrivals import LateArrivals
 from hil.testing.serial_ports.line_ends import LineEnd
@@ -27,6 +28,7 @@ class BenchTime:
             runtime, config, catalogue, self._advance_until_heard, self._passed, self._stop_ns
         )
         self.sampler = Sampler(runtime)
+        self.doors = BenchDoors(runtime, config, catalogue, self.run_until, self._stop_ns)
         self._recordings: list[tuple[Subscription, Recording]] = []
         self._program: ProgramBeside | None = None
 
@@ -53,7 +55,7 @@ class BenchTime:
 
     def begin_program(self, make: Callable[[], ProgramBeside]) -> ProgramBeside:
         """Have a program beside the test, in place of one that has ended."""
-        self.close()
+        self._end_program()
         self._program = make()
         return self._program
 
@@ -63,7 +65,11 @@ class BenchTime:
         return self._program is not None and self._program.is_running
 
     def close(self) -> None:
-        """End the program that runs here."""
+        """End the program that runs here, and close the doors."""
+        self._end_program()
+        self.doors.close()
+
+    def _end_program(self) -> None:
         if self._program:
             self._program.close()
 
@@ -89,8 +95,8 @@ class BenchTime:
         self._advance_to(until_ns)
 
     def _stop_ns(self) -> SimTimeNs:
-        """Time by which samples have to be fetched, or at which something happens at a port."""
-        due_ns = min(self.serials.due_ns, self._arrivals.due_ns)
+        """Time by which samples have to be fetched, or at which something happens at a port or a door."""
+        due_ns = min(self.serials.due_ns, self._arrivals.due_ns, self.doors.due_ns)
         slice_ns = self.sampler.period_ns
         return min(due_ns, SimTimeNs(self.now_ns() + slice_ns)) if slice_ns else due_ns
 
@@ -108,6 +114,7 @@ class BenchTime:
     def _passed(self, now_ns: SimTimeNs) -> None:
         self._arrivals.passed(now_ns)
         self.serials.passed(now_ns)
+        self.doors.passed(now_ns)
         if self._recordings:
             self.sampler.poll()
         for subscription, recording in self._recordings:

@@ -1,11 +1,11 @@
 """Door for Modbus: opens what its options say, and tells its status."""
 
 import logging
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from importlib.metadata import version
-from typing import Any
+from typing import Any, TypeVar
 
-from bridges.modbus.door.door_options import Options
+from bridges.modbus.door.door_options import Certificates, Options
 from bridges.modbus.door.request_handler import DoorUnit, DoorUnits, RequestHandler
 from bridges.modbus.door.rtu_server import RtuServer
 from bridges.modbus.door.tcp_client import CONNECTIONS, TcpConnections
@@ -19,6 +19,8 @@ from hil.vocab.desk_protocol import Desk
 from hil.vocab.ports import Port, PortError
 
 log = logging.getLogger("hil")
+
+Connections = TypeVar("Connections", bound=TcpConnections)
 
 RISK = "every program that can reach it can move all axes"
 
@@ -49,21 +51,25 @@ class ModbusBridge:
         ]
 
     async def open(self) -> None:
-        for units in {self._units, *self._line_units}:
-            units.open()
-        tcp = TcpConnections(self._handler, self._options.tls)
+        tcp = self.connections(TcpConnections)
         listeners = await open_listeners(self._options.listen)
         self._addresses = [address_shown(each) for each in listeners]
         if self._options.is_open:
             log.warning("bridges.modbus: insecure: %s (%s)", RISK, ", ".join(self._addresses))
         tcp.listen(listeners)
-        self._tcp = tcp
         try:
             for line in self._lines:
                 await line.open()
         except PortError as error:
             await self.close()
             raise BridgeError(f"rtu: {error}") from None
+
+    def connections(self, made: Callable[[RequestHandler, Certificates | None], Connections]) -> Connections:
+        """Make the units, and the connections of those who ask them; nobody is let in yet."""
+        for units in {self._units, *self._line_units}:
+            units.open()
+        self._tcp = tcp = made(self._handler, self._options.tls)
+        return tcp
 
     async def close(self) -> None:
         if self._tcp:

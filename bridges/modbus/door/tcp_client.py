@@ -148,10 +148,15 @@ _ANYBODY = Source("modbus client", Role.OPERATOR)
 
 class TcpConnections:
     """Connections of Modbus TCP. ``certificates``: None: every client is an operator. ``closed``:
-    connections that were closed by the door, by reason."""
+    connections that were closed by the door, by reason. ``turns``: makes the turns that clients have."""
 
-    def __init__(self, handler: RequestHandler, certificates: Certificates | None) -> None:
-        self._handler = handler
+    def __init__(
+        self,
+        handler: RequestHandler,
+        certificates: Certificates | None,
+        turns: Callable[[], FairShare] = FairShare,
+    ) -> None:
+        self._handler, self._make_turns = handler, turns
         self._roles: Mapping[str, str] = certificates.roles if certificates else {}
         self._tls = _context(certificates) if certificates else None
         self._visitors: Visitors | None = None
@@ -160,10 +165,15 @@ class TcpConnections:
     def listen(self, listeners: list[socket.socket]) -> None:
         loop = asyncio.get_running_loop()
         self._said = Limit(log.info, loop)
-        self._turns = FairShare()
+        self._turns = self._make_turns()
         self._visitors = Visitors("modbus", CONNECTIONS, loop, self._stay, log.warning)
         for listener in listeners:
             self._visitors.listen(listener)
+
+    def admit(self, connection: Any) -> None:
+        """Let a client in that came without a listener, as ``connect`` takes it, or refuse it."""
+        assert self._visitors is not None
+        self._visitors.admit(connection)
 
     @property
     def count(self) -> int:
@@ -182,15 +192,8 @@ class TcpConnections:
 
     async def _stay(self, connection: socket.socket, visit: Visit) -> None:
         client = TcpClient(self._handler, self._turns, visit, self._known)
-        # Asyncio does so for its own sockets alone; without it an answer waits 40 ms for the one before.
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         try:
-            await asyncio.get_running_loop().connect_accepted_socket(
-                lambda: client,
-                connection,
-                ssl=self._tls,
-                ssl_handshake_timeout=HANDSHAKE_S if self._tls else None,
-            )
+            await self.connect(connection, client)
         except OSError as error:  # of ssl, too
             self._close("tls", str(error))
             connection.close()
@@ -202,6 +205,17 @@ class TcpConnections:
         await client.serve()
         if client.fault:
             self._close("framing", client.fault)
+
+    async def connect(self, connection: Any, client: TcpClient) -> None:
+        """Connect a client to its socket. Raises OSError: there is no connection, or no TLS."""
+        # Asyncio does so for its own sockets alone; without it an answer waits 40 ms for the one before.
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        await asyncio.get_running_loop().connect_accepted_socket(
+            lambda: client,
+            connection,
+            ssl=self._tls,
+            ssl_handshake_timeout=HANDSHAKE_S if self._tls else None,
+        )
 
     def _known(self, transport: asyncio.Transport) -> Asker | None:
         """The client's address and role. None: it has no role."""
