@@ -95,3 +95,11 @@ def test_an_editable_install_has_no_import_finder() -> None:
     """It would be imported by each Python in the venv, before any command."""
     finders = [name for name in sys.modules if name.startswith("__editable__")]
     assert finders == []
+
+
+def test_the_kit_imports_what_a_bench_in_memory_needs() -> None:
+    program = "import hil.testing, sys; print(*sys.modules)"
+    said = set(subprocess.check_output([sys.executable, "-c", program], text=True).split())
+    assert {"hil.testing.bench", "hil.sim.bench", "serial"} <= said
+    late = {"hil.runs", "hil.toolpath", "hil.testing.drawings", "hil.testing.served_bench"}
+    assert not said & (HEAVY - {"serial"} | late)

@@ -4,12 +4,12 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions
-from hil.runs import Execution, Progress
 from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
 from hil.testing.bench_dialogue import talk_at
 from hil.testing.bench_time import BenchTime
@@ -17,7 +17,6 @@ from hil.testing.config_reading import read_config
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
 from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such
 from hil.testing.kept_inputs import KeptInputs
-from hil.testing.kit_runs import KitRuns
 from hil.testing.memory_store import MEMORY_STORE
 from hil.testing.program_beside import ProgramBeside
 from hil.testing.seeds.bench_chance import BenchChance, FaultKey
@@ -31,6 +30,10 @@ from hil.vocab.axis import AxisNow
 from hil.vocab.dialogue import Dialogue, Result
 from hil.vocab.segment import SegmentView
 from hil.vocab.time import NS_PER_MS, SimTimeNs
+
+if TYPE_CHECKING:
+    from hil.runs import Execution, Progress
+    from hil.testing.kit_runs import KitRuns
 
 START_MS, START_STEP_MS = 30_000, 10
 
@@ -100,7 +103,6 @@ class Bench:
         self._wires = WireFaces(self, runtime, catalogue.wire_kinds)
         self._taps = {name: self._wires.tap(name, tap) for name, tap in runtime.taps.items()}
         add_open(self._serials)
-        self._runs = KitRuns(runtime, self._time.sampler, self._time.run_until)
         for fault in self.config.faults:
             self.fault(fault.fault, fault.target, **(fault.model_extra or {}))
         self.more_sections: list[Callable[[], Iterable[tuple[str, str]]]] = []
@@ -291,12 +293,18 @@ class Bench:
         __tracebackhide__ = True
         return NamedThings("device", self._devices)[name]
 
+    @cached_property
+    def _runs(self) -> "KitRuns":
+        from hil.testing.kit_runs import KitRuns  # most tests have none
+
+        return KitRuns(self._runtime, self._time.sampler, self._time.run_until)
+
     @property
     def run_axes(self) -> Mapping[str, AxisNow]:
         """Axes as a run would begin with them now."""
         return self._runs.axes
 
-    def execute(self, run: Mapping[str, object] | str) -> Execution:
+    def execute(self, run: Mapping[str, object] | str) -> "Execution":
         """Check and plan a multi-axis run (``hil.runs``) now; drive it with ``perform``.
 
         Raises:
@@ -304,7 +312,7 @@ class Bench:
         """
         return self._runs.execute(run)
 
-    def perform(self, run: Mapping[str, object] | str | Execution) -> Progress:
+    def perform(self, run: "Mapping[str, object] | str | Execution") -> "Progress":
         """Carry out a run to its end, in simulated time.
 
         Raises:
