@@ -2,5 +2,10 @@
 
 ``keys.py`` is the table of the keys; ``bench_session.py`` has the session, ``command_handler.py`` and
 ``readings.py`` answer, ``publications.py`` publishes. Permissions: ``users.py`` reads the users' file,
-``gate.py`` checks signatures, ``zenoh_config.py`` is zenoh's own access control.
+``gate.py`` checks signatures, ``zenoh_config.py`` is zenoh's own access control. ``testing`` has sessions for
+tests on a bench in memory.
+
+May import: hil.net, hil.testing.doors, hil.vocab, hil.wire, the standard library, any package.
+
+Tests may import too: hil.testing.
 """

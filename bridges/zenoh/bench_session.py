@@ -4,8 +4,9 @@ import asyncio
 import logging
 import secrets
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
+from time import thread_time
 from typing import Any
 
 import zenoh
@@ -33,8 +34,9 @@ AGAIN_S = 1.0
 _ANSWERED = {QUERY, COMMAND}
 
 
-class _Joined:
-    """Parts of the bridge while a session is open."""
+class Joined:
+    """Parts of the bridge while a session is open. ``number``: of this bench among others of its name, by
+    chance if empty; ``cpu_s``: time that readings have taken."""
 
     def __init__(
         self,
@@ -44,17 +46,20 @@ class _Joined:
         options: Options,
         senders: Senders,
         work: Work,
+        number: str = "",
+        cpu_s: Callable[[], float] = thread_time,
     ) -> None:
         here = desk.describe()
         self.session = session
         self.others = Others(session, here, gate)
-        self.name = OneName(session, here.bench)
+        self.name = OneName(session, here.bench, number)
         self.publications = Publications(session, desk, options)
-        self.readings = Readings(desk, self.publications, senders.answers, work.begin)
+        self.readings = Readings(desk, self.publications, senders.answers, work.begin, cpu_s)
         self.commands = CommandHandler(
             desk, gate, self.publications, self.readings, senders.acks, work, lambda: self.name.clash
         )
-        self.inbox = Inbox(senders.acks, senders.answers, self.commands.handle, gate.names if gate else ())
+        names = gate.names if gate else ()
+        self.inbox = Inbox(senders.acks, senders.answers, self.commands.handle, names, cpu_s)
         self._devices = here.devices
         self._live_prefix = f"{prefix(here.bench)}/@live"
         self._entities: list[Any] = [
@@ -104,7 +109,7 @@ class ZenohBridge:
         self._bench = desk.describe().bench
         self._work = Work()
         self._senders: Senders | None = None
-        self._joined: _Joined | None = None
+        self._joined: Joined | None = None
         self._is_closed = False
         self._clash: BenchProblem | None = None
         """Clash that keeps this bench from joining."""
@@ -126,7 +131,7 @@ class ZenohBridge:
             if opened is None:
                 self._work.begin(self._join(self._senders))
                 return
-            self._joined = _Joined(*opened, self._desk, self._options, self._senders, self._work)
+            self._joined = Joined(*opened, self._desk, self._options, self._senders, self._work)
 
     async def _open_session(self) -> tuple[zenoh.Session, Gate | None]:
         loop = asyncio.get_running_loop()
@@ -166,7 +171,7 @@ class ZenohBridge:
             if self._is_closed:
                 await asyncio.get_running_loop().run_in_executor(None, opened[0].close)
                 return
-            self._joined = _Joined(*opened, self._desk, self._options, senders, self._work)
+            self._joined = Joined(*opened, self._desk, self._options, senders, self._work)
             log.info("zenoh: joined %s", self._where)
 
     async def devices_changed(self, names: Collection[str]) -> None:
@@ -270,10 +275,10 @@ class OneName:
     """Watch for others of a bench's name. Each bench has a token with a number of its own: tokens of one key
     cannot be told apart."""
 
-    def __init__(self, session: zenoh.Session, bench: str) -> None:
+    def __init__(self, session: zenoh.Session, bench: str, number: str = "") -> None:
         self._bench = bench
         head = f"{prefix(bench)}/@one"
-        self._own = f"{head}/{secrets.token_hex(8)}"
+        self._own = f"{head}/{number or secrets.token_hex(8)}"
         self._others: set[str] = set()
         live = session.liveliness()
         noted = zenoh.handlers.Callback(self._note, indirect=False)

@@ -101,11 +101,17 @@ class Request(NamedTuple):
 class Inbox:
     """Hands requests to ``handle`` in the loop, those of one urgency and one asker in the order in which they
     came. ``acks``, ``answers``: senders for commands and for readings; ``names``: known users, who take turns
-    with each other and with all who do not sign."""
+    with each other and with all who do not sign; ``cpu_s``: time that readings have taken."""
 
     def __init__(
-        self, acks: Sender, answers: Sender, handle: Callable[[Request], None], names: Collection[str]
+        self,
+        acks: Sender,
+        answers: Sender,
+        handle: Callable[[Request], None],
+        names: Collection[str],
+        cpu_s: Callable[[], float] = thread_time,
     ) -> None:
+        self._cpu_s = cpu_s
         self._loop = asyncio.get_running_loop()
         self._senders = {Urgency.STOP: acks, Urgency.COMMAND: acks, Urgency.READING: answers}
         self._handle = handle
@@ -209,10 +215,10 @@ class Inbox:
 
     def _read_some(self) -> None:
         """Answer readings for a while; if more wait, others have the loop for the rest of the time."""
-        began_s = thread_time()
+        began_s = self._cpu_s()
         took_s = 0.0
         while took_s < READING_S and self._handle_one(Urgency.READING):
-            took_s = thread_time() - began_s
+            took_s = self._cpu_s() - began_s
         with self._lock:
             if self._lanes[Urgency.READING]:
                 self._timer = self._loop.call_later(took_s / READING_SHARE - took_s, self._read_on)

@@ -3,6 +3,8 @@ does not read, and that must not be the event loop."""
 
 import logging
 import threading
+from collections.abc import Callable
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -42,17 +44,8 @@ class Sender:
 
     def _run(self) -> None:
         while (answer := self._queue.get()) is not None:
-            query: Any = answer[0]
-            _, key, content, encoding = answer
-            try:
-                if content is None:
-                    query.drop()
-                elif key is None:
-                    query.reply_err(content, encoding=encoding)
-                else:
-                    query.reply(key, content, encoding=encoding)
-            except zenoh.ZError:
-                continue  # the asker has gone
+            with suppress(zenoh.ZError):  # the asker has gone
+                _send(*answer)
 
     def close(self) -> None:
         """Drop what waits; answers that zenoh holds up are left to it."""
@@ -65,12 +58,42 @@ class Sender:
         self._thread.join(END_S)
 
 
+class DirectSender(Sender):
+    """Sender without a thread, for askers that never hold it up."""
+
+    def __init__(self) -> None:
+        self.dropped = 0
+
+    @property
+    def waiting(self) -> int:
+        return 0
+
+    def end(self, query: zenoh.Query) -> None:
+        _send(query, None, None, None)
+
+    def reply(self, query: zenoh.Query, key: str | None, content: bytes, encoding: zenoh.Encoding) -> None:
+        _send(query, key, content, encoding)
+
+    def close(self) -> None:
+        """Nothing waits."""
+
+
+def _send(query: Any, key: str | None, content: bytes | None, encoding: Any) -> None:
+    """Send an answer; without a content the query ends."""
+    if content is None:
+        query.drop()
+    elif key is None:
+        query.reply_err(content, encoding=encoding)
+    else:
+        query.reply(key, content, encoding=encoding)
+
+
 class Senders:
     """Senders of what is told to commands and of answers to readings. Each has its thread: an acknowledgement
     waits for no reading."""
 
-    def __init__(self) -> None:
-        self.acks, self.answers = Sender(), Sender()
+    def __init__(self, made: Callable[[], Sender] = Sender) -> None:
+        self.acks, self.answers = made(), made()
 
     @property
     def dropped(self) -> int:

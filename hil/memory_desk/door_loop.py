@@ -70,6 +70,9 @@ class DoorLoop(asyncio.SelectorEventLoop):
         self._has_more = True
         return super().call_soon(callback, *args, context=context)
 
+    call_soon_threadsafe = call_soon
+    """The same: doors in memory have no threads."""
+
     def call_at(
         self,
         when: float,

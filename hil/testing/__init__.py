@@ -9,7 +9,7 @@ stable: changes stand in the CHANGELOG.
 
 May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.host,
 hil.memory_desk, hil.net, hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire,
-the standard library, _pytest, distributed, numpy, pydantic, pymodbus, pytest, serial.
+the standard library, _pytest, distributed, numpy, pydantic, pymodbus, pytest, serial, zenoh.
 
 Tests may import too: bridges.can.bus, bridges.modbus.protocol, bridges.modbus.registers, device_profiles,
 hil.live.

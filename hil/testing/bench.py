@@ -283,6 +283,12 @@ class Bench:
         __tracebackhide__ = True
         return self._time.doors.door("modbus").async_client(options)
 
+    def zenoh(self) -> Any:
+        """Open a session at the bench's zenoh bridge, with the calls of zenoh's ``Session``: waiting for
+        replies and samples lets simulated time pass. Raises KeyError: the configuration has none."""
+        __tracebackhide__ = True
+        return self._time.doors.door("zenoh").session()
+
     def axis(self, name: str) -> AxisFace:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""
         __tracebackhide__ = True

@@ -125,6 +125,12 @@ class AnyBench(Protocol):
     def can(self, name: str = "can0") -> Any:
         """CAN bus, with a node of the test's own on it."""
 
+    def modbus(self, **options: Any) -> Any:
+        """Connect pymodbus's ``ModbusTcpClient`` to the Modbus bridge of the configuration."""
+
+    def zenoh(self) -> Any:
+        """Open a session, as zenoh's ``Session``, at the zenoh bridge of the configuration."""
+
     def axis(self, name: str) -> AnyAxis:
         """Axis at an address, as ``m1`` or ``arm.elbow``."""
 

@@ -20,7 +20,7 @@ from hil.testing.live_desk import ANSWER_S, LiveDesk, LiveError
 from hil.testing.live_ports import Hearing, LivePort, LiveTap
 from hil.testing.live_traffic import LiveCapture, LiveTraffic, sources
 from hil.testing.serial_ports.ports_of_bench import USUAL_BAUD
-from hil.testing.served_doors import modbus_client
+from hil.testing.served_doors import ZENOH, modbus_client, zenoh_session
 from hil.testing.served_program import ServedProgram
 from hil.testing.unsupported import RealTimeFace, UnsupportedHere
 from hil.testing.waiting import WITHIN_MS, wait_until
@@ -200,6 +200,26 @@ class ServedBench(RealTimeFace):
         client = modbus_client(listens, name, options)
         self._open.callback(client.close)
         return client
+
+    def zenoh(self) -> Any:
+        """Open a session of zenoh at the bench's bridge, until the bench ends at the latest.
+
+        Raises:
+            KeyError: the configuration has no such bridge.
+            UnsupportedHere: it needs certificates.
+        """
+        __tracebackhide__ = True
+        listens = self.info["bridges"].get("zenoh")
+        if listens is None:
+            why = "the bench has no bridge zenoh; write `bridges: {zenoh: {}}` into its configuration"
+            raise self.desk.no_such("zenoh", why)
+        if not (addresses := [each for each in listens if each.startswith(ZENOH)]):
+            raise UnsupportedHere(
+                self.kind, "its zenoh bridge does not listen at tcp/ (bridges.zenoh.listen)"
+            )
+        session = zenoh_session(addresses[0])
+        self._open.callback(session.close)
+        return session
 
     def axis(self, name: str) -> LiveAxis:
         """Axis at an address, as in ``m1`` or ``arm.elbow``. Raises KeyError: there is none."""

@@ -1,11 +1,14 @@
 """Clients of the doors of a bench that is served."""
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hil.net.endpoint import endpoint
 from hil.testing.given import no_such
 
+ZENOH = "tcp/"
+"""Beginning of an address of a zenoh bridge that sessions of a test can join."""
 _SERIAL = "/"
 """Beginning of the path of a serial line, among the places at which a Modbus bridge listens."""
 
@@ -25,3 +28,13 @@ def modbus_client(listens: Sequence[str], name: str, options: Mapping[str, Any])
         made = ModbusTcpClient(host, **{"port": port} | dict(options))
     made.connect()
     return made
+
+
+def zenoh_session(address: str) -> Any:
+    """Open a session of zenoh at a bridge that listens at this address."""
+    import zenoh
+
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", json.dumps([address]))
+    return zenoh.open(config)

@@ -41,7 +41,7 @@ class BenchDoors:
         __tracebackhide__ = True
         if kind not in self._config.bridges:
             raise NoSuchName(
-                f"the bench has no bridge {kind}; write `bridges: {{{kind}: {{}}}}` in its configuration"
+                f"the bench has no bridge {kind}; write `bridges: {{{kind}: {{}}}}` into its configuration"
             )
         if self._is_closed:
             raise ValueError("the bench is closed")
@@ -71,8 +71,8 @@ class BenchDoors:
         """Time at which something happens by itself at a door; ``FOREVER``: at none."""
         if not self._open:
             return FOREVER
-        due_ns, slice_ns = self._time.loop.due_ns, self._desk.sampler.period_ns
-        return min(due_ns, SimTimeNs(self._runtime.now_ns + slice_ns)) if slice_ns else due_ns
+        slice_ns = min(self._desk.sampler.period_ns or FOREVER, self._time.look_ns)
+        return SimTimeNs(min(self._time.loop.due_ns, self._runtime.now_ns + slice_ns))
 
     def passed(self, now_ns: SimTimeNs) -> None:
         """Let the doors do what is due."""
