@@ -6,7 +6,6 @@ from collections.abc import Awaitable, Callable
 from types import SimpleNamespace
 from typing import Any, cast
 
-from bridges.zenoh import inbox as inbox_module
 from bridges.zenoh.inbox import COMMANDS_WAITING, READINGS_WAITING, Inbox, Request, SourceLane, Urgency
 from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, expression
 from bridges.zenoh.sender import Sender
@@ -117,14 +116,13 @@ def test_what_finds_no_room_is_refused_and_commands_go_on() -> None:
 
 def test_readings_take_a_part_of_the_time(monkeypatch: Any) -> None:
     clock = SimpleNamespace(now_s=0.0)
-    monkeypatch.setattr(inbox_module, "thread_time", lambda: clock.now_s)
     pauses: list[float] = []
 
     async def main() -> None:
         def handle(request: Request) -> None:
             clock.now_s += 0.003
 
-        inbox = Inbox(cast(Sender, Told()), cast(Sender, Told()), handle, ())
+        inbox = Inbox(cast(Sender, Told()), cast(Sender, Told()), handle, (), lambda: clock.now_s)
         loop = asyncio.get_running_loop()
         later = loop.call_later
         monkeypatch.setattr(loop, "call_later", lambda s, call: (pauses.append(s), later(0, call))[1])
