@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 from hil.compose.find import make_memory_door
 from hil.config import BenchConfig, Catalogue
 from hil.sim.bench import BenchRuntime
-from hil.testing.doors.door_time import DoorTime
 from hil.testing.given import NoSuchName
 from hil.vocab.time import FOREVER, SimTimeNs
 
 if TYPE_CHECKING:
     from hil.memory_desk.desk_in_memory import MemoryDesk
+    from hil.testing.doors.door_time import DoorTime
 
 
 class BenchDoors:
@@ -53,8 +53,9 @@ class BenchDoors:
         return self._open[kind]
 
     @cached_property
-    def _time(self) -> DoorTime:
+    def _time(self) -> "DoorTime":
         from hil.memory_desk.door_loop import DoorLoop
+        from hil.testing.doors.door_time import DoorTime
 
         runtime = self._runtime
         loop = DoorLoop(lambda: runtime.now_ns)
