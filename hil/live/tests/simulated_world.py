@@ -74,7 +74,7 @@ class World(asyncio.SelectorEventLoop):
             link.occupy(BoardBackend(link, cast(Port, line)))
             self.places[name] = link
         known, near, delay_ns = find_catalogue().boards, self.near._runtime, round(line_delay_ms * 1e6)
-        home = TwinHome(near, Places(), cast(Commits, None), self.near._sampler, {}, 1)
+        home = TwinHome(near, Places(), cast(Commits, None), self.near._time.sampler, {}, 1)
         self.devices = Devices({"m1": TwinDevice(home, near.devices["m1"], known["mechaduino"])})
         for name, board in BOARDS.items():
             profile = str(board["profile"])

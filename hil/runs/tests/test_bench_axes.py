@@ -17,7 +17,7 @@ SOON_MS, NOW_MS = 100, 4500
 def stepper() -> tuple[Bench, Axis]:
     bench = Bench({"bench": "t", "devices": {"s1": {"profile": "sac"}}})
     bench.run_until(ms=NOW_MS)
-    axis = TwinAxes(bench._runtime, bench._sampler)["s1"]
+    axis = TwinAxes(bench._runtime, bench._time.sampler)["s1"]
     axis.hold()
     return bench, axis
 
@@ -30,7 +30,7 @@ def servo() -> tuple[Bench, Axis]:
     bench.axis("m1").do("enable")
     bench.axis("m1").do("position", position_deg=10.0)
     bench.run(ms=SOON_MS)
-    return bench, TwinAxes(bench._runtime, bench._sampler)["m1"]
+    return bench, TwinAxes(bench._runtime, bench._time.sampler)["m1"]
 
 
 def test_a_motion_that_could_not_be_done_at_its_time_is_told() -> None:
@@ -135,6 +135,6 @@ def test_a_board_without_a_shaft_is_beside_those_of_a_run() -> None:
     """The pins of an Uno take part in no motion, and keep no other axis from it."""
     bench = Bench({"bench": "t", "devices": {"u1": {"profile": "uno"}, "s1": {"profile": "sac"}}})
     bench.run_until(ms=NOW_MS)
-    axes = TwinAxes(bench._runtime, bench._sampler).axes()
+    axes = TwinAxes(bench._runtime, bench._time.sampler).axes()
     assert axes["u1"].why_not == "it has pins alone, and no shaft"
     assert axes["s1"].why_not is None

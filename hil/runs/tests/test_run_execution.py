@@ -339,7 +339,7 @@ def test_a_verb_that_is_refused_when_its_time_has_come_fails_the_run() -> None:
     made = bench(servos=0, steppers=1)
     wanted = run({"dwell_s": 0.5}, {"move": {"s1": 90.0}}, axes={"s1": {}})
     execution = made.execute(wanted)
-    TwinAxes(made._runtime, made._sampler)["s1"]  # stands for the axis in another run
+    TwinAxes(made._runtime, made._time.sampler)["s1"]  # stands for the axis in another run
     driver = until(made, execution, lambda: made.now_ns >= 4_300_000_000)
     made.port("s1").write(b"xm2000v60\r")
     to_end(made, driver)
