@@ -31,7 +31,6 @@ from hil.vocab.recorded_session import Difference, SessionRefused
 if TYPE_CHECKING:
     from hil.compose.replay import Replayed, replay
     from hil.testing.bench_face import AnyBench
-    from hil.testing.check_profile import check_profile
     from hil.testing.checks.bridge_check import check_bridge
     from hil.testing.checks.codec_check import check_codec, framing_reader
     from hil.testing.checks.findings import CheckFailed
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from hil.testing.line_masters import attend
     from hil.testing.live_desk import LiveError
     from hil.testing.motion_replay import replay_motion
+    from hil.testing.profile_check import check_profile
     from hil.testing.real_boards import BoardsAbsent, RealBoards
     from hil.testing.served_bench import ServedBench
     from hil.testing.serving import live
@@ -84,7 +84,7 @@ __all__ = [
 _LATE = {
     "hil.compose.replay": ("Replayed", "replay"),
     "hil.testing.bench_face": ("AnyBench",),
-    "hil.testing.check_profile": ("check_profile",),
+    "hil.testing.profile_check": ("check_profile",),
     "hil.testing.checks.bridge_check": ("check_bridge",),
     "hil.testing.checks.codec_check": ("check_codec", "framing_reader"),
     "hil.testing.checks.findings": ("CheckFailed",),

@@ -31,7 +31,7 @@ def talk_at(
                 while (not heard or heard[0][0] > now_ns()) and now_ns() < end_ns:
                     next_ns = heard[0][0] if heard else now_ns() + LISTEN_SLICE_NS
                     run_until(SimTimeNs(min(next_ns, end_ns)))
-                    heard += port.read_complete()
+                    heard += port.read_characters()
                 is_there = heard and heard[0][0] <= now_ns()
                 answer = Heard(*heard.pop(0)) if is_there else Heard(now_ns(), b"")
     except StopIteration as done:

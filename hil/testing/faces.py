@@ -68,8 +68,15 @@ class PortFace:
         return joined
 
     def read_complete(self) -> list[tuple[SimTimeNs, bytes]]:
-        """Read as ``read_timed``, with the times at which the last bit of each piece has come; with a baud
-        each character is a piece."""
+        """Read as ``read_timed``, with the times at which the last bit of each piece has come."""
+        baud = self._device.uarts[self._uart].baud
+        return [
+            (SimTimeNs(at_ns + (character_ns(len(data), baud) if baud else 0)), data)
+            for at_ns, data in self.read_timed()
+        ]
+
+    def read_characters(self) -> list[tuple[SimTimeNs, bytes]]:
+        """Read as ``read_complete``, each character by itself; of a port without a baud, each piece."""
         baud = self._device.uarts[self._uart].baud
         if not baud:
             return self.read_timed()

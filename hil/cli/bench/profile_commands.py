@@ -99,7 +99,7 @@ def check(
 
     Example: hil profile check boards/pinger
     """
-    from hil.testing.check_profile import profile_failures
+    from hil.testing.profile_check import profile_failures
 
     if not folder.is_dir():
         raise fail(f"hil: there is no folder {folder}", 2)

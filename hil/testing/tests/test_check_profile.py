@@ -131,7 +131,7 @@ def test_a_field_that_no_axis_has_is_said(tmp_path: Path) -> None:
 
 
 def test_a_firmware_that_never_yields_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["hil.testing.check_profile"], "TURN_S", 0.2)
+    monkeypatch.setattr(sys.modules["hil.testing.profile_check"], "TURN_S", 0.2)
     board = specimen(tmp_path, "while True: pass", 'self.uart.write(b"here\\r\\n")')
     with pytest.raises(
         AssertionError, match=r"it powers up: FirmwareHung: one step took more than 0\.2 s: it has to yield"

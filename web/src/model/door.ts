@@ -174,6 +174,12 @@ export interface Operations {
   drive: { given: { train: unknown }; answer: { effective_at_ns: number; length_ns: number } };
   /** send bursts on a segment, or to the adapter on a CAN bus */
   play: { given: { bursts: unknown }; answer: Record<string, unknown> };
+  /** put a node without a device on a CAN bus; answers its address, and how many frames it takes */
+  attach: { given: { node: string }; answer: { effective_at_ns: number; node: string; free: number } };
+  /** take such a node off its bus */
+  detach: { given: Record<string, never>; answer: Record<string, unknown> };
+  /** send frames from such a node; answers how many were refused, and how many it takes now */
+  transmit: { given: { frames: string[] }; answer: { effective_at_ns: number; refused: number; free: number } };
   /** inject a fault; answers its number */
   inject: { given: { fault: string; parameters: Record<string, unknown> }; answer: { number: number } };
   /** clear a fault */
