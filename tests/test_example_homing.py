@@ -80,7 +80,7 @@ def told(command: str) -> str:
 
 def test_in_memory_and_with_the_test_of_a_new_failure(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "homing" / "test_home.py"
-    assert told("pytest examples/homing") in run("pytest", "-q", "-p", "no:cacheprovider")
+    assert told("pytest") in run("pytest", "-q", "-p", "no:cacheprovider")
     (indent, text) = MARKED.findall(README)[0]
     file.write_text(file.read_text() + "\n\n" + re.sub(f"^{indent}", "", text, flags=re.M))
     assert "1 passed" in run("pytest", "-q", "-k", "power")
@@ -88,9 +88,7 @@ def test_in_memory_and_with_the_test_of_a_new_failure(run: Run, tmp_path: Path) 
 
 @pytest.mark.long
 def test_at_a_daemon(run: Run) -> None:
-    assert told("pytest examples/homing --hil=live") in run(
-        "pytest", "-q", "-p", "no:cacheprovider", "--hil=live"
-    )
+    assert told("pytest --hil=live") in run("pytest", "-q", "-p", "no:cacheprovider", "--hil=live")
 
 
 @pytest.mark.long
@@ -104,7 +102,7 @@ def test_at_the_slide(run: Run, slide: Path) -> None:
 def test_the_suite_of_robot_framework(run: Run, kind: str) -> None:
     pytest.importorskip("robot", reason="Robot Framework is not installed")
     said = run("robot", "--variable", f"KIND:{kind}", "slide.robot")
-    assert told("robot examples/homing/slide.robot") in said, said
+    assert told("robot slide.robot") in said, said
 
 
 @pytest.mark.long

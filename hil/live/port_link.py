@@ -51,6 +51,8 @@ class PortLink(Generic[BackendKind]):
         """Reason why the port cannot go on."""
         self.listeners: list[Tap] = []
         """Called with all that passes at the port: the direction, and the bytes."""
+        self.listeners_beside: list[Tap] = []
+        """Called with what verbs type at the board beside its port."""
         self._formatted = port if isinstance(port, FormatPort) else None
         self.is_held = False
         """True while the port is kept from reading because the end has no room."""

@@ -124,7 +124,8 @@ class UartBackend:
         return at_ns
 
     def _give(self, data: bytes) -> SimTimeNs:
-        self.link.tell("board", data)
+        for listener in self.link.listeners_beside:
+            listener("board", data)
         return self.bench.apply_to(self.device, Bytes(data, None, self.name))
 
     def _go_on_typing(self) -> None:

@@ -128,7 +128,15 @@ class WatchOperations:
             return _listening(wire.watchers, partial(capture.heard, index))
         if card := self._cards().get(name):
             return _listening(card.watchers, partial(capture.passed_at, index))
-        return _listening(self._places[name].listeners, partial(capture.passed, index))
+        place, call = self._places[name], partial(capture.passed, index)
+        end_beside = _listening(place.listeners_beside, call)
+        end = _listening(place.listeners, call)
+
+        def end_both() -> None:
+            end_beside()
+            end()
+
+        return end_both
 
     def _cards(self) -> dict[str, Any]:
         """Cards at which what passes can be seen apart from their wire."""

@@ -324,6 +324,10 @@ class ServedBench(RealTimeFace):
                 sections.append((f"traffic of {name} ({self.capture_file})", end_of(text)))
         return [*sections, *(section for each in self.programs for section in each.sections())]
 
+    def state_now(self) -> list[tuple[str, str]]:
+        """Title and text for such a report, too: time, boards and faults as they are now."""
+        return [(f"{self.info.get('bench', 'live')} now, by hil status", self.hil("status").strip("\n"))]
+
 
 def end_of(text: str) -> str:
     """The last lines of a text."""

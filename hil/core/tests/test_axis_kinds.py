@@ -136,7 +136,7 @@ WORDS = {*KINDS} | {
     if name not in (*MOTOR_PARAMETERS, ANGLE)
 }
 """Names of laws, and of the parameters and settable fields that only some kinds have."""
-OF_THE_KIT = {"control.py", "faces.py", "plugin.py"}
+OF_THE_KIT = {"control.py", "faces.py", "live_axes.py", "plugin.py"}
 """Modules of the test kit that name a board or a register for those who test one."""
 MODULES = {f"hil.core.kinds.{law}" for law in KINDS}
 

@@ -24,6 +24,7 @@ def explain(
     for bench in benches:
         sections += _tried(bench.config.bench, partial(bench_sections, bench))
     for served in live:
+        sections += _tried("a live bench", served.state_now)
         sections += _tried("a live bench", served.report)
     if artifacts:
         sections += _tried(

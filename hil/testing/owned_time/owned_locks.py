@@ -38,7 +38,7 @@ def lock_classes(turns: Turns) -> tuple[type[Any], type[Any]]:
             if not blocking or timeout == 0:
                 turns.look()
             else:
-                turns.wait(self._is_free, until_ns(turns, timeout), self._what())
+                turns.wait(self._is_free, until_ns(turns, timeout), self._what(timeout))
             if self._count:
                 return False
             self._take()
@@ -50,8 +50,11 @@ def lock_classes(turns: Turns) -> tuple[type[Any], type[Any]]:
         def _is_free(self) -> bool:
             return self._count == 0
 
-        def _what(self) -> str:
-            return f"a lock that {self._owner.name} has" if self._owner else "a lock"
+        def _what(self, timeout_s: float) -> str:
+            at_most = "" if timeout_s < 0 else f", for at most {timeout_s:g} s"
+            if self._owner is turns.mine:  # so threading waits
+                return f"an event, a condition, a queue or a lock of its own{at_most}"
+            return f"a lock that {self._owner.name} has{at_most}" if self._owner else f"a lock{at_most}"
 
         def release(self) -> None:
             if self._count == 0:

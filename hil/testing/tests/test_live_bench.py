@@ -140,6 +140,8 @@ def test_reports_of_tests_that_fail(tmp_path: Path) -> None:
     said = done.stdout
     assert "4 failed" in said, said + done.stderr
     assert said.count("hil serve t (") == 3
+    assert said.count("t now, by hil status") == 3
+    assert said.count("simulated ") == 3
     assert "s1 client -> board 'v\\r'" in said
     assert "no_such" in said
     assert "E       hil.testing.given.NoSuchName: there is no port 's2'" in said
