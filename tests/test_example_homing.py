@@ -19,6 +19,8 @@ EXAMPLE = Path(__file__).parents[1] / "examples" / "homing"
 README = (EXAMPLE / "README.md").read_text()
 SWITCH_DEG = -180
 MARKED = re.compile(r"^( *)```python\n(.*?)^ *```", re.M | re.S)
+KNOWN_AS = {"pytest": "pytest", "robot": "robot slide.robot"}
+"""Commands of the README by the program that a job runs."""
 Run = Callable[..., str]
 
 
@@ -87,22 +89,10 @@ def test_in_memory_and_with_the_test_of_a_new_failure(run: Run, tmp_path: Path) 
 
 
 @pytest.mark.long
-def test_at_a_daemon(run: Run) -> None:
-    assert told("pytest --hil=live") in run("pytest", "-q", "-p", "no:cacheprovider", "--hil=live")
-
-
-@pytest.mark.long
 def test_at_the_slide(run: Run, slide: Path) -> None:
     said = run("pytest", "-q", "-p", "no:cacheprovider", f"--hil={slide}")
     assert "3 passed, 1 skipped" in said, said
     assert f"hil: 1 test skipped at --hil={slide}:\n  1: kind=real: s1 is real, and hil cannot" in said
-
-
-@pytest.mark.parametrize("kind", ["virtual", pytest.param("live", marks=pytest.mark.long)])
-def test_the_suite_of_robot_framework(run: Run, kind: str) -> None:
-    pytest.importorskip("robot", reason="Robot Framework is not installed")
-    said = run("robot", "--variable", f"KIND:{kind}", "slide.robot")
-    assert told("robot slide.robot") in said, said
 
 
 @pytest.mark.long
@@ -120,5 +110,4 @@ def test_its_ci(run: Run, job: str) -> None:
     assert install.startswith("pip install ")
     for line in lines:
         said = run(*line.replace("1000", "3").split())
-        assert re.search(r"\b[1-9]\d* passed", said), said
-        assert not re.search(r"\b[1-9]\d* failed", said), said
+        assert (told(KNOWN_AS[line.split()[0]]) if job != "night" else "12 passed") in said, said
