@@ -5,7 +5,6 @@ import os
 import socket
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ from hil.sim.inputs import Logged
 from hil.testing.given import GivenConfig, as_json, path_of
 from hil.testing.input_lines import as_lines
 from hil.testing.kept_inputs import KeptInputs
+from hil.testing.program_output import ProgramOutput
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
 USUAL_LIMIT_MS = 600_000
@@ -44,20 +44,19 @@ class ProgramBeside:
         options: Mapping[str, Any],
     ) -> None:
         self._inputs, self._now_ns, self._run_until = inputs, now_ns, run_until
-        self._said: tuple[str, str] | None = None
         self.returncode: int | None = None
         """Its exit code once it has ended."""
         self.waits = ""
         """Waits of its threads when it stopped last, for people."""
         program = _program([os.fspath(word) for word in words])
         ours, theirs = socket.socketpair()
-        self._out, self._err = tempfile.TemporaryFile(), tempfile.TemporaryFile()  # noqa: SIM115 - until close
+        self._output = ProgramOutput()
         with theirs:
             self._process = subprocess.Popen(
                 _command(program, mapped, theirs.fileno()),
                 stdin=subprocess.DEVNULL,
-                stdout=self._out,
-                stderr=self._err,
+                stdout=self._output.out,
+                stderr=self._output.err,
                 pass_fds=[theirs.fileno()],
                 **options,
             )
@@ -82,12 +81,12 @@ class ProgramBeside:
     @property
     def stdout(self) -> str:
         """Its output so far."""
-        return self._said[0] if self._said else text_so_far(self._out)
+        return self._output.stdout
 
     @property
     def stderr(self) -> str:
         """Its error output so far."""
-        return self._said[1] if self._said else text_so_far(self._err)
+        return self._output.stderr
 
     def sections(self) -> Iterator[tuple[str, str]]:
         """Title and text for the report of a test that fails: what it waits for, and what it has said."""
@@ -125,8 +124,7 @@ class ProgramBeside:
         if self.is_running:
             self._process.kill()
             self._end()
-        self._said = self.stdout, self.stderr
-        for each in (self._from, self._to, self._connection, self._out, self._err):
+        for each in (self._from, self._to, self._connection, self._output):
             each.close()
 
     def _say(self, what: Mapping[str, Any]) -> None:
@@ -176,9 +174,3 @@ def _given(config: GivenConfig) -> str:
     if path := path_of(config):
         return str(path.absolute())
     return as_json(config) if isinstance(config, Mapping) else str(config)
-
-
-def text_so_far(file: Any) -> str:
-    """Text in a file that another process writes."""
-    data: bytes = os.pread(file.fileno(), os.fstat(file.fileno()).st_size, 0)
-    return data.decode(errors="replace")

@@ -3,13 +3,13 @@
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hil.host.python_program import find_program, is_python
-from hil.testing.program_beside import NO_WORDS, USUAL_LIMIT_MS, ProgramRunsOn, text_so_far
+from hil.testing.program_beside import NO_WORDS, USUAL_LIMIT_MS, ProgramRunsOn
+from hil.testing.program_output import ProgramOutput
 
 END_S = 5.0
 """Maximum time for a program to end in after SIGTERM."""
@@ -33,12 +33,11 @@ class ServedProgram:
         options: Mapping[str, Any],
     ) -> None:
         self._speed = speed
-        self._said: tuple[str, str] | None = None
         paths = {**ports, **{name: ports[port] for name, port in mapped.items()}}
         command = [paths.get(word, word) for word in _command([os.fspath(word) for word in words])]
-        self._out, self._err = tempfile.TemporaryFile(), tempfile.TemporaryFile()  # noqa: SIM115 - until close
+        self._output = ProgramOutput()
         self._process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=self._out, stderr=self._err, **options
+            command, stdin=subprocess.DEVNULL, stdout=self._output.out, stderr=self._output.err, **options
         )
 
     @property
@@ -54,12 +53,12 @@ class ServedProgram:
     @property
     def stdout(self) -> str:
         """Its output so far."""
-        return self._said[0] if self._said else text_so_far(self._out)
+        return self._output.stdout
 
     @property
     def stderr(self) -> str:
         """Its error output so far."""
-        return self._said[1] if self._said else text_so_far(self._err)
+        return self._output.stderr
 
     def sections(self) -> Iterator[tuple[str, str]]:
         """Title and text for the report of a test that fails: what it has said."""
@@ -88,9 +87,7 @@ class ServedProgram:
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
-        self._said = self.stdout, self.stderr
-        self._out.close()
-        self._err.close()
+        self._output.close()
 
 
 def _command(words: list[str]) -> list[str]:

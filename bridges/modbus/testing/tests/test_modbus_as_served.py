@@ -111,7 +111,7 @@ def test_any_requests_are_answered_as_at_the_served_door(requests: list[tuple[An
 
 @pytest.mark.long
 def test_a_live_bench_says_the_same(live_bench: Any) -> None:
-    """What time does not change: identification, presets, all exceptions."""
+    """Answers that time does not change: identification, presets, all exceptions."""
     options = {"bridges": {"modbus": CONFIG["bridges"]["modbus"] | {"listen": "127.0.0.1:0"}}}
     live = live_bench(CONFIG | options)
     host, _, port = live.ask("status")["bridges"]["modbus"]["listen"][0].rpartition(":")

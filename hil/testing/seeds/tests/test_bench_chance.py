@@ -22,7 +22,7 @@ NOISY = {"profile": "mechaduino", "plant": "full", "axis": {"encoder_noise_count
 
 
 def heard(seed: int) -> bytes:
-    """What a tap hears of babble under noise, and a board sends with bits inverted."""
+    """Bytes that a tap hears of babble under noise, and that a board sends with bits inverted."""
     with Bench(LINE, seed) as bench:
         bench.fault("byte_flip", "s1", rate=0.02)
         bench.fault("node_babble", "s2.network", every_ms=50)
