@@ -9,23 +9,29 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(if $(PYTHONDONTWRITEBYTECODE),$(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES),:)
 
-.PHONY: demo abi test test-quick test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint reference keywords deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint reference keywords deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
 
 test: $(VENV)/.dev
-	@echo "All tests: about 8 minutes on two cores. \`make test-quick\` has a part of them: a minute."
+	@echo "The tests: ten minutes on two cores. \`make test-quick\` has a part of them: a minute."
 	@$(BYTECODE)
 	@$(MAKE) --no-print-directory test-native
-	@$(SIDE_BY_SIDE) -n 5  # more workers than CPUs: most tests wait
+	@$(SIDE_BY_SIDE) -n 5 -m "not thorough"  # more workers than CPUs: most tests wait
+
+# The longer ones, which make no part of the others: a quarter of an hour on two cores.
+test-thorough: $(VENV)/.dev
+	@$(BYTECODE)
+	@$(SIDE_BY_SIDE) -n 4 -m thorough
 
 # Those beside the code, without those that are marked as long.
 test-quick: $(VENV)/.dev
 	@echo "The quick tests: about a minute on two cores."
-	@$(SIDE_BY_SIDE) -n $$(nproc) -m "not long" $(TREES)
+	@$(SIDE_BY_SIDE) -n $$(nproc) -m "not long and not thorough" $(TREES)
 
-SIDE_BY_SIDE = $(BIN)/python -m pytest -q --dist loadfile --no-loadscope-reorder
+# Each worker imports all tests, which pytest rewrites first: what the first has made of them, the others read.
+SIDE_BY_SIDE = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -q --dist loadfile --no-loadscope-reorder
 
 # The page of the web door, built into the door's folder: commit what it writes. Needs Node 20.
 web: web/node_modules
@@ -153,8 +159,9 @@ kills: $(VENV)/.dev
 	HIL_KILLS=200 $(BIN)/python -m pytest -q -s tests/test_e2e_memory.py -k kills
 
 # Ten million damaged streams of packets, as many Modbus requests and a tenth of it on a line (20 minutes), as many frames at a CANopen node (3 minutes), a million random dialogues with the SAC, 10,000 series of commands against the model of its motion,
-# 100,000 requests at the control socket, 100,000 damaged logs and programs in G-code, a million dialogues with the Uno, 100,000 operations at a port in memory and at a pty: two and a half hours.
-# The suite has a hundredth of it; FUZZ_SEED=n for other dialogues.
+# 100,000 requests at the control socket, 100,000 damaged logs and programs in G-code, a million dialogues with the Uno, 100,000 operations at a port in memory and at a pty,
+# 250 benches with overlapping faults, a million programs for the ATmega328P beside simavr: two and a half hours.
+# The suite has from a hundredth to a thousandth of it; FUZZ_SEED=n for other dialogues.
 fuzz: $(VENV)/.dev
 	HIL_FUZZ=10000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/sac/tests/test_packet.py -k fuzz
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q bridges/modbus/protocol/tests/test_modbus_rtu.py -k fuzz
@@ -176,6 +183,8 @@ fuzz: $(VENV)/.dev
 	HIL_FUZZ=100000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q hil/gcode
 	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q device_profiles/uno -k fuzz
 	HIL_FUZZ=100000 $(BIN)/python -m pytest -q hil/testing/serial_ports/tests/test_serial_equals_pty.py
+	HIL_FUZZ=250 $(BIN)/python -m pytest -q hil/testing/tests/test_faults_overlap.py
+	HIL_FUZZ=1000000 HIL_FUZZ_SEED=$(or $(FUZZ_SEED),2) $(BIN)/python -m pytest -q -s -rs hil/core/tests/test_avr_beside_simavr.py
 
 # Figures with their references from the same run, and one table of all; docs/benchmarks.md explains them.
 # BENCH=--quick is shorter. Ends with 1 if a goal is missed by more than the noise. bench-docs writes the table.

@@ -21,6 +21,11 @@ with suppress(ImportError):
     BenchRuntime.check_input = staticmethod(assert_taken_back)
     os.environ["HIL_CHECK_INPUTS"] = "1"  # for daemons
 
+with suppress(ImportError):
+    from hil.host import process
+
+    process.POLITE = 0  # `hil export` runs in this process, too, and would slow down all that comes later
+
 END_TO_END = "test_e2e_"
 END_TO_END_SHARE = 0.75
 """Share of a test run within which all end-to-end files begin: the last minutes have short files only."""

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from setuptools.command.sdist import sdist
 from setuptools.errors import FileError
 
 NATIVE = "hil/core/native"
+CHIPS = f"{NATIVE}/mcu"
+"""Processors: part of the core, and alone in an extension of their own."""
 PLANNER = [f"{NATIVE}/motion/{name}.c" for name in ("course", "shape", "spline", "trajectory")]
 LINES = "hil.host.libhil_lines"
 """Library that is loaded into other programs, and no module of Python: its file has no tag of a Python."""
@@ -32,7 +34,12 @@ CORE_FLAGS = (
     "-pthread",
 )
 """Compiler flags of the native core, beside those of Python's own build; benchmarks use them, too."""
-BINDINGS = ("hil/core/_native.c", "hil/core/_trajectory.c", "bridges/can/bus/_bit_wire.c")
+BINDINGS = (
+    "hil/core/_native.c",
+    "hil/core/_trajectory.c",
+    "hil/core/_processor.c",
+    "bridges/can/bus/_bit_wire.c",
+)
 """Generated C that only calls other C. -O3 takes twice as long to compile it as -O1, and makes no call
 shorter; nor is other generated C faster than with -O2."""
 
@@ -109,6 +116,8 @@ class BuildOnAllCpus(build_ext):
         for extension in self.extensions:
             extension.extra_compile_args.append("-g1")  # lines for debuggers; -g takes twice as long
         compile_one_by_one, progress = self.compiler.compile, Progress(self.extensions)
+        begun: dict[str, Future[list[str]]] = {}  # a source of two extensions is compiled once
+        begins = threading.Lock()
         with ThreadPoolExecutor(cpus) as pool:
 
             def compile(sources: list[str], **options: Any) -> list[str]:
@@ -121,9 +130,11 @@ class BuildOnAllCpus(build_ext):
                     return list(made)
 
                 # The longest first: the last of them would be waited for alone.
-                by_size = sorted(sources, key=lambda source: -os.path.getsize(source))
-                made = dict(zip(by_size, pool.map(one, by_size), strict=True))
-                return [each for source in sources for each in made[source]]
+                with begins:
+                    for source in sorted(sources, key=lambda source: -os.path.getsize(source)):
+                        if source not in begun:
+                            begun[source] = pool.submit(one, source)
+                return [each for source in sources for each in begun[source].result()]
 
             self.compiler.compile = compile
             self.parallel = len(self.extensions)  # those wait; the pool has the work
@@ -173,6 +184,14 @@ setup(
             depends=["hil/core/hil_core.pxd", *headers(NATIVE)],
             include_dirs=["hil/core"],
             libraries=["m"],
+            extra_compile_args=list(CORE_FLAGS),
+            extra_link_args=["-pthread"],
+        ),
+        Extension(
+            "hil.core._processor",
+            ["hil/core/_processor.pyx", *native_sources(CHIPS)],
+            depends=headers(CHIPS),
+            include_dirs=["hil/core"],
             extra_compile_args=list(CORE_FLAGS),
             extra_link_args=["-pthread"],
         ),

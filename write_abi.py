@@ -111,7 +111,7 @@ def pxd() -> str:
     lines = [
         "# cython: language_level=3",
         f"# {SOURCE}",
-        "from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint32_t, uint64_t",
+        "from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint16_t, uint32_t, uint64_t",
         "",
         'cdef extern from "native/hil_core.h" nogil:',
         "    enum:",

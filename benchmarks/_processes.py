@@ -69,15 +69,21 @@ class Daemon:
             return bool(sockets and ask(sockets[0], "list"))
         return False
 
+    def missed_share(self) -> float:
+        """Share of the core's wakes that came too late so far."""
+        (control,) = self.folder.glob("run/*/control.sock")
+        status = ask(control, "status")
+        return status["missed"] / max(status["ticks"] + status["missed"], 1)
+
     def port(self, device: str, bench: str = "bench") -> str:
         """Path of a device's pseudo-terminal."""
         return str(self.folder / "run" / bench / device)
 
 
 @contextmanager
-def daemon(config: str, prefix: Sequence[str] = (), *, log: bool = False) -> Iterator[Daemon]:
-    """Run ``hil serve`` with this configuration for the block, which begins when everything serves. ``log``:
-    with an input log."""
+def daemon(config: str, prefix: Sequence[str] = (), *, is_recorded: bool = True) -> Iterator[Daemon]:
+    """Run ``hil serve`` with this configuration for the block, which begins when everything serves.
+    ``is_recorded``: as a user's run is."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "bench.yaml").write_text(config)
@@ -88,7 +94,7 @@ def daemon(config: str, prefix: Sequence[str] = (), *, log: bool = False) -> Ite
                     *prefix,
                     *(HIL, "serve", str(folder / "bench.yaml")),
                     *("--runtime-dir", str(folder / "run"), "--state-dir", str(folder / "state")),
-                    *(("--log", str(folder / "log")) if log else ()),
+                    *(() if is_recorded else ("--no-log",)),
                 ],
                 stdout=file,
                 stderr=file,

@@ -21,6 +21,7 @@ from hil.live.apply.bench_plan import plan_start
 from hil.live.configured import Configured
 from hil.live.core_thread import start_core
 from hil.live.folders import folders
+from hil.live.fork import Fork
 from hil.live.guard import BREADCRUMB, note_hung
 from hil.live.live_bench import LiveBench, Paths, make_live, make_runs
 from hil.live.refusals import Refused, StartError
@@ -55,15 +56,18 @@ class Daemon:
         runtime_base: Path,
         state_base: Path,
         input_log: Path | None = None,
+        is_recorded: bool = True,
         require_rt: bool = False,
         port_group: str | None = None,
         notifier: Notifier | None = None,
+        fork: Fork | None = None,
     ) -> None:
         self._configured = Configured(config, find_catalogue(path=config.profile_path))
         runtime, state = runtime_base / config.bench, state_base / config.bench
-        self._at = Paths(config_folder, config_file, runtime, state, input_log, port_group)
+        self._at = Paths(config_folder, config_file, runtime, state, input_log, port_group, is_recorded)
         self._require_rt = require_rt
         self._notifier = notifier or Notifier({}, 0)
+        self._fork = fork
         self._stop, self._hang_up = asyncio.Event(), asyncio.Event()
 
     async def run(self, started: Callable[[Serving], None]) -> None:
@@ -92,15 +96,24 @@ class Daemon:
         stack.callback(claimed.release)
         files = NvmStore(at.state)
         stack.push_async_callback(loop.run_in_executor, None, files.close)
-        plan = plan_start(config, at.folder, self._configured.catalogue, files)
-        live = make_live(stack, self._configured, plan, files, at, WATCH_IDLE_S)
+        fork, catalogue = self._fork, self._configured.catalogue
+        plan = (
+            fork.plan(config, catalogue, files) if fork else plan_start(config, at.folder, catalogue, files)
+        )
+        live = make_live(stack, self._configured, plan, files, at, WATCH_IDLE_S, fork)
         await live.apply.carry_out(plan)
+        if fork:
+            await live.go_through(fork)
         note_hung(at.state / BREADCRUMB, live.notes)
         clock, grant = start_core(stack, live.sim, config, require_rt=self._require_rt)
+        if live.recording.file:
+            live.recording.file.start(clock)
         live.vitals.start()
         runs = make_runs(stack, live, clock)
         is_service = bool(self._notifier)
-        desk = make_desk(live, runs, clock, grant, state_dir=at.state, is_service=is_service, stop=self.stop)
+        desk = make_desk(
+            stack, live, runs, clock, grant, state_dir=at.state, is_service=is_service, stop=self.stop
+        )
         stack.push_async_callback(live.bridges.close)
         await live.bridges.open(config.bridges, desk)
         server = ControlServer(desk, claimed)

@@ -324,6 +324,13 @@ class Place:
             until(lambda: LAST_WORDS in server.output or server.process.poll() is not None, "its words")
         return server
 
+    def fork(self, log: Path, *options: str, bench: str = "t-replay") -> Server:
+        """Start ``hil replay --serve``, and wait until it serves."""
+        command = [HIL, "replay", str(log), "--serve", *self.folders(), *options]
+        server = Server(self, command, bench)
+        self._servers.append(server)
+        return server.started()
+
     def script(self, source: str, *arguments: str, bench: str = "t", **popen: Any) -> Server:
         """Start a Python program instead of ``hil serve`` that says the same when it has started."""
         command = [sys.executable, str(self.write(source, "script.py")), *arguments]

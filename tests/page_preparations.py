@@ -1,10 +1,9 @@
-"""What a reader of the pages has before the commands below a heading: benches that run, files, patterns of
-what varies; and commands that somebody else has to end."""
+"""Preparations of pages: benches, files and varying patterns that stand before commands below a heading."""
 
 import os
 import re
 import shlex
-from collections.abc import Callable
+import shutil
 
 import can
 import pytest
@@ -13,16 +12,12 @@ from e2e_support import Client, free_port, until
 from e2e_support import ended as run_ended
 from markdown_blocks import ROOT, blocks
 from page_sessions import Session, captured, interrupted
+from page_tables import before, carries_out
 from pymodbus.client import ModbusSerialClient
 
 from device_profiles.sac.packet import encode
+from hil.testing import Bench
 
-Prepare = Callable[[Session], None]
-CarryOut = Callable[[Session, str], str]
-PREPARATIONS: dict[tuple[str, str], Prepare] = {}
-"""By page and heading."""
-CARRIED_OUT: dict[tuple[str, str], CarryOut] = {}
-"""By page and the command's beginning."""
 M1 = "m1: {profile: mechaduino, flash: {table: identity}}"
 NS = r"\d{7,}"
 """A time in nanoseconds."""
@@ -30,24 +25,65 @@ DEG = r"-?\d+\.\d+"
 DEMO = f"bench: demo\ndevices:\n  {M1}\n  s1: {{profile: sac}}\n"
 
 
-def page(name: str) -> str:
-    return f"docs/how-to/{name}.md"
+# ---- recordings ----
 
 
-def before(name: str, heading: str) -> Callable[[Prepare], Prepare]:
-    def enter(prepare: Prepare) -> Prepare:
-        PREPARATIONS[page(name), heading] = prepare
-        return prepare
+@before("recordings", "What there is")
+def _(session: Session) -> None:
+    base = session.folder / "home"
+    base.mkdir()
+    (base / "hil").symlink_to(session.place.state)
+    session.environment["XDG_STATE_HOME"] = str(base)
+    session.swaps["/home/ann/.local/state"] = str(base)
+    session.serve(f"bench: lab\ndevices:\n  {M1}\n", speed=5)
+    session.servers[-1].stop()
+    session.varies = (r"20\d\d-\d\d-\d\dT[\d-]+Z", r"20[\d :-]+ [A-Z]+", r"[\d.:]+s?", " +")
 
-    return enter
+
+@before("recordings", "Export")
+def _(session: Session) -> None:
+    m1 = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    config = {
+        "bench": "lab",
+        "devices": {"m1": m1, "s1": {"profile": "sac"}},
+        "segments": {"bus0": {"modbus": {"units": {"m1": 1}}, "baud": 19200, "taps": {"master": {}}}},
+        "wires": [{"from": "s1.clk", "to": "m1.step"}, {"from": "s1.dir", "to": "m1.dir"}],
+    }
+    with Bench(config) as bench, (session.folder / "run.log").open("w") as log:
+        bench.start()
+        for text in (b"y", b"x", b"r\r90\r"):
+            bench.port("m1").write(text)
+            bench.run(500)
+        bench.port("s1").write(b"m100v60\r")
+        bench.run(2000)
+        bench.tap("bus0.master").write(bytes.fromhex("01040000000131ca"))
+        bench.run(500)
+        bench.port("m1").write(b"n")
+        bench.run(500)
+        bench.inputs.write_to(log)
+    session.varies = ()
 
 
-def carries_out(name: str, command: str) -> Callable[[CarryOut], CarryOut]:
-    def enter(carry_out: CarryOut) -> CarryOut:
-        CARRIED_OUT[page(name), command] = carry_out
-        return carry_out
+# ---- a race ----
 
-    return enter
+
+@before("race", "The night")
+def _(session: Session) -> None:
+    shutil.copytree(ROOT / "examples/race", session.folder, dirs_exist_ok=True)
+    session.varies = (r" in \d+\.\d+s", r"[\d,]+ bytes")
+    assert (session.folder / "test_night.py").read_text() == session.text("test_night.py", "python")
+
+
+@carries_out("race", "hil replay night.hil --until 1:05:47 --serve")
+def _(session: Session, command: str) -> str:
+    said = session.beside(command)
+    until(lambda: "paused" in session.ended("hil status")[1], "the fork")
+    return said
+
+
+@carries_out("race", "hil capture bus0 -c 2 & sleep 1; hil resume")
+def _(session: Session, command: str) -> str:
+    return session.ended(command)[1]
 
 
 # ---- arduino ----

@@ -25,7 +25,7 @@ from typer.testing import CliRunner
 from hil.cli.framework.command_group import app
 
 _PROMPT = re.compile(r"^([$#]) (\S.*)$")
-_HIL = re.compile(r"(?:^|[|;&] *)hil (?!reference)([a-z-][^|;&>]*)")
+_HIL = re.compile(r"(?:^|[|;&] *)hil (?!reference)([a-z-](?:'[^']*'|[^|;&>'])*)")
 _ERROR = re.compile(r"^(?:hil: |\S+\.yaml:\d+:\d+: )", re.M)
 COLUMNS = "150"
 

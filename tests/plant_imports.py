@@ -1,7 +1,7 @@
-"""Run in a copy of the tree: plants modules, one at a time, and says what the contracts find then.
+"""Run in a copy of the tree: plants modules, and says what the contracts find then.
 
-Reads a JSON list of ``{path: text}`` from its input, and writes one list of problems for the tree as it is
-and one for each plant.
+Reads a JSON object of texts by path from its input, and writes one list of problems for the tree as it is and
+one for the tree with all plants.
 """
 
 import json
@@ -21,18 +21,11 @@ def problems() -> list[str]:
     ]
 
 
-def problems_with(files: dict[str, str]) -> list[str]:
-    made: list[Path] = []
+def plant(files: dict[str, str]) -> None:
     for name, text in files.items():
         path = Path(name)
-        made += [folder for folder in reversed(path.parents) if not folder.exists()]
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-        made.append(path)
-    found = problems()
-    for path in reversed(made):
-        path.unlink() if path.is_file() else path.rmdir()
-    return found
 
 
 if __name__ == "__main__":
@@ -40,6 +33,7 @@ if __name__ == "__main__":
     configure()
     if register := getattr(use_cases, "_register_contract_types", None):  # versions before 2.17
         register(read_user_options("pyproject.toml"))
-    plants = json.load(sys.stdin)
-    answer = json.dumps([problems(), *map(problems_with, plants)])
+    before = problems()
+    plant(json.load(sys.stdin))
+    answer = json.dumps([before, problems()])
     print(f"\n{answer}")

@@ -52,6 +52,7 @@ def table(folder, *arguments):
     return subprocess.run([sys.executable, "-c", code], cwd=BENCHMARKS, capture_output=True, text=True)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("ratio", "limit", "extra", "verdict"),
     [

@@ -81,6 +81,7 @@ def test_bad_input_is_said_with_its_place(using: Using, text: str, machine: str,
     using(use)
 
 
+@pytest.mark.thorough
 def test_only_so_much_is_planned(using: Using) -> None:
     async def use(ask: Asking) -> None:
         given = {"text": "G0 X1", "machine": "x" * (MACHINE_CHARACTERS + 1)}
@@ -133,6 +134,29 @@ def test_pieces_have_a_limit_together_and_the_last_drawing_is_kept_as_it_goes_ou
         assert last is again
         told = {"text": "G0 X1\nM2", "machine_text": MACHINE, "file": "a.ngc", "feed_percent": 100.0}
         assert json.loads(b"".join(last.parts)) == good | told
+
+    using(use)
+
+
+def test_a_drawing_and_its_run_are_known_by_digests(using: Using) -> None:
+    """By names they are not: two drawings of a machine have runs of one name."""
+
+    async def use(ask: Asking) -> None:
+        assert (await ask("status"))["drawing"] is None
+        await ask.until_ready("m1")
+        await ask.verb("m1", "enable")
+        one = await drawn(ask, "G21 G90\nG0 X1\nM2\n")
+        assert (await ask("status"))["drawing"] is None  # a viewer's is nobody else's
+        given = {"machine": MACHINE, "file": "a.ngc"}
+        same, other = [await ask("drawing", text=f"G21 G90\nG0 X{x}\nM2\n", **given) for x in (1, 2)]
+        assert same["digest"] == one["digest"] != other["digest"]
+        assert (await ask("status"))["drawing"] == other["digest"]
+        assert (await ask("drawing"))["digest"] == other["digest"]
+        progress = await ask("run", text=same["runs"][0]["text"], fresh=True)
+        assert progress["digest"] == same["runs"][0]["digest"] != other["runs"][0]["digest"]
+        assert [each["digest"] for each in await ask("runs")] == [progress["digest"]]
+        await ask("drawing", text="G99", **given)  # what has problems is no drawing
+        assert (await ask("status"))["drawing"] == other["digest"]
 
     using(use)
 

@@ -110,6 +110,7 @@ def test_problems_of_program_and_machine_are_told_together(tmp_path: Path) -> No
         draw_by_runs(bench, b"\xff\xfe", machine)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("pause_ms", [70, 150, 230, 300])
 def test_a_pause_in_the_first_rapid_moves_no_axis_off_its_path(pause_ms: int) -> None:
     """Servos overshoot at the end of their rapid, by the same with a pause and without."""

@@ -47,8 +47,8 @@ def test_a_log_has_the_keys_of_an_axis_with_nothing_in_them() -> None:
             )
         ),
         (
-            "  d1: {profile: easydriver}\n  u1: {profile: uno}\nwires: [{from: u1.D1, to: d1.step}]",
-            r"5:16: wires.0.from: u1 has no pin \"D1\"",
+            "  d1: {profile: easydriver}\n  u1: {profile: uno}\nwires: [{from: u1.D22, to: d1.step}]",
+            r"5:16: wires.0.from: u1 has no pin \"D22\"",
         ),
         (
             "  d1: {profile: easydriver}\n  u1: {profile: uno}\nwires: [{from: d1.step, to: u1.D2}]",

@@ -177,6 +177,7 @@ def test_a_session_of_the_ide(place: Place, tools: Tools, port: dict[str, Any]) 
     assert discovery.ended() == 0
 
 
+@pytest.mark.thorough
 def test_benches_come_and_go_and_one_is_stopped(place: Place, tools: Tools) -> None:
     discovery = tools.discovery()
     assert discovery.say("START")["message"] == "OK"
@@ -198,6 +199,7 @@ def test_benches_come_and_go_and_one_is_stopped(place: Place, tools: Tools) -> N
     assert discovery.ended() == 0
 
 
+@pytest.mark.thorough
 def test_the_ide_1_8_has_the_terminals_of_benches_that_come_and_go(place: Place, tools: Tools) -> None:
     discovery = tools.discovery_of_ide_1_8()
     assert discovery.say("START_SYNC") == {"eventType": "start_sync", "message": "OK"}

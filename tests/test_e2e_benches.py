@@ -69,6 +69,7 @@ def test_a_run_over_two_hosts_begins_at_one_time(hosts: Site) -> None:
     assert 0 < clock["clock_error_ns"] < 100_000_000
 
 
+@pytest.mark.thorough
 def test_phrases_waits_and_steppers_over_both(site: Site) -> None:
     mill, lathe = site.two(speed=5)
     steps = (
@@ -101,6 +102,7 @@ def test_phrases_waits_and_steppers_over_both(site: Site) -> None:
     assert (running.returncode, fits(cut.shown, said, *VARIES)) == (3, True), said
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("how", ["grace", "prejudice"])
 def test_cancelled_at_either_end(site: Site, how: str) -> None:
     mill, lathe = site.two()
@@ -115,6 +117,7 @@ def test_cancelled_at_either_end(site: Site, how: str) -> None:
             assert {axis["at_end"] for axis in progress["axes"].values()} == {"stands"}
 
 
+@pytest.mark.thorough
 def test_cancelled_while_it_begins(site: Site) -> None:
     mill, lathe = site.two()
     for n in range(10):
@@ -126,6 +129,7 @@ def test_cancelled_while_it_begins(site: Site) -> None:
     assert ended(mill, "then")["state"] == "done"
 
 
+@pytest.mark.thorough
 def test_an_axis_that_stalls_there_stops_all(site: Site) -> None:
     mill, lathe = site.two()
     rules = {"velocity_rpm": 60.0, "following_error_deg": 10.0}
@@ -139,6 +143,7 @@ def test_an_axis_that_stalls_there_stops_all(site: Site) -> None:
     assert progress["axes"]["m1"]["position_deg"] < 7200
 
 
+@pytest.mark.thorough
 def test_what_cannot_be_is_listed_before_anything_moves(site: Site) -> None:
     mill, lathe = site.two(speed=2)
     fast = site.serve("third", speed=3)
@@ -179,6 +184,7 @@ def test_what_cannot_be_is_listed_before_anything_moves(site: Site) -> None:
     assert "axes.'lathe/m1': its control loop is off" in submit(mill, run("s", FAR))["problems"]
 
 
+@pytest.mark.thorough
 def test_users_are_asked_for_at_the_other_bench_too(site: Site) -> None:
     def users(name: str, *lines: str) -> str:
         path: Path = site.place.write("".join(f"{line}\n" for line in lines), name)
@@ -197,6 +203,7 @@ def test_users_are_asked_for_at_the_other_bench_too(site: Site) -> None:
     until(lambda: "signature is wrong" in str(submit(mill, run("s", FAR)).get("problems")), "the refusal")
 
 
+@pytest.mark.thorough
 def test_prejudice_after_grace_reaches_the_other_bench(site: Site) -> None:
     mill, lathe = site.two()
     slow = {"velocity_rpm": 60.0, "acceleration_rpm_per_s": 10.0}

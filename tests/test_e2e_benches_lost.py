@@ -26,6 +26,7 @@ from e2e_support import ended, free_port, until
 from hil.client import CommandError, connect_sync
 
 
+@pytest.mark.thorough
 def test_a_host_whose_wire_is_cut_is_told_of_and_both_sides_stop(hosts: Site) -> None:
     mill, lathe = hosts.two()
     wire = ("-n", hosts.prefixes["router"][-1], "link", "set", "rlathe")
@@ -51,6 +52,7 @@ def test_a_host_whose_wire_is_cut_is_told_of_and_both_sides_stop(hosts: Site) ->
     until(lambda: "problems" not in submit(mill, again), "the wire")
 
 
+@pytest.mark.thorough
 def test_a_router_that_goes_in_the_middle_stops_both_and_comes_back(site: Site) -> None:
     mill, lathe = site.two()
     submit(mill, run("r", FAR))
@@ -69,6 +71,7 @@ def test_a_router_that_goes_in_the_middle_stops_both_and_comes_back(site: Site) 
     assert ended(lathe, "t")["state"] == "cancelled"
 
 
+@pytest.mark.thorough
 def test_a_leader_that_is_killed_leaves_no_axis_moving(site: Site) -> None:
     mill, lathe = site.two()
     submit(mill, run("r", FAR))
@@ -79,6 +82,7 @@ def test_a_leader_that_is_killed_leaves_no_axis_moving(site: Site) -> None:
     assert progress["axes"]["lathe/m1"]["at_end"] == "stands"
 
 
+@pytest.mark.thorough
 def test_a_bench_that_stood_still_does_not_move_on(site: Site) -> None:
     mill, lathe = site.two()
     submit(mill, run("r", FAR))
@@ -93,6 +97,7 @@ def test_a_bench_that_stood_still_does_not_move_on(site: Site) -> None:
     assert abs(lathe.status("m1")["snapshot"]["yw"] - place_deg) < 1
 
 
+@pytest.mark.thorough
 def test_what_is_no_part_of_a_run_does_no_harm(site: Site) -> None:
     mill, lathe = site.two()
     text = run("r", FAR)
@@ -121,6 +126,7 @@ def test_what_is_no_part_of_a_run_does_no_harm(site: Site) -> None:
     assert lathe.status("m1")["failed"] is None
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("delay_s", "why"), [(0.06, "is known to"), (0.2, "did not answer")])
 def test_a_network_that_is_too_slow_moves_nothing(site: Site, delay_s: float, why: str) -> None:
     near = site.addresses["mill"]

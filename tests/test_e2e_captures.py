@@ -118,6 +118,7 @@ def test_packets_without_crc_in_a_capture(place: Place, server: Any) -> None:
     assert server.ask("segments")[0]["errors"] == {}
 
 
+@pytest.mark.thorough
 def test_a_capture_that_is_cut_off_is_read_up_to_there(place: Place, server: Any) -> None:
     with Captured(place, server) as captured:
         talk(place)

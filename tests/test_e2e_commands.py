@@ -16,6 +16,8 @@ import pytest
 import yaml
 from e2e_support import HIL, PATIENCE_S, Place, config, until
 
+from hil.sim.log_checks import without_checks
+
 COMMANDS = (
     *("serve", "check", "schema", "list", "status", "monitor", "reset", "pin", "set", "replay"),
     *("plot", "step", "drive", "doctor", "zero"),
@@ -368,7 +370,9 @@ def test_replay_of_a_run(place: Place) -> None:
     assert re.fullmatch(r"identical: \d+ inputs, \d+ bytes in \d+ pieces, \d+ states of axes\n", text)
 
     changed = log.read_text().replace(b"12.50".hex(), b"12.51".hex(), 1)
-    other = place.write(changed, "other.log")
+    damaged = place.write(changed, "damaged.log")
+    assert "its checksum is that of other lines" in place.cli("replay", str(damaged), code=2)
+    other = place.write("".join(without_checks(changed)), "other.log")
     said = place.cli("replay", str(other), code=1)
     assert re.search(r"^different: m[12], piece \d+: logged b'.*12\.51.*' at \d+ ns.*, now b'.*12\.50", said)
     assert len(said) < 400

@@ -29,6 +29,7 @@ def sac(place: Place, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=3 * PATIENCE_S)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("port", ["pty", "tcp"])
 def test_a_queue_goes_to_a_twin_and_comes_back(place: Place, queue: Path, port: str) -> None:
     server = place.serve(config(speed=5, devices={"s1": SAC | {"port": port}}))

@@ -252,6 +252,7 @@ def test_memories_that_a_start_would_not_take(place: Place) -> None:
 # ---- 10: the daemon itself ----
 
 
+@pytest.mark.thorough
 def test_a_daemon_that_is_gone_or_hangs(place: Place) -> None:
     server = place.serve(config())
     assert doctor(place)["bench t"]["verdict"] == "ok"

@@ -54,6 +54,7 @@ def test_a_bench_goes_on_until_it_is_stopped(command: Command, tmp_path: Path) -
     assert none.stderr.startswith("hil: no bench is running here")
 
 
+@pytest.mark.thorough
 def test_the_report_for_programs_has_the_log(command: Command, tmp_path: Path) -> None:
     report = json.loads(command("--json", "serve", "--detach", "bench.yaml").stdout)
     assert report["ports"] == {"m1": f"{tmp_path}/run/hil/desk/m1"}
@@ -62,6 +63,7 @@ def test_the_report_for_programs_has_the_log(command: Command, tmp_path: Path) -
     assert not Path(report["control"]).exists()
 
 
+@pytest.mark.thorough
 def test_a_second_one_is_refused_and_leaves_the_first_ones_log(command: Command, tmp_path: Path) -> None:
     pid = json.loads(command("serve", "--json", "--detach", "bench.yaml").stdout)["pid"]
     second = command("serve", "--detach", "bench.yaml")
@@ -88,6 +90,7 @@ def test_one_that_does_not_start_says_why(
     assert not [*(tmp_path / "state").glob("hil/desk/serve.log*")]
 
 
+@pytest.mark.thorough
 def test_ctrl_c_while_it_starts_leaves_nothing(command: Command, tmp_path: Path) -> None:
     slow = ONE + "speed: 0.01\n"
     (tmp_path / "slow.yaml").write_text(slow)

@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import json
 import re
 import sys
 from pathlib import Path
@@ -57,6 +58,30 @@ def test_step_plot_and_drive(place: Place, tmp_path: Path) -> None:
     until(lambda: server.ask("status")["devices"][0]["failed"] is None, "the device")
 
 
+def test_what_swings_is_drawn_as_it_is(place: Place, tmp_path: Path) -> None:
+    """A coil current of 50 Hz, whose size samples of a millisecond miss, too."""
+    place.serve(config(speed=2)).ready()
+    place.hil("axis", "m1", "enable")
+    place.hil("axis", "m1", "velocity", "60")
+    place.hil("axis", "m1", "velocity", "60")  # it turns
+    file = tmp_path / "swings.csv"
+    text = place.hil("plot", "m1", "--signals", "current_a_A", "--seconds", "2", "-o", str(file))
+    assert text.splitlines()[-1] == "min/max of each 1 ms"
+    head, *lines = file.read_text().splitlines()
+    assert head == "at_ns,current_a_A,sampling"
+    assert {line.rpartition(",")[2] for line in lines} == {"min/max of each 1 ms"}
+    rows = [(float(at_ns), float(value)) for at_ns, value, _ in (line.split(",") for line in lines)]
+    last_s = [at_ns / 1e9 for at_ns, _ in rows if at_ns >= rows[-1][0] - 1e9]
+    assert len(last_s) == pytest.approx(2000, abs=4)
+    ups = [later[0] for row, later in itertools.pairwise(rows[-2000:]) if row[1] < 0 <= later[1]]
+    assert (len(ups) - 1) / (ups[-1] - ups[0]) * 1e9 == pytest.approx(50, rel=0.03)
+
+    said = place.cli("plot", "m1", "--signals", "e", "--seconds", "0.05", "--interval", "5", "--json")
+    answer = json.loads(said[said.index("{") :])
+    assert (answer["interval_ns"], answer["points"]) == (5_000_000, 1)
+    assert {round(after[0] - row[0]) for row, after in itertools.pairwise(answer["rows"])} == {5_000_000}
+
+
 def test_a_step_into_a_pulse_train_is_no_success(place: Place) -> None:
     place.serve(config(speed=2)).ready()
     place.hil("axis", "m1", "enable")
@@ -103,7 +128,6 @@ def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_moves(
 def test_the_control_socket_refuses_bad_trains_and_watches(place: Place) -> None:
     server = place.serve(config()).ready()
     control = server.control
-    import json
     import socket
 
     def ask(**request: object) -> dict[str, object]:

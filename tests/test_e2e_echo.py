@@ -43,6 +43,7 @@ def echo(place: Place, server: Server, name: str = "") -> dict[str, Any]:
     return told
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("of_line", [{}, {"echo": True}])
 def test_a_door_answers_each_request_once(place: Place, line: EchoingLine, of_line: dict[str, Any]) -> None:
     server = door(place, {"m1": {}}, **of_line).ready()
@@ -82,6 +83,7 @@ def segment(place: Place, baud: int, nodes: dict[str, Any], **of_tap: Any) -> di
     return {"bus0": {**nodes, "baud": baud, "taps": {"master": {}, "line": {"port": port, **of_tap}}}}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("of_tap", [{}, {"echo": True}])
 def test_nodes_at_a_real_line_answer(place: Place, line: EchoingLine, of_tap: dict[str, Any]) -> None:
     wire = segment(place, BAUD, {"modbus": {"units": {"m1": 1}}}, **of_tap)

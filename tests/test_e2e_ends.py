@@ -173,6 +173,7 @@ def bench() -> Iterator[Bench]:
         yield Bench(place, stack)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("begin", WHATEVER, ids=lambda begin: begin.__name__)
 def test_sigterm_ends_it_soon_whatever_runs(bench: Bench, begin: Callable[[Bench], None]) -> None:
     begin(bench)

@@ -101,6 +101,7 @@ def two_computers() -> Iterator[tuple[str, str]]:
             subprocess.run(["ip", "netns", "del", name], check=False, capture_output=True)
 
 
+@pytest.mark.thorough
 @needs_root
 def test_clients_whose_computer_vanishes(place: Place, two_computers: tuple[str, str]) -> None:
     """Let go of clients that said nothing, that wait for an answer, and that do not read."""

@@ -151,6 +151,7 @@ def rights(made: Setting, user: str) -> list[str]:
 MAY = {"vera": [], "otto": ["enable", "pKp"], "anna": ["enable", "pKp", "fault"]}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("way", WAYS)
 def test_roles_runs_and_restarts_behind_a_router(place: Place, way: str) -> None:
     with setting(place, **WAYS[way]) as made:
@@ -193,6 +194,7 @@ def test_roles_runs_and_restarts_behind_a_router(place: Place, way: str) -> None
             assert other.axis("m1").enable().effective_at_ns
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("way", ["users", "tls"])
 def test_a_viewer_behind_a_router_cannot_speak_for_a_bench(place: Place, way: str) -> None:
     with setting(place, **WAYS[way]) as made:
@@ -235,6 +237,7 @@ def test_a_viewer_behind_a_router_cannot_speak_for_a_bench(place: Place, way: st
             session.close()  # type: ignore[no-untyped-call]
 
 
+@pytest.mark.thorough
 def test_strangers_and_benches_that_are_not_in_the_file_are_kept_out(place: Place) -> None:
     with setting(place, **WAYS["users"]) as made:
         with pytest.raises(ClientError, match="are user and password right"):
@@ -245,6 +248,7 @@ def test_strangers_and_benches_that_are_not_in_the_file_are_kept_out(place: Plac
         assert saw.ask("status")["bridges"]["zenoh"]["links"] == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("way", ["nobody-asked", "tls"])
 def test_the_second_bench_of_a_name_stands_aside_until_the_first_has_gone(place: Place, way: str) -> None:
     with setting(place, **WAYS[way]) as made, Place() as elsewhere:

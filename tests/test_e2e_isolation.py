@@ -85,6 +85,7 @@ def typed(server: Server, client: Client, data: bytes) -> None:
     until(lambda: server.status("m1")["rx_bytes"] == come, "what was typed")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("port", [{"port": "pty"}, {"port": {"kind": "tcp"}}], ids=["pty", "tcp"])
 def test_a_broken_firmware_stops_its_device_alone(place: Place, port: dict[str, object]) -> None:
     path = place.write(config(speed=20, devices={"m1": port, "m2": {}}))

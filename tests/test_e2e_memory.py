@@ -67,6 +67,7 @@ def answers() -> list[bytes]:
     return found
 
 
+@pytest.mark.thorough
 def test_a_calibration_survives_a_restart(place: Place, answers: list[bytes]) -> None:
     server = place.serve(stored()).ready()
     with server.client() as client:
@@ -105,6 +106,7 @@ def last_dot(client: Client) -> None:
     client.read_until(b"\r\n90% ...................")
 
 
+@pytest.mark.thorough
 def test_kills_around_the_flash_write(place: Place, answers: list[bytes]) -> None:
     """The next start finds the old table or the new one, entirely, whatever was going on; the new one if the
     board had said that it was written."""
@@ -135,6 +137,7 @@ def test_kills_around_the_flash_write(place: Place, answers: list[bytes]) -> Non
     assert leftovers == []
 
 
+@pytest.mark.thorough
 def test_a_stop_in_the_middle_of_the_flash_write(place: Place, answers: list[bytes]) -> None:
     """SIGTERM waits for the write, and its answer is in the log."""
     chance = random.Random(2)
@@ -149,6 +152,7 @@ def test_a_stop_in_the_middle_of_the_flash_write(place: Place, answers: list[byt
         assert [path.name for path in (place.state / "t").iterdir()] in (["m1.nvm"], [])
 
 
+@pytest.mark.thorough
 def test_a_damaged_file_is_kept_aside(place: Place) -> None:
     folder = place.state / "t"
     server = place.serve(stored())
@@ -190,6 +194,7 @@ def with_checksum(head: bytes, body: bytes) -> bytes:
     return head + struct.pack("<I", zlib.crc32(body, zlib.crc32(head))) + body
 
 
+@pytest.mark.thorough
 def test_a_file_of_version_1_is_migrated(place: Place, answers: list[bytes]) -> None:
     folder = place.state / "t"
     server = place.serve(stored())

@@ -47,6 +47,7 @@ def master(place: Place) -> Iterator[ModbusSerialClient]:
         yield client
 
 
+@pytest.mark.thorough
 def test_pymodbus_moves_an_axis(server: Server, master: ModbusSerialClient) -> None:
     assert master.read_input_registers(0, count=1, device_id=2).registers == VERSION
     # pymodbus takes the last byte for the run state: masters differ in where a text may be.
@@ -94,6 +95,7 @@ def test_status_and_faults_know_nodes(place: Place, server: Server, master: Modb
     assert "modbus_late: answers come late" in place.cli("fault", "kinds")
 
 
+@pytest.mark.thorough
 @needs_tshark
 def test_a_capture_in_words_and_in_tshark(place: Place, server: Server, master: ModbusSerialClient) -> None:
     paths = {source: place.folder / f"{source}.pcapng" for source in ("bus0", "m1.modbus")}

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
 from e2e_support import HIL, PATIENCE_S, Client, Place, config, until
 
 from device_profiles.sac.packet import encode
@@ -22,6 +23,7 @@ def foreign(place: Place, *arguments: str) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.thorough
 def test_a_foreign_master_is_answered(place: Place) -> None:
     server = place.serve(ONE)
     with server.client("s1") as terminal:

@@ -114,6 +114,7 @@ def over(*ways: str) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("pair", ways, indirect=True)
 
 
+@pytest.mark.thorough
 @over("slcan", "slcan_pty", "udp_multicast")
 def test_drives_move_by_verbs_and_in_a_run_beside_a_twin(pair: CanPair) -> None:
     place = pair.place
@@ -145,6 +146,7 @@ def test_drives_move_by_verbs_and_in_a_run_beside_a_twin(pair: CanPair) -> None:
     assert "x: there, read" in place.cli("status", "-b", "r")
 
 
+@pytest.mark.thorough
 @over("slcan", "udp_multicast")
 def test_a_run_fails_when_its_drive_is_lost_and_nothing_is_sent_afterwards(pair: CanPair) -> None:
     pair.enabled()
@@ -165,6 +167,7 @@ def test_a_run_fails_when_its_drive_is_lost_and_nothing_is_sent_afterwards(pair:
     assert (snapshot["loop_on"], snapshot["following"]) == (0, 0)
 
 
+@pytest.mark.thorough
 @over("slcan_pty")
 def test_faults_and_stops_at_the_drive_fail_the_run_and_are_told(pair: CanPair) -> None:
     pair.enabled()
@@ -186,6 +189,7 @@ def test_faults_and_stops_at_the_drive_fail_the_run_and_are_told(pair: CanPair) 
     assert pair.far.status("d9")["snapshot"]["loop_on"] == 1
 
 
+@pytest.mark.thorough
 @over("slcan")
 def test_a_reload_exchanges_the_drive_that_changed_and_not_the_other(pair: CanPair) -> None:
     pair.enabled()
@@ -203,6 +207,7 @@ def test_a_reload_exchanges_the_drive_that_changed_and_not_the_other(pair: CanPa
     assert pair.near.ask("reload")["removed"] == ["y"]
 
 
+@pytest.mark.thorough
 def test_a_drive_finds_its_origin_by_itself(place: Place) -> None:
     pair = CanPair(place, "udp_multicast").enabled()
     pair.do("x", "move_abs", position_deg=45.0)
@@ -216,6 +221,7 @@ def test_a_drive_finds_its_origin_by_itself(place: Place) -> None:
         pair.do("x", "home", method=17)
 
 
+@pytest.mark.thorough
 def test_a_stepper_makes_ramps_of_its_own_and_a_servo_keeps_to_the_path(place: Place) -> None:
     pair = CanPair(place, "udp_multicast", twins=(M1, {"profile": "sac"})).enabled()
     pair.submit("a", {"move": {"x": 90.0, "y": 30.0}}, {"move_by": {"x": -45.0, "y": 60.0}}, axes=("x", "y"))
@@ -238,6 +244,7 @@ def test_drives_stop_by_themselves_when_their_master_is_killed(place: Place) -> 
     until(lambda: abs(pair.far.status("d8")["snapshot"]["velocity_rpm"]) < 1, "its stand")
 
 
+@pytest.mark.thorough
 def test_a_node_that_is_bus_off_is_lost_and_comes_back(place: Place) -> None:
     pair = CanPair(place, "udp_multicast").enabled()
     pair.far.ask("inject", fault="bus_off", target="d8.canopen", parameters={})

@@ -100,6 +100,7 @@ def pair(place: Place) -> Pair:
     return Pair(place)
 
 
+@pytest.mark.thorough
 def test_drives_move_by_verbs_and_in_a_run_beside_a_twin(pair: Pair) -> None:
     place = pair.place
     refused = place.cli("axis", "x", "move-abs", "90", "--bench", "r", code=1)
@@ -129,6 +130,7 @@ def test_drives_move_by_verbs_and_in_a_run_beside_a_twin(pair: Pair) -> None:
     assert "x: there, read" in place.cli("status", "--bench", "r")
 
 
+@pytest.mark.thorough
 def test_a_run_fails_when_its_drive_is_lost_and_nothing_is_sent_afterwards(pair: Pair) -> None:
     pair.enabled()
     pair.submit("a", {"move": {"m1": 7200.0, "x": 7200.0}}, axes=("m1", "x"))
@@ -148,6 +150,7 @@ def test_a_run_fails_when_its_drive_is_lost_and_nothing_is_sent_afterwards(pair:
     assert again.status("d8")["snapshot"]["loop_on"] == 0
 
 
+@pytest.mark.thorough
 def test_somebody_else_at_the_drive_fails_the_run(pair: Pair) -> None:
     pair.enabled()
     pair.submit("a", {"move": {"m1": 3600.0, "x": 3600.0}}, axes=("m1", "x"))
@@ -164,6 +167,7 @@ def test_somebody_else_at_the_drive_fails_the_run(pair: Pair) -> None:
     assert (failed["state"], "somebody gave it the verb stop" in failed["why"]) == ("failed", True)
 
 
+@pytest.mark.thorough
 def test_doors_have_the_drive_and_refuse_what_it_has_not(pair: Pair) -> None:
     pair.enabled()
     state = pair.state("x")

@@ -158,6 +158,7 @@ def test_what_cannot_be_is_found_before_anything_moves(pair: Pair) -> None:
     until(lambda: "is away" in pair.submit("a", {"move": {"m2": 1.0}})["problems"], "the loss")
 
 
+@pytest.mark.thorough
 def test_what_programs_type_waits_for_the_runs_end(pair: Pair) -> None:
     pair.taken()
     pair.submit("a", {"move": {"m2": 300.0, "s2": 300.0}})
@@ -182,6 +183,7 @@ def test_what_programs_type_waits_for_the_runs_end(pair: Pair) -> None:
         terminal.read_until(b"vd\r\n0\t0\r\nSAC>")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("how", ["grace", "prejudice"])
 def test_a_run_that_is_cancelled_stops_them(pair: Pair, how: str) -> None:
     pair.taken()
@@ -197,6 +199,7 @@ def test_a_run_that_is_cancelled_stops_them(pair: Pair, how: str) -> None:
     assert "`hil axis s2 reset` first" in pair.submit("c", {"move": {"s2": 0.0}})["problems"]
 
 
+@pytest.mark.thorough
 def test_a_board_that_goes_away_fails_the_run_and_stops_the_others(pair: Pair) -> None:
     pair.taken()
     pair.under_way("m1", "m2", "s2")
@@ -211,6 +214,7 @@ def test_a_board_that_goes_away_fails_the_run_and_stops_the_others(pair: Pair) -
     assert pair.near.status("m1")["snapshot"]["following"] == 0
 
 
+@pytest.mark.thorough
 def test_a_board_that_falls_silent_fails_the_run(pair: Pair) -> None:
     """The line stays, and nothing comes any more: as of a board without power behind an adapter."""
     pair.taken()
@@ -226,6 +230,7 @@ def test_a_board_that_falls_silent_fails_the_run(pair: Pair) -> None:
     assert pair.shaft("s8")["motion_state"] == 0
 
 
+@pytest.mark.thorough
 def test_a_twins_fault_stops_real_boards(pair: Pair) -> None:
     pair.taken()
     axes = {"m1": RULES | {"following_error_deg": 10.0}, "m2": RULES, "s2": RULES}
@@ -239,6 +244,7 @@ def test_a_twins_fault_stops_real_boards(pair: Pair) -> None:
     assert pair.shaft("m8")["r"] < 3000
 
 
+@pytest.mark.thorough
 def test_the_daemons_end_stops_them(pair: Pair) -> None:
     pair.taken()
     pair.under_way("m2", "s2")

@@ -3,14 +3,20 @@
 import errno
 import json
 import os
+import re
 import select
 import signal
 import socket
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
 from e2e_support import Client, Devices, Place, Server, config, folder, refused, reload, until
+
+from hil.recorded.recorded_fields import parse_fields
+from hil.recorded.recorded_run import open_recorded
+from hil.recorded.sampled import sampled
 
 TCP: dict[str, Any] = {"port": {"kind": "tcp", "port": 0}}
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
@@ -133,6 +139,7 @@ def has_terminal() -> bool:
     return True
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("key", "value"),
     [("speed", 2.0), ("rate_hz", 500), ("seed", 3), ("cpu", 0), ("bench", "u"), ("state_dir", "/var/x")],
@@ -157,10 +164,51 @@ def test_joined_devices_need_a_restart_and_others_beside_them_do_not(place: Plac
     server.stop()
 
 
-def test_a_logged_run_is_not_reloaded(place: Place) -> None:
-    server = place.serve(config(), "--log", str(place.folder / "log"))
-    assert "(--log)" in refused(place, server, {"m1": {}, "m2": {}})
+def test_a_run_with_reloads_replays_identically(place: Place) -> None:
+    """One board starts again, one is new, one goes and comes back, one goes on all the time."""
+    log, steady = place.folder / "run.hil.gz", {"profile": "sac", "flash": {}}
+    server = place.serve(config(devices={"m1": {}, "s1": steady}), "--log", str(log)).ready()
+
+    def later(**devices: Any) -> None:
+        with server.client("s1") as client:  # answers while the others are exchanged
+            client.write(b"vd\r")
+            reload(place, server, {"s1": steady} | devices)
+            client.read_until(b"SAC>")
+        now_ns = server.ask("status")["sim_ns"]
+        for name in devices:
+            server.ready(name, since_ns=now_ns)
+
+    with server.client("m1") as client:
+        client.ask(b"p")
+    later(m1={"axis": {"start_deg": 30.0}}, m2={"baud": 57600})
+    with server.client("m1") as m1, server.client("m2") as m2:
+        m1.ask(b"yr20\n", b"20.00\r\n")
+        m2.ask(b"p")
+    server.ask("inject", fault="byte_flip", target="m2", parameters={"rate": 1e-9})
+    later(m2={"baud": 57600})
+    with server.client("m2") as client:
+        client.ask(b"p")
+    later(m1={}, m2={"baud": 57600})
+    with server.client("m1") as client:
+        client.ask(b"p")
+    assert server.ask("status")["recording"]["problem"] is None
     server.stop()
+    said = place.cli("replay", str(log))
+    assert re.fullmatch(r"identical: \d+ inputs, \d+ bytes in \d+ pieces, \d+ states of axes\n", said)
+    with closing(open_recorded(log)) as run:
+        pieces: list[tuple[int, str, bytes]] = []
+        run.listeners.append(lambda device, port, at_ns, data: pieces.append((at_ns, device.name, data)))
+        (first, *_), there = run.log.reloads, []
+        for chunk in sampled(run, parse_fields(run.runtime, ["m1.position_deg"]), 0, run.end_ns, 10**8):
+            there += [row[0] for row in chunk.rows]
+        for name in ("m1", "m2", "s1"):
+            then = [(each.at_ns, each.data) for each in run.log.sent if each.device == name]
+            assert [(at_ns, data) for at_ns, of, data in pieces if of == name][: len(then)] == then
+        assert set(run.config.devices) == {"m1", "m2", "s1"}
+        gone, back = (place.reload.at_ns for place in run.log.reloads[1:])
+        assert [at_ns for at_ns in there if gone < at_ns < back] == []
+        assert there[0] < first.reload.at_ns < gone < back < there[-1]
+        assert len(there) == len(set(there))
 
 
 def test_a_port_that_cannot_be_had_takes_the_others_back(place: Place) -> None:

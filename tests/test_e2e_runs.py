@@ -214,6 +214,7 @@ def test_the_client_performs_and_hears_how_it_goes(place: Place) -> None:
     assert {row["run"] for row in server.ask("runs", name="")} == {"a", "b"}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("how", ["grace", "prejudice"])
 def test_cancelled_on_the_way_and_while_it_waits(place: Place, how: Any) -> None:
     server, endpoint = serve(place, speed=1)
@@ -269,6 +270,7 @@ def test_many_submit_at_once(place: Place) -> None:
     }
 
 
+@pytest.mark.thorough
 def test_long_documents_hold_nobody_up_and_leave_no_memory(place: Place) -> None:
     server, _ = serve(place, 2, 20)
     steps = [{"move": {"m1": n % 7}} for n in range(5000)]
@@ -302,6 +304,7 @@ def test_long_documents_hold_nobody_up_and_leave_no_memory(place: Place) -> None
     assert after[3] - after[1] < 20_000  # it was 27 MB for each
 
 
+@pytest.mark.thorough
 def test_hundreds_that_wait_for_an_axis_that_is_reset_all_end_with_a_reason(place: Place) -> None:
     server, _ = serve(place, 1, 5)
     names = ["moving", *(f"waiting{n}" for n in range(500))]

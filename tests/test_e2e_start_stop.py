@@ -192,7 +192,10 @@ def test_modes_of_what_is_made(place: Place) -> None:
     assert (place.runtime / "t" / "m2").stat().st_mode & 0o777 == 0o600
     with server.client() as client:
         client.ask(b"c", b"Flash memory!\r\n")
-    (memory,) = (place.state / "t").iterdir()
+    (memory,) = (place.state / "t").glob("*.nvm")
+    (recording,) = (place.state / "t" / "recordings").iterdir()
+    assert recording.stat().st_mode & 0o777 == 0o600
+    assert recording.parent.stat().st_mode & 0o777 == 0o700
     assert memory.stat().st_mode & 0o777 == 0o600
 
 

@@ -63,6 +63,7 @@ def test_type_refuses_a_port_that_another_program_has(place: Place) -> None:
         assert "another program has " in place.cli("type", "m1", "p", code=1)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -118,6 +119,7 @@ def test_wait_exits_with_1_and_the_last_state(place: Place) -> None:
     assert "\nvelocity_rpm " in said
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -4,9 +4,11 @@ import json
 import signal
 from pathlib import Path
 
+import pytest
 from e2e_support import Place, config
 
 
+@pytest.mark.thorough
 def test_watchers_of_any_interval_leave_the_bench_alone(place: Place) -> None:
     server = place.serve(config(speed=1, devices={"m1": {}, "m2": {}})).ready()
 

@@ -108,6 +108,7 @@ def test_a_flood_leaves_the_others_their_turn(bench: Bench) -> None:
     flooder.session.close()  # type: ignore[no-untyped-call]
 
 
+@pytest.mark.thorough
 def test_a_router_that_dies_and_returns(place: Place) -> None:
     port = free_port()
     bridge = {"listen": [], "connect": [f"tcp/127.0.0.1:{port}"]}

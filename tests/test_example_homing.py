@@ -80,6 +80,7 @@ def told(command: str) -> str:
     return line
 
 
+@pytest.mark.thorough
 def test_in_memory_and_with_the_test_of_a_new_failure(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "homing" / "test_home.py"
     assert told("pytest") in run("pytest", "-q", "-p", "no:cacheprovider")
@@ -88,6 +89,7 @@ def test_in_memory_and_with_the_test_of_a_new_failure(run: Run, tmp_path: Path) 
     assert "1 passed" in run("pytest", "-q", "-k", "power")
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_at_the_slide(run: Run, slide: Path) -> None:
     said = run("pytest", "-q", "-p", "no:cacheprovider", f"--hil={slide}")
@@ -95,6 +97,7 @@ def test_at_the_slide(run: Run, slide: Path) -> None:
     assert f"hil: 1 test skipped at --hil={slide}:\n  1: kind=real: s1 is real, and hil cannot" in said
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_the_suite_of_robot_framework_at_the_slide(run: Run, slide: Path) -> None:
     pytest.importorskip("robot", reason="Robot Framework is not installed")
@@ -102,6 +105,7 @@ def test_the_suite_of_robot_framework_at_the_slide(run: Run, slide: Path) -> Non
     assert "4 tests, 2 passed, 0 failed, 2 skipped" in said, said
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("job", ["virtual", "night", pytest.param("live", marks=pytest.mark.long)])
 def test_its_ci(run: Run, job: str) -> None:
     pytest.importorskip("robot", reason="Robot Framework is not installed")

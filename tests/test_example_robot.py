@@ -32,6 +32,7 @@ def test_the_suite_passes_from_any_folder(tmp_path: Path) -> None:
     assert {"log.html", "report.html"} <= {path.name for path in tmp_path.iterdir()}
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["virtual", "live"])
 def test_tests_run_side_by_side(tmp_path: Path, kind: str) -> None:

@@ -7,6 +7,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FOLDER = EXAMPLES / "tmcl"
 
@@ -24,6 +26,7 @@ def installed_in(folder: Path) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join((str(folder), str(FOLDER)))}
 
 
+@pytest.mark.thorough
 def test_its_own_tests_pass(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", FOLDER]
     done = subprocess.run(

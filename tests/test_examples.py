@@ -32,6 +32,7 @@ def test_the_run_of_six_axes_prints_what_stands_beside_it_and_draws_them(tmp_pat
     assert picture.stat().st_size > 50_000
 
 
+@pytest.mark.thorough
 def test_the_run_with_a_real_board_prints_what_stands_beside_it() -> None:
     """The output is the same but for where real time puts the twins' samples."""
     program = EXAMPLES / "runs" / "mixed.py"
@@ -44,6 +45,7 @@ def test_the_run_with_a_real_board_prints_what_stands_beside_it() -> None:
     assert said == wanted
 
 
+@pytest.mark.thorough
 def test_the_tuning_draws_both_responses(tmp_path: Path) -> None:
     picture = tmp_path / "tuning.svg"
     subprocess.run(
@@ -54,6 +56,7 @@ def test_the_tuning_draws_both_responses(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.thorough
 def test_the_bus_masters_own_tests_pass() -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", EXAMPLES / "bus_master"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=170, check=False)

@@ -44,6 +44,8 @@ CASES: dict[str, tuple[int, str]] = {
     ),
     "serve wrong.yaml": (Exit.MISTAKE, 'did you mean "mechaduino"'),
     "replay nothing.jsonl": (Exit.MISTAKE, "No such file"),
+    "recordings": (Exit.DONE, "recording"),
+    "recordings --bench nowhere": (Exit.FAILED, "no recordings of nowhere in "),
     "state m1": (Exit.DONE, "position_deg"),
     "profile list": (Exit.DONE, "mechaduino"),
     "reset s1": (Exit.DONE, "s1: off and on again"),
@@ -64,6 +66,12 @@ CASES: dict[str, tuple[int, str]] = {
     "set m1 pKp 1e9": (Exit.MISTAKE, "pKp: write 0 to 1000000"),
     "set m1 pKq 1": (Exit.MISTAKE, "no field 'pKq'"),
     "set m1 pKp nan": (Exit.MISTAKE, "write a number"),
+    "sketch build nowhere": (Exit.MISTAKE, "nowhere: there is no such folder"),
+    "sketch load m1 nothing.hex": (Exit.MISTAKE, "nothing.hex: No such file"),
+    "sketch pins m1": (Exit.FAILED, "m1 has no processor that runs a program of yours"),
+    "sketch pins m9": (Exit.MISTAKE, "no device 'm9'"),
+    "sketch gdb m1": (Exit.FAILED, "m1 has no processor"),
+    "sketch cycles m1 --for soon": (Exit.FAILED, "m1 has no processor"),
     "profile check nowhere": (Exit.MISTAKE, "no folder nowhere"),
     "seeds merge nothing.jsonl": (Exit.MISTAKE, "No such file"),
     "seeds merge wrong.yaml": (Exit.MISTAKE, "this is no file of pytest --hil-results"),
@@ -152,6 +160,7 @@ def test_each_group_has_each_code() -> None:
     assert {code for _, code in found} | below == set(EXIT_CODES)
 
 
+@pytest.mark.thorough
 def test_serve_exits_with_a_firmware_that_cannot_be_interrupted(tmp_path: Path) -> None:
     with Place() as place:
         place.hil("profile", "new", "hanger", "--folder", str(place.folder))

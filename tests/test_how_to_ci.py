@@ -57,6 +57,7 @@ def test_a_job(lines_of: Any, job: str, tmp_path: Path) -> None:
     assert ("1 passed" if job == "virtual" else "position_deg > 89 and loop_on == 1 after") in said
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("lines_of", "file", "variables"),

@@ -13,6 +13,7 @@ PAGE = "docs/how-to/write-a-test.md"
 HEADING = "test_jammed.py"
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_the_pages_test_fails_and_says_what_the_page_shows(tmp_path: Path) -> None:
     text = {each.language: each.text for each in blocks(PAGE) if each.heading == HEADING}

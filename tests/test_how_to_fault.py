@@ -5,6 +5,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import pytest
 from how_to_pages import run_tests, style_problems, write_files
 from markdown_blocks import ROOT, blocks
 
@@ -13,6 +14,7 @@ NAME = f"docs/how-to/{PAGE}.md"
 LEFT_OUT = shutil.ignore_patterns("tests", "native", "__pycache__", "*.pyx", "*.c")
 
 
+@pytest.mark.thorough
 def test_its_test_passes_with_its_changes_and_fails_without(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "hil", tmp_path / "hil", ignore=LEFT_OUT)
     (test,) = write_files(PAGE, tmp_path)

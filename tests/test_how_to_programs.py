@@ -5,12 +5,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 HIL = (sys.executable, "-P", "-c", "import sys; sys.argv[0] = 'hil'; from hil.cli.entry import main; main()")
 PATIENCE_S = 120
 
 PAGE = Path(__file__).parents[1] / "docs/how-to/programs.md"
 
 
+@pytest.mark.thorough
 def test_the_page_is_carried_out(tmp_path: Path) -> None:
     home, config, shown, test = re.findall(r"```(?:python|yaml)?\n(.*?)```", PAGE.read_text(), re.DOTALL)[:4]
     (tmp_path / "home.py").write_text(home)

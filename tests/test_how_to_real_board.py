@@ -26,6 +26,7 @@ def said(folder: Path, kind: str) -> str:
     return done.stdout + done.stderr
 
 
+@pytest.mark.thorough
 def test_all_pass_in_memory_and_live(tmp_path: Path) -> None:
     for kind in ("virtual", "live"):
         text = said(tmp_path, kind)
@@ -33,6 +34,7 @@ def test_all_pass_in_memory_and_live(tmp_path: Path) -> None:
         assert "hil: " not in text
 
 
+@pytest.mark.thorough
 def test_at_a_real_board_one_is_skipped_as_the_page_shows(tmp_path: Path) -> None:
     with live({"bench": "desk", "devices": {"s1": {"profile": "sac"}}}, capture=False) as board:
         (tmp_path / "rig.yaml").write_text(PAGE["yaml"].replace("/dev/ttyUSB0", board.port("s1")))

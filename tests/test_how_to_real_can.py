@@ -26,6 +26,7 @@ def test_the_first_bench_can_be() -> None:
     assert given.position_per_turn == 36000
 
 
+@pytest.mark.thorough
 def test_twins_of_another_daemon_are_real_drives_to_this_one(place: Place) -> None:
     port = free_port()
     group = f"239.74.{os.getpid() % 250}.{port % 250}"  # nobody else's

@@ -12,6 +12,7 @@ PAGE = "docs/how-to/seeds.md"
 TEST = "test_poll.py"
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_the_page_says_what_its_test_does(tmp_path: Path) -> None:
     shown = {(each.heading, each.language): each.text for each in blocks(PAGE)}

@@ -44,6 +44,7 @@ def setup(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     return run(folder, sys.executable, "setup.py", "-q", *command)
 
 
+@pytest.mark.thorough
 def test_a_file_that_git_does_not_track_is_in_no_wheel(checkout: Path) -> None:
     old = checkout / "out/hil/of_an_earlier_build.py"
     old.parent.mkdir(parents=True)
@@ -60,6 +61,7 @@ def test_a_file_that_git_does_not_track_is_in_no_wheel(checkout: Path) -> None:
     assert not (checkout / "out/hil/scratch.py").exists()
 
 
+@pytest.mark.thorough
 def test_a_source_distribution_is_what_git_tracks(checkout: Path) -> None:
     for name in STRANGE:
         (checkout / name).write_text("")
@@ -74,6 +76,7 @@ def test_a_source_distribution_is_what_git_tracks(checkout: Path) -> None:
     assert all(name in listed or ".egg-info/" in name for name in names - {"PKG-INFO", "setup.cfg"})
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not shutil.which("dpkg-deb"), reason="needs dpkg-deb")
 def test_a_file_that_git_does_not_track_is_in_no_debian_package(checkout: Path) -> None:
     for name in (*STRANGE, "docs/ignored.so"):  # what git ignores is not copied

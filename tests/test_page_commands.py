@@ -3,16 +3,22 @@
 import re
 import shlex
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
+import page_preparations
 import pytest
+import sketch_preparations
+from _pytest.mark import ParameterSet
 from e2e_support import Place
 from markdown_blocks import ROOT, all_pages
-from page_preparations import CARRIED_OUT, PREPARATIONS
 from page_sessions import Session, Step, hil_lines, inline_commands, parsed, steps
+from page_tables import CARRIED_OUT, PREPARATIONS
 
 from hil.cli.framework.command_classes import USAGE_ERROR
 
+ENTERED = (page_preparations, sketch_preparations)
+"""Modules that have filled the tables."""
 PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
 ALL = [str(path.relative_to(ROOT)) for path in all_pages() if path.name != "CHANGELOG.md"]
 ELSEWHERE = {
@@ -34,6 +40,10 @@ NOT_HERE = {
 """Commands that are not carried out, and why. Commands for root are not either."""
 
 
+SLOW = ("draw", "modbus", "own-sketch", "race")
+"""Pages that take half a minute and more."""
+
+
 def is_carried_out(step: Step) -> bool:
     program = step.command.split()[0]
     return not (
@@ -45,9 +55,15 @@ def is_carried_out(step: Step) -> bool:
     )
 
 
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if any(map(is_carried_out, steps(page)))], ids=lambda p: Path(p).stem
-)
+def carried_out() -> Iterator[ParameterSet]:
+    """Pages with commands that are carried out."""
+    for page in PAGES:
+        if any(map(is_carried_out, steps(page))):
+            name = Path(page).stem
+            yield pytest.param(page, id=name, marks=[pytest.mark.thorough] if name in SLOW else [])
+
+
+@pytest.mark.parametrize("page", [*carried_out()])
 def test_commands_print_what_the_page_shows(page: str, place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(place.folder)
     heading = ""

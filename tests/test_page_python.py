@@ -106,6 +106,7 @@ def test_a_program_is_the_master_of_a_line(place: Place) -> None:
         assert session.program("In a program") == session.text("In a program", "text")
 
 
+@pytest.mark.thorough
 def test_a_program_polls_units_of_modbus(place: Place) -> None:
     heading = "Units at a tap or a port"
     with Session(place, "docs/how-to/mother.md") as session:
@@ -117,6 +118,7 @@ def test_a_program_polls_units_of_modbus(place: Place) -> None:
         assert session.program(heading) == session.text(heading, "text")
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_drawing_is_followed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -135,6 +137,7 @@ def test_the_bench_without_pytest(capsys: pytest.CaptureFixture[str]) -> None:
     assert "----- Mechaduino 0.X -----" in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_the_context_manager_prints(capsys: pytest.CaptureFixture[str]) -> None:
     (program,) = (text for heading, text in python_of("docs/how-to/write-a-test.md") if "with live(" in text)
     exec(program, {})

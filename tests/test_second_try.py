@@ -1,9 +1,11 @@
 """Last line of the browser tests: what passed at the second try is said, and too many fail."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from markdown_blocks import ROOT
 
 RUNNER = ROOT / "tests/browser/run_twice.py"
@@ -18,13 +20,20 @@ def test_one(number):
     assert again or number >= {flaky}
     assert number != {broken}
 """
+PLAIN = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": "-p xdist.plugin"}
+"""Environment of these tests, which want nothing of hil: each process of theirs imports it otherwise."""
 
 
 def last_line(folder: Path, *, count: int = 40, flaky: int = 0, broken: int = -1) -> tuple[int, str]:
     """Exit code and last line of a run of tests: the first ``flaky`` fail once, ``broken`` always."""
     (folder / "test_them.py").write_text(TESTS.format(count=count, flaky=flaky, broken=broken))
     done = subprocess.run(
-        [sys.executable, str(RUNNER), "test_them.py"], cwd=folder, capture_output=True, text=True, check=False
+        [sys.executable, str(RUNNER), "test_them.py"],
+        cwd=folder,
+        env=PLAIN,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     return done.returncode, done.stdout.splitlines()[-1]
 
@@ -33,6 +42,7 @@ def test_all_at_the_first_try(tmp_path: Path) -> None:
     assert last_line(tmp_path) == (0, "All 40 passed at the first try.")
 
 
+@pytest.mark.thorough
 def test_one_at_the_second_try_is_named(tmp_path: Path) -> None:
     said = "1 of 40 passed at the second try: test_them.py::test_one[0]"
     assert last_line(tmp_path, flaky=1) == (0, said)
@@ -44,5 +54,6 @@ def test_more_than_three_in_a_hundred_fail(tmp_path: Path) -> None:
     assert said.endswith("That is more than 3%: mend what they wait for.")
 
 
+@pytest.mark.thorough
 def test_one_that_fails_twice_fails(tmp_path: Path) -> None:
     assert last_line(tmp_path, flaky=1, broken=7)[0] == 1

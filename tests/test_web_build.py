@@ -1,7 +1,9 @@
 """The page that is in the wheel is made of the sources that are here."""
 
+import gzip
 import hashlib
 import json
+import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -10,6 +12,8 @@ SINGLE = (
     *("build_version.mjs", "index.html", "package-lock.json", "package.json", "tsconfig.json"),
     "vite.config.mjs",
 )
+
+FIRST_VIEW_BYTES = 150_000
 
 
 def version_of_sources() -> str:
@@ -20,6 +24,15 @@ def version_of_sources() -> str:
         content = (SOURCES / name).read_bytes()
         digest.update(f"{name}\0{len(content)}\0".encode() + content)
     return digest.hexdigest()
+
+
+def test_the_first_view_is_light() -> None:
+    """Files that a browser loads before anything is opened: the index, and those it names."""
+    static = ROOT / "bridges/web/static"
+    index = (static / "index.html").read_text()
+    names = ["index.html", *re.findall(r'(?:src|href)="\./([^"]+)"', index)]
+    assert names == ["index.html", "page.js", "page.css"]
+    assert sum(len(gzip.compress((static / name).read_bytes())) for name in names) <= FIRST_VIEW_BYTES
 
 
 def test_the_built_page_is_of_these_sources() -> None:

@@ -29,8 +29,9 @@ export default defineConfig({
     assetsInlineLimit: 0,
     rolldownOptions: {
       output: {
-        codeSplitting: false,
         entryFileNames: "page.js",
+        // A page that stays over a new version must not get half of another one: its parts have names of their own.
+        chunkFileNames: "[name]-[hash].js",
         assetFileNames: "page[extname]",
       },
     },

@@ -24,7 +24,7 @@ from hil.wire.json_text import json_text
 PROTOCOL = 1
 SLICE = 4
 """Devices between two turns of others: some 2 ms."""
-SOCKETS_OWN = ("capture", "part", "samples", "unwatch", "watch")
+SOCKETS_OWN = ("capture", "debug", "part", "samples", "unwatch", "watch")
 """Operations of the control socket's own kind: here `watch` and `open` are in their place, and benches lead
 runs together over zenoh."""
 

@@ -43,7 +43,7 @@ class FieldRow(TypedDict):
 
 class DeviceRow(TypedDict):
     """Device, with its first axis, or a further axis of one. ``inputs``: pins that may be driven, and the
-    field that tells each one's level; empty: none does."""
+    field that tells each one's level, or a bit of one (``pin_levels.13``); empty: none does."""
 
     name: str
     profile: str

@@ -4,8 +4,9 @@ import json
 import sys
 from array import array
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from itertools import chain
 from operator import itemgetter
 from struct import Struct
 from typing import Any, Protocol
@@ -21,11 +22,12 @@ from hil.wire.json_text import json_text
 
 FAST_S, SLOW_S = 1 / 60, 0.25
 """Interval of a page's turns while something fast is watched, and else."""
+TAKEN_S = 2 * FAST_S
+"""Time between two takings of an axis's samples: a page draws 30 times a second."""
 MOST_ITEMS, ITEM_BYTES = 2000, 512 * 1024
 """Maximum number of items that wait for a page's turn, and of their bytes."""
 TAKEN_ITEMS = 300
 """Maximum number of them in one turn: words for so many take some 10 ms."""
-_AT_NS = Struct("<q").unpack_from
 
 
 class PageStream(Protocol):
@@ -48,69 +50,86 @@ class PageStream(Protocol):
 
 
 class FieldReader:
-    """Reader of some fields of the binary layout, in the order in which they were asked for."""
+    """Reader of the time and some fields of the binary layout, in the order in which they were asked for. It
+    reads many samples at once: a page has thousands in a second."""
 
     def __init__(self, fields: Sequence[AxisField]) -> None:
-        ordered = sorted(dict.fromkeys(fields), key=lambda field: field.offset)
-        places = [ordered.index(field) for field in fields]
-        self._unpack = struct_of((field.type, field.offset) for field in ordered).unpack_from
-        self._arrange: Callable[[tuple[float, ...]], tuple[float, ...]] | None
-        self._arrange = None if places == list(range(len(ordered))) else _arrangement(places)
+        offsets = [0, *(field.offset for field in fields)]
+        types = {0: "i64"} | {field.offset: field.type for field in fields}
+        ordered = sorted(types)
+        self._columns, self._places = len(offsets), [(types[offset], offset) for offset in ordered]
+        places = [ordered.index(offset) for offset in offsets]
+        self._arrange = None if places == list(range(len(ordered))) else itemgetter(*places)
+        self._of_bytes: dict[int, Struct] = {}
+        """Readers by the length of a sample."""
 
-    def values(self, packed: bytes) -> tuple[float, ...]:
-        """Values of one sample."""
-        values = self._unpack(packed)
-        return self._arrange(values) if self._arrange else values
+    def rows(self, samples: Sequence[bytes]) -> "array[float]":
+        """Read samples of one length: of each the time in seconds and the fields."""
+        size = len(samples[0])
+        if (reader := self._of_bytes.get(size)) is None:
+            reader = self._of_bytes[size] = struct_of(self._places, size)
+        values: Iterable[tuple[float, ...]] = reader.iter_unpack(b"".join(samples))
+        rows = array("d", chain.from_iterable(map(self._arrange, values) if self._arrange else values))
+        rows[:: self._columns] = array("d", [at_ns / 1e9 for at_ns in rows[:: self._columns]])
+        return rows
 
 
-def _arrangement(places: Sequence[int]) -> Callable[[tuple[float, ...]], tuple[float, ...]]:
-    if len(places) == 1:
-        return lambda values: (values[places[0]],)
-    return itemgetter(*places)
+def rows_per_s(rate_Hz: float, points: int) -> float:
+    """Rate at which rows come: extremes are two of each interval."""
+    return rate_Hz if points == 1 else 2 * rate_Hz
 
 
 class AxisSamples:
-    """Samples of an axis. ``names``: of the fields that the page wants."""
+    """Samples of an axis. ``names``: of the fields that the page wants; ``points`` above 1: of each interval
+    the extremes of so many looks."""
 
     is_fast = True
 
     def __init__(
-        self, desk: Desk, source: Source, number: int, axis: str, names: Sequence[str], rate_Hz: float
+        self,
+        desk: Desk,
+        source: Source,
+        number: int,
+        axis: str,
+        names: Sequence[str],
+        rate_Hz: float,
+        points: int = 1,
     ) -> None:
-        self.axis, self.rate_Hz = axis, rate_Hz
+        self.axis, self.rows_per_s = axis, rows_per_s(rate_Hz, points)
         known = desk.describe().devices
         fields: Mapping[str, AxisField] = known[axis].fields if axis in known else {}
         self._number, self._columns = number, len(names)
-        self._rows, self._dropped = array("d"), 0
+        self._samples: list[bytes] = []
+        self._dropped, self._taking = 0, -1
         interval_ns = NS_PER_S / Fraction(str(rate_Hz)).limit_denominator(10**6)
-        self._watch: Watch = desk.watch(source, Watched.SAMPLES, axis, self._put, interval_ns=interval_ns)
+        self._watch: Watch = desk.watch(
+            source, Watched.SAMPLES, axis, self._samples.append, interval_ns=interval_ns, points=points
+        )
         if wrong := [name for name in names if name not in fields]:  # the desk has refused what is no axis
             self._watch.close()
             there = ", ".join(fields)
             raise VerbRefused("no_parameter", f"{axis} has no field {wrong[0][:80]!r}; it has {there}")
-        self._values = FieldReader([fields[name] for name in names]).values
-
-    def _put(self, packed: bytes) -> None:
-        self._rows.append(_AT_NS(packed)[0] / 1e9)
-        self._rows.extend(self._values(packed))
+        self._reader = FieldReader([fields[name] for name in names])
 
     def next_message(self, now_s: float) -> bytes | None:
-        """Block of the rows since the last turn."""
-        self._watch.flush()
-        if not self._rows:
+        """Block of the rows of the last turns."""
+        before, self._taking = self._taking, int(now_s / TAKEN_S)  # of all watches at the same turn
+        if before in (-1, self._taking):
             return None
-        rows = self._rows
+        self._watch.flush()
+        if not self._samples:
+            return None
+        rows = self._reader.rows(self._samples)
         if sys.byteorder == "big":
             rows.byteswap()
-        block = samples_head(self._columns, self._number, self.lost, len(rows) // (1 + self._columns))
-        block += rows.tobytes()
-        del rows[:]
+        block = samples_head(self._columns, self._number, self.lost, len(self._samples)) + rows.tobytes()
+        self._samples.clear()
         return block
 
     def drop(self) -> None:
         self._watch.flush()
-        self._dropped += len(self._rows) // (1 + self._columns)
-        del self._rows[:]
+        self._dropped += len(self._samples)
+        self._samples.clear()
 
     @property
     def lost(self) -> int:
@@ -194,6 +213,28 @@ class RunsProgress:
 
     def close(self) -> None:
         self._watch.close()
+
+
+class DoorClock:
+    """Time of the loop, in ms. It is told while nothing else is new, too: a page knows by it how old is what
+    it shows, and can say until when a request of it has to begin."""
+
+    is_fast, lost = False, 0
+
+    def __init__(self, number: int, rate_Hz: float) -> None:
+        self._number, self._interval_s, self._due_s = number, 1 / rate_Hz, 0.0
+
+    def next_message(self, now_s: float) -> str | None:
+        if now_s < self._due_s:
+            return None
+        self._due_s = now_s + self._interval_s - SLOW_S / 2  # as of a ``ToldReading``
+        return json_text({"watch": self._number, "value": round(now_s * 1000, 1)})
+
+    def drop(self) -> None:
+        """Nothing: only the latest is told."""
+
+    def close(self) -> None:
+        """Nothing is held."""
 
 
 class ToldReading:

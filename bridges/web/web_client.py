@@ -224,6 +224,7 @@ class WebClient:
 
     def _carry_out(self, asked: PageRequest) -> None:
         try:
+            _check_deadline(asked.until_ms)
             if asked.do == EXPORT:
                 answer: Any = self._export(asked.id, asked.given)
             elif do := self._does.get(asked.do):
@@ -311,6 +312,14 @@ class WebClient:
     def _export(self, number: int, given: Mapping[str, Any]) -> LongText:
         recorded = self.watches.recorded(taken(given, {"watch": WHOLE}, {})["watch"])
         return self._around.exports.begin(self, number, recorded.capture("hil"))
+
+
+def _check_deadline(until_ms: float | None) -> None:
+    """Refuse what would begin too late: nobody expects it any more. Raises VerbRefused."""
+    late_ms = 0.0 if until_ms is None else asyncio.get_running_loop().time() * 1000 - until_ms
+    if late_ms > 0:
+        why = f"its turn came {late_ms / 1000:.1f} s after its deadline, so it was not carried out"
+        raise VerbRefused("not_now", f"{why}; ask for it again")
 
 
 def _wanted(message: WSMessage, desk: Desk) -> tuple[int, Urgency, str]:

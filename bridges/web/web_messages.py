@@ -23,11 +23,13 @@ SAMPLES_HEAD = struct.Struct("<BBHIII")
 
 
 class PageRequest(NamedTuple):
-    """Request of a page: its number, what to do, and what is given with it."""
+    """Request of a page: its number, what to do, and what is given with it. ``until_ms``: time of the door's
+    clock by which it has to begin; None: any."""
 
     id: int
     do: str
     given: Mapping[str, Any]
+    until_ms: float | None = None
 
 
 class BadMessage(VerbRefused):
@@ -55,7 +57,10 @@ def read_request(text: str) -> PageRequest:
         raise BadMessage("id: write a whole number, 0 or more")
     if not isinstance(do := content.pop("do", None), str) or len(do) > NAME_CHARACTERS:
         raise BadMessage("do: write what to do, as ask or watch", number)
-    return PageRequest(number, do, content)
+    until_ms = content.pop("until_ms", None)
+    if until_ms is not None and not _is_number(until_ms):
+        raise BadMessage("until_ms: write a number, a time of the watch clock", number)
+    return PageRequest(number, do, content, until_ms)
 
 
 def read_terminal(data: bytes) -> tuple[int, bytes]:

@@ -19,10 +19,12 @@ HTTP = {
 REQUESTS = {
     "ask": ("operation, target, given", "an operation of the table, with the role of the user; its answer"),
     "watch": (
-        "what, target, fields, rate_Hz",
+        "what, target, fields, rate_Hz, points",
         f"tells from now on: {', '.join(KINDS)}; `watch`, its number. `fields` are for samples, at `rate_Hz`"
-        f" in simulated time; `status` and `faults` are told up to {MOST_READINGS_HZ:g} times a second, when"
-        " they have changed",
+        " in simulated time. With `points` above 1, two samples of each interval have the smallest and the"
+        " largest value of each field of so many looks, in the order in which they came: what swings faster"
+        f" has its true size. `status` and `faults` are told up to {MOST_READINGS_HZ:g} times a second, when"
+        " they have changed, and `clock`, the door's own, always",
     ),
     "unwatch": ("watch", "ends a watch"),
     "open": (
@@ -41,7 +43,7 @@ PUSHES = {
     "changed": "the same, after a reload",
     "watch, items, lost": f"what came since the last time; of more than {MOST_ITEMS:,} that wait the oldest"
     " are lost, and counted",
-    "watch, value": "answer of `status` or `faults`",
+    "watch, value": "answer of `status` or `faults`; of `clock` its time in ms",
     "closed": "a terminal or a watch that has ended, and `why`",
 }
 
@@ -64,7 +66,8 @@ def reference() -> str:
             "A text message is a JSON object. A request has a number, and its answer repeats it:"
             ' `{"id": 1, "do": "ask", "operation": "faults"}` is answered with `{"id": 1, "answer": ...}` or'
             ' `{"id": 1, "error": {"code": "...", "message": "..."}}`. Codes are those of the control'
-            " socket.",
+            " socket. A request with `until_ms`, a time of the watch `clock`, is refused with `not_now` if"
+            " its turn comes later: nothing is done long after it was asked for.",
             "",
             "| `do` | given | what it does, and answers |",
             "|---|---|---|",

@@ -6,7 +6,15 @@ from typing import Any
 from bridges.web.outbox import LongText, Outbox
 from bridges.web.page_rows import WatchAnswer
 from bridges.web.shared_reading import SharedReading
-from bridges.web.streams import AxisSamples, PageStream, PassingItems, RunsProgress, ToldReading
+from bridges.web.streams import (
+    AxisSamples,
+    DoorClock,
+    PageStream,
+    PassingItems,
+    RunsProgress,
+    ToldReading,
+    rows_per_s,
+)
 from bridges.web.web_messages import NAME, NAMES, NUMBER, WHOLE, taken
 from bridges.web.wire_streams import BusFrames, LinePackets, PortBytes, RecordedItems, Records
 from hil.vocab.address import owner_of
@@ -18,9 +26,9 @@ MOST_WATCHES = 256
 MOST_WIRES = 16
 """Maximum number of watches of packets, frames and bytes: each may hold up to half a megabyte."""
 MOST_READINGS_HZ = 4.0
-KINDS = ("samples", "packets", "frames", "bytes", "runs", "status", "faults")
-_FORMS = {"what": NAME, "target": NAME, "fields": NAMES, "rate_Hz": NUMBER}
-_DEFAULTS: Mapping[str, Any] = {"target": "", "fields": [], "rate_Hz": None}
+KINDS = ("samples", "packets", "frames", "bytes", "runs", "status", "faults", "clock")
+_FORMS = {"what": NAME, "target": NAME, "fields": NAMES, "rate_Hz": NUMBER, "points": WHOLE}
+_DEFAULTS: Mapping[str, Any] = {"target": "", "fields": [], "rate_Hz": None, "points": 1}
 
 
 class PageWatches:
@@ -64,7 +72,7 @@ class PageWatches:
         if len(self._streams) >= MOST_WATCHES:
             raise VerbRefused("not_now", f"{MOST_WATCHES} watches are open already; end one")
         what, target = values["what"], values["target"]
-        stream = self._stream(self._last + 1, what, target, values["fields"], values["rate_Hz"])
+        stream = self._stream(self._last + 1, what, target, values)
         self._last += 1
         self._streams[self._last] = what, target, stream
         return {"watch": self._last}
@@ -114,16 +122,16 @@ class PageWatches:
             self._lost_before += found[2].lost
             found[2].close()
 
-    def _stream(
-        self, number: int, what: str, target: str, fields: list[str], rate_Hz: float | None
-    ) -> PageStream:
+    def _stream(self, number: int, what: str, target: str, values: Mapping[str, Any]) -> PageStream:
         desk, source = self._desk, self._source
+        rate_Hz: float | None = values["rate_Hz"]
         match what:
             case "samples":
-                if not fields:
+                if not (fields := values["fields"]):
                     raise VerbRefused("bad_parameter", "fields: name those that are wanted")
-                self._check_rate(rate := _rate(rate_Hz, 60.0, self._samples_per_s))
-                return AxisSamples(desk, source, number, target, fields, rate)
+                rate, points = _rate(rate_Hz, 60.0, self._samples_per_s), values["points"]
+                self._check_rate(rows_per_s(rate, points))
+                return AxisSamples(desk, source, number, target, fields, rate, points)
             case "packets":
                 self._check_wires()
                 return LinePackets(desk, source, number, target, self._records)
@@ -135,9 +143,12 @@ class PageWatches:
                 return PortBytes(desk, source, number, target)
             case "runs":
                 return RunsProgress(desk, source, number)
-            case "status" | "faults":
-                return ToldReading(
-                    self._shared[what], number, _rate(rate_Hz, MOST_READINGS_HZ, MOST_READINGS_HZ)
+            case "status" | "faults" | "clock":
+                rate = _rate(rate_Hz, MOST_READINGS_HZ, MOST_READINGS_HZ)
+                return (
+                    DoorClock(number, rate)
+                    if what == "clock"
+                    else ToldReading(self._shared[what], number, rate)
                 )
         raise VerbRefused("bad_parameter", f"what: there is no {what[:80]!r}; there are {', '.join(KINDS)}")
 
@@ -145,9 +156,9 @@ class PageWatches:
         if sum(isinstance(each, PassingItems) for _, _, each in self._streams.values()) >= MOST_WIRES:
             raise VerbRefused("not_now", f"{MOST_WIRES} wires and ports are watched already; end a watch")
 
-    def _check_rate(self, rate_Hz: float) -> None:
-        others = [each.rate_Hz for _, _, each in self._streams.values() if isinstance(each, AxisSamples)]
-        if sum(others) + rate_Hz > self._samples_per_s:
+    def _check_rate(self, rows: float) -> None:
+        others = [each.rows_per_s for _, _, each in self._streams.values() if isinstance(each, AxisSamples)]
+        if sum(others) + rows > self._samples_per_s:
             raise VerbRefused(
                 "bad_parameter",
                 f"rate_Hz: a page gets up to {self._samples_per_s:,} samples a second of all axes together;"

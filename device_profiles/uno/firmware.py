@@ -1,51 +1,39 @@
-"""Main loop of the sketch: it prints its lines of boot, and reads commands."""
+"""Program of the board: the bootloader when a client opens the port, then a sketch.
 
-from device_profiles.uno.stepping import Stepping, Steps
-from device_profiles.uno.typed_commands import carry_out
-from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Main
+The sketch is what the processor's flash holds; where it holds none, hil's own in Python.
+"""
 
-MOST_CHARACTERS = 40
-"""Length of a line; a longer one is dropped as a whole."""
-LINE_ENDS = b"\r\n"
-PRINTED = range(0x20, 0x7F)
-"""Characters that a line may have."""
+from device_profiles.uno.step_dir_sketch import StepDirSketch
+from device_profiles.uno.stepping import Steps
+from hil.firmware.programmed_board import ProgrammedBoard
+from hil.vocab.firmware import Board, CoreEvent
 
 
-class Uno:
-    """One power-up of the board."""
+class Uno(ProgrammedBoard):
+    """One power-up of the board, or one reset by its port."""
 
     def __init__(self, board: Board) -> None:
-        self._uart = board.uart
-        self._stepping = Stepping(board)
-        self._line, self._wrong = bytearray(), ""
+        super().__init__(board)
+        self._sketch: StepDirSketch | None = None
 
-    def main(self) -> Main:
-        """Run the sketch's setup() and loop()."""
-        self._stepping.set_up()
-        self._stepping.print_boot()
-        while True:
-            yield ByteAvailable()
-            for byte in self._uart.read_all():
-                yield from self._take(byte)
+    def line_opened(self) -> bool:
+        """Note that a client has opened the port. False: it is no reset, as hil's own sketch runs."""
+        if self._sketch:
+            self._sketch.watch.open()
+        return self._sketch is None
 
     def interrupt(self, event: CoreEvent) -> None:
-        if event.kind == "pulses_ended":
-            self._stepping.end()
-
-    def _take(self, byte: int) -> Steps:
-        if byte in LINE_ENDS:
-            yield from self._end_line()
-        elif byte not in PRINTED:
-            self._wrong = self._wrong or f"byte 0x{byte:02X} is no text"
-        elif len(self._line) == MOST_CHARACTERS:
-            self._wrong = self._wrong or f"a line has at most {MOST_CHARACTERS} characters"
+        if self._sketch:
+            self._sketch.interrupt(event)
         else:
-            self._line.append(byte)
+            super().interrupt(event)
 
-    def _end_line(self) -> Steps:
-        words, wrong = self._line.decode("ascii").split(), self._wrong
-        self._line, self._wrong = bytearray(), ""
-        if wrong:
-            self._stepping.say(f"error: {wrong}; send the line again")
-        elif words:
-            yield from carry_out(self._stepping, words)
+    def _without_program(self) -> Steps:
+        """Run hil's own sketch, until a tool has uploaded another."""
+        while not self._memory.program:
+            self._sketch = StepDirSketch(self._board)
+            self._say("hil's own sketch: there is no program in the flash")
+            sent = yield from self._sketch.main()
+            self._sketch = None
+            self._say("the bootloader")
+            yield from self._bootloader().listen(sent)

@@ -11,6 +11,7 @@ from hil.vocab.time import NS_PER_S
 
 PAUSE_NS = NS_PER_S
 """Pause of a move to and fro. Source: manual, delay(1000)."""
+PINS = (*(f"D{number}" for number in range(2, 14)), *(f"A{number}" for number in range(6)))
 Steps = Generator[Request, Any, None]
 """Part of the main loop."""
 
@@ -87,6 +88,12 @@ class Stepping:
         self.pins.pulse(self.step_pin, ())
         self._steps, self._swings = 0, False
         return left
+
+    def end_all(self) -> None:
+        """End the move, and drive no pin any more: as a reset does."""
+        self.stop()
+        for pin in PINS:
+            self.pins.let_go(pin)
 
     # ---- constants ----
 

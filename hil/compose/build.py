@@ -11,6 +11,7 @@ from hil.compose.framings import framing_of
 from hil.compose.lanes import choose_lanes
 from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.port_model import USUAL_BAUD
+from hil.config.processor_model import FieldVoltage, measured
 from hil.config.station_names import station_uart
 from hil.core import Core
 from hil.firmware.runtime import Idle
@@ -21,10 +22,12 @@ from hil.sim.hardware import DeviceSpec
 from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
 from hil.sim.twin import Twin
+from hil.sketch.chip_program import BOOT_SECTION, SECTION
 from hil.vocab.address import Address
 from hil.vocab.bus import NodeLine
 from hil.vocab.line_format import FORMATS
 from hil.vocab.profile import MemoryFile, Profile
+from hil.vocab.time import NS_PER_S
 
 if TYPE_CHECKING:
     from hil.config.segment_model import SegmentConfig
@@ -52,12 +55,21 @@ def start_sections(
         TableFileError: the configured file cannot be used.
     """
     sections, file, wanted = named_sections(board, stored), board.memory_file, config.flash.table
+    sections = with_programs(config, sections)
     if wanted == "stored" or file is None:
         return sections
     if wanted == "empty":
         return {name: data for name, data in sections.items() if name != file.section}
     made = file.named[wanted]() if wanted in file.named else _read(file, folder / wanted)
     return sections | {file.section: made}
+
+
+def with_programs(config: DeviceConfig, stored: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Put the programs that the configuration names over what is stored; a bootloader is there only if it
+    names one."""
+    sections = {name: data for name, data in stored.items() if name != BOOT_SECTION}
+    named = {SECTION: config.firmware, BOOT_SECTION: config.bootloader}
+    return sections | {name: file.packed for name, file in named.items() if file}
 
 
 def start_memories(
@@ -87,8 +99,10 @@ def make_device(
     sections: Mapping[str, bytes],
     seed: int,
     group: Group,
+    speed: float,
 ) -> Twin:
-    """Open the axes and make the device, which ``bench.add`` puts into its group. ``seed``: of the first."""
+    """Open the axes and make the device, which ``bench.add`` puts into its group. ``seed``: of the first;
+    ``speed``: the bench's."""
     profile, board = catalogue.profiles[config.profile], catalogue.boards[config.profile]
     time_out = None
     if (stream := config.setpoints) and board.starve:
@@ -101,15 +115,22 @@ def make_device(
         bauds=config.uart_bauds(profile),
         nvm=sections,
         power_up=config.power_up(profile),
-        facts={"lookup_address": config.flash.address},
+        facts={
+            "lookup_address": config.flash.address,
+            "wall_second_ns": round(speed * NS_PER_S),
+            **({"bootloader_baud": profile.processor.bootloader_baud or 0} if profile.processor else {}),
+        },
         verbs=board.table,
         time_out=time_out,
         follow=board.follow,
         framing=board.framing,
         send_buffers=profile.send_buffers,
         own_map=catalogue.own_map(config, profile),
+        resets_when_opened=profile.processor is not None and config.auto_reset,
     )
-    return bench.make(spec, config.axis_plans(profile, seed), group)
+    device = bench.make(spec, config.axis_plans(profile, seed), group)
+    _equip(device, config)
+    return device
 
 
 def axis_seed(config: BenchConfig, index: int) -> int:
@@ -141,7 +162,7 @@ def bench_runtime(
     for index, (name, device) in enumerate(config.twins.items()):
         memory, seed = memories.get(name, {}), axis_seed(config, index)
         group = bench.parts.group_of(joined[name]) if name in joined else bench.open_group()
-        bench.add(group, make_device(bench, name, device, catalogue, memory, seed, group))
+        bench.add(group, make_device(bench, name, device, catalogue, memory, seed, group, config.speed))
     join_devices(bench, config, catalogue)
     return bench
 
@@ -178,11 +199,47 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
         (source, output), (target, input_name) = wire.ends()
         axis = bench.parts.axis
         bench.core.wire((axis(source), output), (axis(target), input_name))
+    for name, device in config.twins.items():
+        _measure(bench, name, device)
+        _place_magnet(bench, name, device)
     for segment_name, wire_config in config.segments.items():
         _add_segment(bench, segment_name, wire_config, catalogue)
     for kind in catalogue.wire_kinds:
         if config.wires_of(kind.key):
             kind.add(bench, config, catalogue)
+
+
+def _equip(device: Twin, config: DeviceConfig) -> None:
+    """Set what is around a processor: voltages at its pins, and the driver of its line."""
+    if not (config.voltages or config.rs485) or (processor := device.axis.processor) is None:
+        return
+    for pin, voltage in config.voltages.items():
+        if not isinstance(voltage, FieldVoltage):
+            processor.set_volts(device.axis.kind.analog[pin], voltage)
+    if config.rs485:
+        device.uarts[""].has_driver = False
+        processor.drives_line(config.rs485.de)
+
+
+def _measure(bench: BenchRuntime, name: str, config: DeviceConfig) -> None:
+    """Let voltages at a processor's pins follow fields of its group."""
+    for pin, voltage in measured(config.voltages).items():
+        source, field = voltage.source
+        axis, of = bench.parts.axis(name), bench.parts.axis(source)
+        if axis.processor is None:
+            continue
+        channel, mean = axis.kind.analog[pin], of.kind.means.get(field)
+        if voltage.rc_s is None or mean is None:
+            axis.processor.measure(channel, of.id, of.index(field), voltage.gain, voltage.offset_V)
+        else:
+            axis.processor.smooth(channel, of.id, mean, voltage.rc_s, voltage.gain, voltage.offset_V)
+
+
+def _place_magnet(bench: BenchRuntime, name: str, config: DeviceConfig) -> None:
+    """Put the magnet that an encoder reads on its shaft."""
+    if magnet := config.magnet:
+        shaft = bench.parts.axis(magnet.of)
+        bench.parts.axis(name).place_magnet(shaft, zero_deg=magnet.zero_deg, is_reversed=magnet.reversed)
 
 
 def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalogue: Catalogue) -> None:
@@ -192,13 +249,14 @@ def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalo
     framing = framing_of(config, framings, catalogue)
     segment = make_segment(name, group, framing, FORMATS[config.format])
     bench.parts.add_wire(name, segment, group)
-    bauds = [config.baud] if config.baud else []
+    bauds, of_programs = [config.baud] if config.baud else [], list[int]()
     for device, part in stations:
         uarts = bench.devices[device].uarts
         uart = part or str(station_uart(uarts))
         uarts[uart].join(segment, str(Address(device, uart)))
-        bauds.append(uarts[uart].baud_now)
-    baud = (*bauds, USUAL_BAUD)[0]
+        # The speed of a processor is its program's: the line's is that of others, where there are any.
+        (of_programs if uarts[uart].processor else bauds).append(uarts[uart].baud_now)
+    baud = (*bauds, *of_programs, USUAL_BAUD)[0]
     line = NodeLine(segment, group, baud, catalogue.boards, __version__)
     for kind in catalogue.node_kinds:
         if nodes := getattr(config, kind.key):

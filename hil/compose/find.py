@@ -15,7 +15,7 @@ from hil.discovery.board_loading import Boards, Named
 from hil.discovery.board_places import YAML, BoardPlace, BoardPlaces, find_places
 from hil.discovery.installed import BRIDGES, PORTS
 from hil.discovery.named_kinds import Kinds, find_buses, find_wire_infos
-from hil.host.regular_file import read_text
+from hil.host.regular_file import read_regular, read_text
 from hil.vocab.axis_plan import AxisPlan
 from hil.vocab.bus import MapKind
 from hil.vocab.problem import not_text
@@ -60,6 +60,14 @@ class ProfileInfos(Mapping[str, ProfileInfo]):
         info = self[name]
         return tuple(info.uarts), tuple(info.named_axes)
 
+    def programmed(self, name: str) -> Profile | None:
+        """Profile of a board that its processor alone makes one; None: it has no processor."""
+        if self[name].processor is None:
+            return None
+        from hil.compose.programmed_profile import programmed_profile
+
+        return programmed_profile(tuple(self[name].uarts))
+
     def _info(self, place: BoardPlace) -> ProfileInfo | None:
         try:
             text = (place.folder / YAML).read_text()
@@ -93,7 +101,7 @@ def find_catalogue(
     found = find_places(path)
     buses, problems = find_buses()
     infos = ProfileInfos(found, next((bus.maps for bus in buses if bus.maps), None))
-    boards = Boards(found.places, infos, infos.parts)
+    boards = Boards(found.places, infos, infos.parts, infos.programmed)
     return Catalogue(
         infos,
         _ports(extra_ports),
@@ -105,6 +113,7 @@ def find_catalogue(
         lambda folders: find_catalogue(extra_ports, folders),
         _refused_motors,
         read_text,
+        read_regular,
         Framings(boards),
         buses,
         problems,

@@ -3,6 +3,7 @@
 from typing import Any
 
 from hil.config import BenchConfig
+from hil.config.device_program import PROGRAM_KEYS
 from hil.config.drive_findings import EMULATED_KEYS
 
 
@@ -12,7 +13,7 @@ def as_simulated(config: BenchConfig) -> dict[str, Any]:
     dumped: dict[str, Any] = config.model_dump(mode="json", by_alias=True)
     for device in dumped["devices"].values():
         device["port"] = "memory" if device["port"] else None
-        device |= {"network": None, "ports": {}}
+        device |= {"network": None, "ports": {}, **dict.fromkeys(PROGRAM_KEYS)}  # they are in the memories
         if device["at"]:
             for key in EMULATED_KEYS:
                 device.pop(key)

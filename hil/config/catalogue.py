@@ -7,15 +7,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, PrivateAttr, ValidationError
 
+from hil.config.board_processor import (
+    ProcessorKey,
+    processor_findings,
+    processor_warnings,
+    with_processors_axis,
+)
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import StrictModel, findings_of, no_such, shown, suggestion
 from hil.config.motors import MOTORS, motor_parameters
 from hil.config.yaml_text import document_from_yaml
-from hil.core.kinds import KINDS
+from hil.core.axis_kind import AxisKind
+from hil.core.kinds import KINDS, PROCESSOR_LAWS, kind_of
 from hil.vocab.address import NAME_PATTERN
-from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
+from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan, ProcessorPlan
 from hil.vocab.bus import BusKind, DriveKind, MapKind, NodeKind, WireKind
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
@@ -121,6 +128,8 @@ class ProfileInfo(StrictModel):
     """Kind of USB; ``native``: the board's own processor is on the USB, without a UART in between."""
     usb_device: UsbDeviceInfo | None = None
     """Device that the board is on the USB; None: a serial adapter stands for it."""
+    processor: ProcessorKey = None
+    """Processor that runs a user's program, on a board whose axis is its pins; None: none does."""
     uarts: dict[PartName, UartNumbers] = Field(default={MAIN: UartNumbers.model_construct()})
     """Serial interfaces by name, as ``Profile.uarts`` of its ``board.py`` has them; empty: it has none. The
     first one's port is at the device's own name."""
@@ -140,6 +149,28 @@ class ProfileInfo(StrictModel):
     None: they have a ``map``, or real ones have a terminal."""
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
     """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
+
+    _warnings: tuple[Problem, ...] = PrivateAttr(default=())
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """Warnings about what the board can be on the bench, and might not be on the desk."""
+        return self._warnings
+
+    def with_warnings(self, warnings: tuple[Problem, ...]) -> "ProfileInfo":
+        """Copy that has these warnings."""
+        copied = self.model_copy()
+        copied._warnings = warnings
+        return copied
+
+    def kind(self, axis: str) -> AxisKind:
+        """Kind of an axis by its name. Raises KeyError: there is no such axis, or law."""
+        info = self.axes[axis]
+        return kind_of(info.law, self.plan_of(info))
+
+    def plan_of(self, axis: AxisInfo) -> ProcessorPlan | None:
+        """Plan of the processor whose pins an axis is; None: it is none, or the board has none."""
+        return self.processor.plan if self.processor and axis.law in PROCESSOR_LAWS else None
 
     @cached_property
     def axes(self) -> Mapping[str, AxisInfo]:
@@ -199,6 +230,8 @@ class Catalogue:
     """Motors, by device, that the core would not open, each with the reason: a message, a colon, a remedy."""
     read_text: Callable[[Path], str] | None = None
     """Reads the text of a file that a configuration names. Raises OSError or UnicodeDecodeError."""
+    read_bytes: Callable[[Path], bytes] | None = None
+    """Reads such a file as it is. Raises OSError."""
     framings: Mapping[str, Framing] = field(default_factory=dict)
     """Framings of lines by name."""
     buses: tuple[BusKind, ...] = ()
@@ -315,7 +348,7 @@ def profile_from_yaml(
     if isinstance(document.value, dict) and document.value.get("map") is not None:
         findings += _map_findings(document, maps)
     try:
-        info = ProfileInfo.model_validate(document.value)
+        info = ProfileInfo.model_validate(with_processors_axis(document.value))
     except ValidationError as error:
         raise document.error(findings + findings_of(error, ProfileInfo, (), document)) from None
     if info.map is not None and maps and not findings:
@@ -330,9 +363,12 @@ def profile_from_yaml(
     for key in ("usb", "greeting") if not info.uarts else ():
         if getattr(info, key):
             findings.append(Finding((key,), "this board has no UART", "leave this key out", at_key=True))
+    if info.processor is not None:
+        bauds = {name: uart.baud for name, uart in info.uarts.items()}
+        findings += processor_findings(info.processor, info.law, bauds)
     if findings:
         raise document.error(findings)
-    return info
+    return info.with_warnings(processor_warnings(info.processor, document)) if info.processor else info
 
 
 def _map_findings(document: Document, maps: MapKind | None) -> list[Finding]:

@@ -16,9 +16,11 @@ from hil.config.explain import findings_of
 from hil.config.fault_findings import fault_findings
 from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
+from hil.config.magnet_findings import magnet_findings
 from hil.config.model import BenchConfig, bench_model
 from hil.config.motor_findings import motor_findings
 from hil.config.port_model import SERIAL, is_path
+from hil.config.processor_findings import processor_findings
 from hil.config.real_places import same_at
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import DeviceParts
@@ -165,6 +167,8 @@ def _findings_between(
         if name not in real and _plant(raw, axis) == "full"
     }
     yield from joint_findings(value, profiles, real)
+    yield from processor_findings(value, profiles, real)
+    yield from magnet_findings(value, profiles, real)
     if isinstance(segments := value.get("segments"), dict):
         for nodes in catalogue.node_kinds:
             yield from nodes.findings(segments, profiles, real)

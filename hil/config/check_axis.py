@@ -36,9 +36,11 @@ class AxisCheck:
         """Check all keys. ``hardware``: the device's version."""
         if info.law in KINDS and not KINDS[info.law].has_motor:
             why = f"profile {profile.name} has no motor"
-            given = {key: self.raw.get(key) for key in AXIS_KEYS}
+            given = {key: self.raw.get(key) for key in AXIS_KEYS if key != "registers" or not info.registers}
             places = [(*self.path, key) for key, value in given.items() if value and value != "simple"]
             self.findings += [Finding(place, why, "leave this key out", at_key=True) for place in places]
+            if info.registers:
+                self._registers(info)
             return
         self._parameters(info)
         self._plant(profile, info)

@@ -7,6 +7,7 @@ from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_axis import AXIS_KEYS, AxisCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.device_parts_model import BUILT_IN_TABLES
+from hil.config.device_program import ProgramCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.drive_findings import EMULATED_KEYS, ONLY_OF_DRIVES, drive_findings
 from hil.config.explain import no_such, suggestion
@@ -36,12 +37,7 @@ class DeviceCheck:
     mistakes, ``problems`` those in a file that it names; ``profile`` is None if there is none of its name."""
 
     def __init__(
-        self,
-        name: str,
-        raw: dict[str, Any],
-        document: Document,
-        catalogue: Catalogue,
-        ports: PortsCheck,
+        self, name: str, raw: dict[str, Any], document: Document, catalogue: Catalogue, ports: PortsCheck
     ) -> None:
         self.name = name
         self.path: KeyPath = ("devices", name)
@@ -90,6 +86,10 @@ class DeviceCheck:
             self._axes(profile, result)
             self._hardware(profile, result["hardware"])
             self._table(profile)
+            programs = ProgramCheck(self.path, self.raw, self.document, profile, self._catalogue.read_bytes)
+            result |= programs.read()
+            self.findings += programs.findings
+            self.problems += programs.problems
         return result
 
     def _map(self, result: dict[str, Any]) -> None:

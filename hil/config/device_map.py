@@ -8,7 +8,6 @@ from hil.config.catalogue import ProfileInfo
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import shown
 from hil.config.port_model import is_path
-from hil.core.kinds import KINDS
 from hil.vocab.bus import MapKind
 from hil.vocab.problem import ConfigError, Problem, not_text
 
@@ -70,5 +69,5 @@ class MapCheck:
         """Fields that a map's parameters may be; None: any, of a real drive."""
         if self._raw.get("at") is not None or self._profile is None:
             return None
-        kinds = [KINDS[axis.law] for axis in self._profile.axes.values()][:1]
+        kinds = [self._profile.kind(axis) for axis in self._profile.axes][:1]
         return [name for kind in kinds for name, of in kind.settable.items() if not of.is_around]

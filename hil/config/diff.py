@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterator
 from typing import Any, Literal
 
+from hil.config.device_program import PROGRAM_KEYS
 from hil.config.model import BenchConfig, DeviceConfig
 from hil.vocab.address import owner_of
 from hil.vocab.late_dataclass import dataclass
@@ -52,7 +53,7 @@ def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
 
 
 def _bench_keys(bench: BenchConfig) -> dict[str, str]:
-    return _flat(bench.model_dump(mode="json", by_alias=True, exclude={"devices", "faults"}))
+    return _flat(bench.model_dump(mode="json", by_alias=True, exclude={"devices", "faults", "recordings"}))
 
 
 def _faults(bench: BenchConfig, device: str) -> dict[str, str]:
@@ -71,6 +72,9 @@ def _keys(device: DeviceConfig) -> dict[str, str]:
     for key in ("port", "network"):
         if dump[key]:
             dump[key] = _port(dump[key])
+    for key in PROGRAM_KEYS:
+        if file := getattr(device, key):
+            dump[key] = f"{file} ({file.digest[:12]})"
     dump["ports"] = {uart: _port(port) for uart, port in dump["ports"].items()}
     return _flat(dump)
 
@@ -89,6 +93,11 @@ def _leaves(value: dict[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
             yield from _leaves(item, f"{prefix}{key}.")
         else:
             yield prefix + key, json.dumps(item)
+
+
+def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> tuple[str, ...]:
+    """Lines for the keys in which two configurations as they are dumped differ, ``key: old -> new``."""
+    return _why(_flat(old), _flat(new))
 
 
 def _why(old: dict[str, str], new: dict[str, str]) -> tuple[str, ...]:

@@ -26,10 +26,10 @@ def framing_findings(
     for name, segment in segments.items() if isinstance(segments, dict) else ():
         if not isinstance(segment, dict):
             continue
-        yield from _format(name, segment)
+        yield from _format(name, segment, devices)
         said = [
             *_boards(name, segment, devices, catalogue),
-            *_nodes(name, segment, catalogue),
+            *_nodes(name, segment, devices, catalogue),
             *_taps(name, segment),
         ]
         known = [each for each in said if each[2] in catalogue.framings]
@@ -47,12 +47,19 @@ def framing_findings(
     yield from _faults(value.get("faults"), lines)
 
 
-def _format(name: str, segment: Mapping[str, Any]) -> Iterator[Finding]:
-    line_format, stations = segment.get("format", EIGHT_N_1.name), segment.get("stations")
-    if line_format != EIGHT_N_1.name and isinstance(stations, list) and stations:
-        message = f"{stations[0]} speaks {EIGHT_N_1.name}, as all boards' UARTs do"
+def _format(name: str, segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> Iterator[Finding]:
+    of_8n1 = _without_program(segment, devices)
+    if segment.get("format", EIGHT_N_1.name) != EIGHT_N_1.name and of_8n1:
+        message = f"{of_8n1[0]} speaks {EIGHT_N_1.name}, as all boards' UARTs do but a processor's"
         remedy = "put it on a segment of its own, or leave format out"
         yield Finding(("segments", name, "format"), message, remedy)
+
+
+def _without_program(segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo]) -> list[str]:
+    """Stations of a segment whose format no program of a user sets."""
+    stations = segment.get("stations")
+    names = [str(each) for each in stations] if isinstance(stations, list) else []
+    return [each for each in names if (of := devices.get(owner_of(each))) is None or of.processor is None]
 
 
 def _of_bytes() -> Framing:
@@ -74,9 +81,12 @@ def _boards(
             yield ("segments", name, "stations", index), device, framing.name
 
 
-def _nodes(name: str, segment: Mapping[str, Any], catalogue: Catalogue) -> Iterator[Said]:
+def _nodes(
+    name: str, segment: Mapping[str, Any], devices: Mapping[str, ProfileInfo], catalogue: Catalogue
+) -> Iterator[Said]:
     """Framings that nodes and a format say; of a format that boards cannot have, ``_format`` tells."""
-    is_other = segment.get("format", EIGHT_N_1.name) != EIGHT_N_1.name and not segment.get("stations")
+    is_other = segment.get("format", EIGHT_N_1.name) != EIGHT_N_1.name
+    is_other = is_other and not _without_program(segment, devices)
     for kind in catalogue.node_kinds:
         if isinstance(segment.get(kind.key), dict):
             yield ("segments", name, kind.key), kind.key, kind.framing(EIGHT_N_1).name

@@ -11,7 +11,6 @@ from hil.config.explain import shown, suggestion
 from hil.config.station_names import station_uart
 from hil.core.abi import WIRES
 from hil.core.axis_kind import CLOCK_IN, CLOCK_OUT, AxisKind
-from hil.core.kinds import KINDS
 from hil.vocab.address import DeviceParts, address_of, no_part, pin_of
 from hil.vocab.firmware import NETWORK
 from hil.vocab.near_words import meant
@@ -35,7 +34,7 @@ def no_twin_finding(
 
 
 def _wire_findings(wires: object, devices: Devices, real: Collection[str]) -> Iterator[Finding]:
-    driven: dict[tuple[str, object], int] = {}
+    driven: dict[tuple[str, object], tuple[int, bool]] = {}
     begun: Counter[str] = Counter()
     wires = wires if isinstance(wires, list) else []
     for index, wire in enumerate(wires):
@@ -56,8 +55,9 @@ def _wire_findings(wires: object, devices: Devices, real: Collection[str]) -> It
             message = f"{source} has {WIRES} wires already"
             yield Finding((*path, "from"), message, "begin this one at another device")
         inputs = _kind(axis, devices).inputs
-        driver = driven.setdefault((axis, inputs.get(pin, pin)), index)
-        if driver != index:
+        is_shared = output in _kind(source, devices).open_outputs
+        driver, shares = driven.setdefault((axis, inputs.get(pin, pin)), (index, is_shared))
+        if driver != index and not (is_shared and shares):
             message = f"{wire['to']} is driven by {wires[driver]['from']} already"
             yield Finding((*path, "to"), message, "an input takes one wire: take one of them out")
 
@@ -71,7 +71,8 @@ def _pin(text: str, devices: Devices) -> tuple[str, str]:
 
 def _kind(axis: str, devices: Devices) -> AxisKind:
     device, part = address_of(axis)
-    return KINDS[DeviceParts(devices[device].axes)[part].law]
+    profile = devices[device]
+    return profile.kind(part or DeviceParts(profile.axes).first)
 
 
 def _end(text: str, path: KeyPath, end: str, devices: Devices, real: Collection[str]) -> Finding | None:

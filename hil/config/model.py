@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import (
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     SerializeAsAny,
     create_model,
@@ -17,8 +16,13 @@ from pydantic import (
 
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.device_parts_model import AxisConfig, FlashConfig, Register, SetpointsConfig
+from hil.config.device_program import ProgramKey
 from hil.config.explain import OR_NULL, DefaultsModel, LazyModel, StrictModel
+from hil.config.fault_model import FaultConfig
+from hil.config.magnet_model import MagnetKey
 from hil.config.port_model import Name, PortConfig, usable_path
+from hil.config.processor_model import DriverPins, Voltages, measured
+from hil.config.recordings_model import RecordingsConfig
 from hil.config.shaft_load import LoadConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
@@ -94,6 +98,35 @@ class DeviceConfig(DefaultsModel):
     flash: FlashConfig = Field(
         default=FlashConfig.model_construct(),
         description="Contents of the board's non-volatile memory at its start.",
+    )
+    firmware: ProgramKey = Field(
+        default=None,
+        description="Compiled program of the board's processor, a `.hex` or an `.elf` file; a relative path"
+        " is looked up from this file. It is in the board's flash at each start, instead of what was"
+        " uploaded; null: what was uploaded last. Only of boards with a `processor`.",
+    )
+    bootloader: ProgramKey = Field(
+        default=None,
+        description="Bootloader of your own in the processor's boot section, a file as `firmware`; null: hil"
+        " answers a tool that uploads as optiboot does.",
+    )
+    auto_reset: bool = Field(
+        default=True,
+        description="Whether opening the first serial port resets the processor, as DTR does; false: as with"
+        " the trace RESET EN cut, so that nothing can be uploaded.",
+    )
+    voltages: Voltages = Field(
+        default={},
+        description="Voltages at the processor's analogue pins, in V, or fields that they follow, as in"
+        " `{A0: 2.5, A1: {of: m1.current_a_A, gain: 0.5}}`.",
+    )
+    rs485: DriverPins | None = Field(
+        default=None, description="Driver of the line that the processor's serial interface is on."
+    )
+    magnet: MagnetKey | None = Field(
+        default=None,
+        description="The magnet that an encoder reads: its shaft, as in `m1`, or a mapping as in"
+        " `{of: m1, zero_deg: 90}`; null: there is none.",
     )
     hardware: str = Field(
         description="The board's version, one of its profile's; left out: the profile's default."
@@ -208,6 +241,7 @@ class DeviceConfig(DefaultsModel):
                 load,
                 seed + (index << 28),
                 law=info.law,
+                processor=profile.plan_of(info),
             )
         return plans
 
@@ -219,15 +253,6 @@ class DeviceConfig(DefaultsModel):
         """Fields of the axes that the power sets, by the axis's name."""
         spi = {"spi_previous_command": self.spi_previous_command}
         return {name: self.register_values(profile, name) | spi for name in profile.axes}
-
-
-class FaultConfig(BaseModel):
-    """A fault, where it is and from when to when; beside these keys those of its kind."""
-
-    model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False, defer_build=True)
-
-    fault: str = Field(description="Its kind.")
-    target: str = Field(description="What it is on, as in `s2`.")
 
 
 class BenchConfig(StrictModel):
@@ -281,6 +306,11 @@ class BenchConfig(StrictModel):
         le=1023,
         description="The CPU that the real-time core is pinned to; null: the last one allowed.",
     )
+    recordings: RecordingsConfig = Field(
+        default=RecordingsConfig(),
+        description="What is kept of the recordings of the bench's runs, which `hil recordings` lists; a"
+        " change takes effect at the next start.",
+    )
     runtime_dir: _Path | None = Field(
         default=None,
         description="Where ports, sockets and their stable names are put; null: the daemon's choice.",
@@ -301,7 +331,10 @@ class BenchConfig(StrictModel):
     def joints(self) -> list[tuple[str, ...]]:
         """Devices that share their time, by wire between pins, by segment and by bus."""
         wired = [tuple(owner_of(axis) for axis, _ in wire.ends()) for wire in self.wires]
-        return [*wired, *(each.members() for each in self.bus_wires().values())]
+        devices = self.devices.items()
+        read = [(name, owner_of(v.source[0])) for name, d in devices for v in measured(d.voltages).values()]
+        read += [(name, owner_of(device.magnet.of)) for name, device in devices if device.magnet]
+        return [*wired, *read, *(each.members() for each in self.bus_wires().values())]
 
     def tap_ports(self) -> dict[str, PortConfig]:
         """Ports of the taps of segments and buses, by their addresses."""

@@ -10,10 +10,13 @@ from hil.vocab.address import Address
 
 
 def segment_speeds(bench: BenchConfig, name: str, profiles: Mapping[str, ProfileInfo]) -> Mapping[str, int]:
-    """Speeds in baud of a segment's stations, nodes and taps; of a tap at a real adapter the adapter's."""
+    """Speeds in baud of a segment's stations, nodes and taps; of a tap at a real adapter the adapter's. The
+    speed of a station with a program of a user's own is not known."""
     segment, speeds = bench.segments[name], dict[str, int]()
     for device, part in segment.addresses():
         profile = profiles[bench.devices[device].profile]
+        if bench.devices[device].firmware:
+            continue
         bauds = bench.devices[device].uart_bauds(profile)
         uart = part or str(station_uart(profile.uarts))
         speeds[str(Address(device, uart))] = bauds[uart] or 0

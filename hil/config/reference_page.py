@@ -41,6 +41,8 @@ def reference(catalogue: Catalogue) -> str:
             for text, name in bus.sections
             for part in (text, keys_table(definitions[name]))
         ),
+        "## Recordings: `recordings`",
+        keys_table(definitions["RecordingsConfig"]),
         "## Ports: `devices.<name>.port`",
         "Either the kind's name alone, or a mapping of `kind` and the options below; so are `network` and"
         " each of `ports`.",

@@ -88,7 +88,8 @@ class SegmentConfig(StrictModel):
     format: Annotated[Literal["8N1", "8E1", "8O1", "8N2"], BeforeValidator(_format)] = Field(
         default="8N1",
         description="Data bits, parity and stop bits of a character on this wire. Boards' own UARTs have 8N1:"
-        " with another format only taps and nodes of axes can be on it.",
+        " with another format only taps, nodes of axes, and boards whose processor runs a program of yours"
+        " can be on it.",
     )
 
     def node_axes(self) -> list[str]:

@@ -2,8 +2,10 @@
 """The binding of the native core. Thin: ids and numbers in, numbers out; see native/hil_core.h for
 what each call means and who may make it. `hil.core` is the face for the rest of the project."""
 
-from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint32_t, uint64_t
+from libc.stdint cimport int8_t, int16_t, int32_t, int64_t, uint8_t, uint16_t, uint32_t, uint64_t
 from cpython.bytes cimport PyBytes_FromStringAndSize
+from cpython.ref cimport Py_INCREF
+from cpython.tuple cimport PyTuple_New, PyTuple_SET_ITEM
 from libc.stdlib cimport free, malloc
 from libc.string cimport memcpy, memset
 
@@ -251,11 +253,23 @@ cdef class NativeCore:
         hil_axis_record_edges(self.core, axis, outputs)
 
     def take_edges(self, int axis):
+        return self._edges(axis, hil_axis_take_edges)
+
+    def output_levels(self, int axis):
+        return hil_axis_output_levels(self.core, axis)
+
+    def record_inputs(self, int axis, int inputs):
+        hil_axis_record_inputs(self.core, axis, inputs)
+
+    def take_inputs(self, int axis):
+        return self._edges(axis, hil_axis_take_inputs)
+
+    cdef list _edges(self, int axis, int (*take)(hil_core *, int, hil_edge *, int) except *):
         cdef hil_edge edges[256]
         cdef int n, i
         taken = []
         while True:
-            n = hil_axis_take_edges(self.core, axis, edges, 256)
+            n = take(self.core, axis, edges, 256)
             for i in range(n):
                 taken.append((edges[i].at_ns, edges[i].pin, edges[i].level))
             if n < 256:
@@ -264,6 +278,10 @@ cdef class NativeCore:
     def wire(self, int from_axis, int from_pin, int to_axis, int to_pin):
         if hil_wire(self.core, from_axis, from_pin, to_axis, to_pin):
             raise MemoryError("no more wires at this axis")
+
+    def magnet(self, int axis, int of_axis, bint is_reversed, double zero_deg):
+        if hil_magnet(self.core, axis, of_axis, is_reversed, zero_deg):
+            raise ValueError("this axis reads no magnet")
 
     def bank_write(self, int axis, int pin, int level):
         hil_bank_write(self.core, axis, pin, level)
@@ -287,6 +305,115 @@ cdef class NativeCore:
             free(pulses)
         if failed:
             raise MemoryError("no memory for the pulses")
+
+    def processor_load(self, int axis, int at, bytes data):
+        hil_processor_load(self.core, axis, at, <int>len(data), <const uint8_t *><const char *>data)
+
+    def processor_load_eeprom(self, int axis, int at, bytes data):
+        hil_processor_load_eeprom(self.core, axis, at, <int>len(data), <const uint8_t *><const char *>data)
+
+    def processor_set_fuses(self, int axis, int low, int high, int extended, int lock, bint has_boot):
+        cdef uint8_t[4] fuses = [low, high, extended, lock]
+        hil_processor_set_fuses(self.core, axis, fuses, has_boot)
+
+    def processor_reset(self, int axis, int causes, int64_t start_up_cycles):
+        hil_processor_reset(self.core, axis, causes, start_up_cycles)
+
+    def processor_hold(self, int axis):
+        hil_processor_hold(self.core, axis)
+
+    def processor_clock(self, int axis, int64_t hz):
+        hil_processor_clock(self.core, axis, hz)
+
+    def processor_supply(self, int axis, double vcc_V, double aref_V):
+        hil_processor_supply(self.core, axis, vcc_V, aref_V)
+
+    def processor_start_up(self, int axis):
+        return hil_processor_start_up(self.core, axis)
+
+    def processor_read(self, int axis, int memory, int at, int n):
+        out = PyBytes_FromStringAndSize(NULL, n)
+        hil_processor_read(self.core, axis, memory, at, n, <uint8_t *><char *>out)
+        return out
+
+    def processor_poke(self, int axis, int address, int value):
+        hil_processor_poke(self.core, axis, address, value)
+
+    def processor_cycles(self, int axis):
+        return hil_processor_cycles(self.core, axis)
+
+    def processor_baud(self, int axis):
+        return hil_processor_baud(self.core, axis)
+
+    def processor_framing(self, int axis):
+        return hil_processor_framing(self.core, axis)
+
+    def processor_pc(self, int axis):
+        return hil_processor_pc(self.core, axis)
+
+    def processor_pin(self, int axis, int pin):
+        cdef double duty
+        cdef int seen = hil_processor_pin(self.core, axis, pin, &duty)
+        return seen & 3, seen >> 2, duty
+
+    def processor_hear(self, int axis, int64_t start_ns, double bit_ns, int bits, int length, bint is_broken):
+        return hil_processor_hear(self.core, axis, start_ns, bit_ns, bits, length, is_broken) == 0
+
+    def processor_retract(self, int axis, int64_t after_ns):
+        hil_processor_retract(self.core, axis, after_ns)
+
+    def processor_volts(self, int axis, int channel, double volts):
+        hil_processor_volts(self.core, axis, channel, volts)
+
+    def processor_measure(self, int axis, int channel, int of_axis, int field, double gain, double volts):
+        hil_processor_measure(self.core, axis, channel, of_axis, <hil_field>field, gain, volts)
+
+    def processor_smooth(self, int axis, int channel, int of_axis, int pin, double rc_s, double gain, double volts):
+        if hil_processor_smooth(self.core, axis, channel, of_axis, pin, rc_s, gain, volts):
+            raise MemoryError("a board has 16 filters at the most")
+
+    def processor_drives_line(self, int axis, int pin):
+        hil_processor_drives_line(self.core, axis, pin)
+
+    def processor_break(self, int axis, int byte, bint is_on):
+        hil_processor_break(self.core, axis, byte, is_on)
+
+    def processor_halt(self, int axis):
+        hil_processor_halt(self.core, axis)
+
+    def processor_go(self, int axis, bint is_step):
+        hil_processor_go(self.core, axis, is_step)
+
+    def processor_is_halted(self, int axis):
+        return hil_processor_is_halted(self.core, axis) != 0
+
+    def processor_jump(self, int axis, int byte):
+        hil_processor_jump(self.core, axis, byte)
+
+    def processor_stack_floor(self, int axis, int address):
+        hil_processor_stack_floor(self.core, axis, address)
+
+    def processor_stack_lowest(self, int axis):
+        return hil_processor_stack_lowest(self.core, axis)
+
+    def processor_count(self, int axis, list starts, int lap_at):
+        cdef uint16_t words[512]
+        cdef int n = 0
+        for start in starts[:512]:
+            words[n] = start
+            n += 1
+        hil_processor_count(self.core, axis, n, words, lap_at)
+
+    def processor_counted(self, int axis):
+        cdef uint64_t spent[512]
+        cdef uint32_t calls[512]
+        cdef int n = hil_processor_counted(self.core, axis, 512, spent, calls)
+        return hil_processor_counted_clocks(self.core, axis), [(spent[i], calls[i]) for i in range(n)]
+
+    def processor_laps(self, int axis):
+        cdef uint32_t laps[1024]
+        cdef int n = hil_processor_laps(self.core, axis, 1024, laps)
+        return [laps[i] for i in range(n)]
 
     def drive(self, int axis, list rows):
         cdef hil_edges *edges = <hil_edges *>malloc(max(len(rows), 1) * sizeof(hil_edges))
@@ -322,12 +449,12 @@ cdef class NativeCore:
         if failed:
             raise MemoryError("no memory for the path")
 
-    def watch(self, int axis, int slot, int64_t num_ns, int64_t den, int capacity):
-        if not 0 <= slot < HIL_WATCHES or capacity < 1:
-            raise ValueError(f"slot {slot} of {HIL_WATCHES}, for {capacity} samples")
+    def watch(self, int axis, int slot, int64_t num_ns, int64_t den, int capacity, int points):
+        if not 0 <= slot < HIL_WATCHES or capacity < 1 or points < 1:
+            raise ValueError(f"slot {slot} of {HIL_WATCHES}, for {capacity} samples of {points}")
         if not (num_ns == 0 or 1 <= den <= num_ns < 1 << 62):
             raise ValueError(f"an interval of {num_ns} / {den} ns")
-        if hil_axis_watch(self.core, axis, slot, num_ns, den, capacity):
+        if hil_axis_watch_extremes(self.core, axis, slot, num_ns, den, points, capacity):
             raise MemoryError("no memory for the axis's samples")
 
     def take_samples(self, int axis, int slot):
@@ -338,6 +465,32 @@ cdef class NativeCore:
         while hil_axis_take_samples(self.core, axis, slot, &s, 1):
             samples.append(PyBytes_FromStringAndSize(<const char *>&s, sizeof(s)))
         return samples
+
+    def take_rows(self, int axis, int slot, list fields):
+        """Some fields of the samples since the last call, by their numbers in the table: a tuple of each."""
+        if not 0 <= slot < HIL_WATCHES:
+            raise ValueError(f"slot {slot} of {HIL_WATCHES}")
+        if not all(0 <= field < HIL_FIELDS for field in fields):
+            raise ValueError(f"fields {fields} of {HIL_FIELDS}")
+        cdef hil_snapshot samples[16]
+        cdef int i, k, n = <int>len(fields), taken, field[HIL_FIELDS]
+        cdef tuple row
+        cdef list rows = []
+        if n > HIL_FIELDS:
+            raise ValueError(f"{n} fields of {HIL_FIELDS}")
+        for i in range(n):
+            field[i] = fields[i]
+        while True:
+            taken = hil_axis_take_samples(self.core, axis, slot, samples, 16)
+            for k in range(taken):
+                row = PyTuple_New(n)
+                for i in range(n):
+                    value = unpack_one(&samples[k], field[i])
+                    Py_INCREF(value)
+                    PyTuple_SET_ITEM(row, i, value)
+                rows.append(row)
+            if taken < 16:
+                return rows
 
     def lost_samples(self, int axis, int slot):
         if not 0 <= slot < HIL_WATCHES:

@@ -43,6 +43,8 @@ class Law(IntEnum):
     """a driver that steps by its pins, with the translator of an A3967"""
     pin_bank = 4
     """a microcontroller's pins, and no motor"""
+    as5047d = 5
+    """an encoder that reads a magnet on another axis's shaft, and no motor"""
 
 
 class Lanes(IntEnum):
@@ -73,6 +75,12 @@ class Kind(IntEnum):
     """of axes whose driver steps by its pins"""
     pin_bank = 8
     """of pins without a motor, which have no field of ANY but the time"""
+    encoder_chip = 32
+    """of an encoder without a motor, which has no field of ANY but the time"""
+    servo_chip = 33
+    """of servos and of such encoders"""
+    stepper_chip = 34
+    """of steppers and of such encoders"""
     servo_driver = 5
     """of both"""
     stepper_driver = 6
@@ -96,6 +104,32 @@ class Event(IntEnum):
     """a joint's encoder did not answer; value: readings that have failed in a row"""
     pulses_ended = 7
     """the last pulse of a train at a pin has ended; value: the pin"""
+    sent = 8
+    """a program's serial interface begins a frame; value: its bits after the start bit, without stop bits, +
+    1024 (their number + 16 times a bit's length in 1/256 cycles)"""
+    chip_reset = 9
+    """a program's processor has reset itself; value: the cause, a bit of MCUSR"""
+    program_note = 10
+    """something that its user should know; value: avr_note + 256 times what it is about"""
+    eeprom_written = 11
+    """a program has written a byte of its EEPROM; value: its address"""
+    flash_written = 12
+    """a program has written a page of its flash; value: its byte address"""
+    line_driver = 13
+    """the output that enables the driver of a processor's line has changed; value: its level"""
+    halted = 14
+    """a program stands for who debugs it; value: the byte address of its next instruction"""
+
+
+class ProcessorMemory(IntEnum):
+    """Memories of a processor, with their bytes."""
+
+    flash = 0
+    """32,768 bytes"""
+    eeprom = 1
+    """1,024 bytes"""
+    data = 2
+    """2,304 bytes: registers, I/O, SRAM"""
 
 
 class AxisFault(IntEnum):
@@ -123,6 +157,12 @@ class AxisFault(IntEnum):
     """1: the encoder stays at the count that it has now"""
     open_line = 10
     """1: the encoder's data line is open and reads as all ones; a part on a bus does not answer"""
+    clock_error_pct = 12
+    """per cent by which a processor's clock is fast"""
+    stuck_low = 13
+    """pins of a processor that are stuck at 0, a bit each"""
+    stuck_high = 14
+    """pins of a processor that are stuck at 1, a bit each"""
     silent_rate = 11
     """part of the readings that a joint's encoder or servo does not answer, 0 to 1"""
 
@@ -183,6 +223,10 @@ class DriverInput(IntEnum):
 class BankPin(IntEnum):
     """Pins of a microcontroller; each can be an input and an output."""
 
+    D0 = 0
+    """digital pin; RX of the board's serial interface"""
+    D1 = 1
+    """digital pin; TX of it"""
     D2 = 2
     """digital pin"""
     D3 = 3
@@ -219,6 +263,24 @@ class BankPin(IntEnum):
     """analogue pin as a digital one"""
     A5 = 19
     """analogue pin as a digital one"""
+
+
+class SpiInput(IntEnum):
+    """Inputs of a chip that is read over SPI."""
+
+    CSn = 0
+    """chip select, active low"""
+    CLK = 1
+    """clock"""
+    MOSI = 2
+    """data to the chip"""
+
+
+class SpiOutput(IntEnum):
+    """Outputs of such a chip."""
+
+    MISO = 0
+    """data from it; open while CSn is high"""
 
 
 class Output(IntEnum):

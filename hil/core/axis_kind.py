@@ -6,11 +6,12 @@ Code that needs a thing which not every axis has asks the axis's kind here, neve
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from enum import IntEnum
+from fractions import Fraction
 from typing import Any
 
 from hil.core._native import NativeCore
 from hil.core.abi import LIMIT_RPM, LIMIT_TEETH_RPM, Law
-from hil.core.fields import Snapshot
+from hil.core.fields import TABLE, Field, Snapshot
 from hil.vocab.axis import AxisState
 from hil.vocab.late_dataclass import dataclass
 
@@ -87,16 +88,34 @@ class AxisKind:
     encoder_counts: int = 0
     """Counts in a turn of the encoder by which its board knows the angle, with a look-up table
     (``CoreAxis.table``); 0: the board knows what it has commanded."""
+    control_step_ns: Fraction = Fraction(0)
+    """Period of the control law; 0: it has none that is always the same."""
     clock_field: str = ""
     """Field of the frequency at its input for a clock; empty: it neither gives nor takes one (``CLOCK_OUT``,
     ``CLOCK_IN``)."""
+    levels: str = ""
+    """Field that has the levels of all pins, a bit each by their numbers; empty: none has."""
+    analog: Mapping[str, int] = field(default_factory=dict)
+    """Channels of its processor's converter, by the names of the pins."""
+    means: Mapping[str, int] = field(default_factory=dict)
+    """Chip's numbers of the pins that a timer can have for PWM, by the fields of their mean voltages."""
+    own_fields: Mapping[str, Field] = field(default_factory=dict)
+    """Fields that go by the board's own names, and not by the table's."""
     own_faults: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     """Kinds of fault that only it can have: what the core is told of each (``hil.core.abi.AxisFault``), by
     the fault's parameters."""
     make: Callable[[NativeCore, int, "AxisKind"], Any]
     """Makes the axis: ``hil.core.core_axis.CoreAxis``, or a class that is more."""
+    open_outputs: frozenset[str] = frozenset()
+    """Outputs that drive nothing at times: several of them may be wired to one input."""
+    reads_magnet: bool = False
+    """True if it reads a magnet on another axis's shaft (``CoreAxis.place_magnet``)."""
     seen_as: str = ""
     """Face by which a firmware finds it, beside that of every axis (``hil.vocab.firmware.Board``)."""
+
+    def described(self, name: str) -> Field:
+        """Field by its name here. Raises KeyError: it has none of that name."""
+        return self.own_fields.get(name) or TABLE[self.fields[name]]
 
     def level_field(self, pin: str) -> str | None:
         """Field that tells the level of an input, by any of the input's names; None: none does."""

@@ -7,7 +7,7 @@ from hil.core._native import NativeCore
 from hil.core.abi import Event
 from hil.core.axis_kind import CLOCK_OUT, CLOCK_OUT_HZ, LOAD, speed_limit_rpm
 from hil.core.core_axis import CoreAxis
-from hil.core.kinds import KINDS
+from hil.core.kinds import kind_of
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
 from hil.vocab.time import SimTimeNs
 
@@ -49,7 +49,7 @@ class Core:
         Raises:
             ValueError: such a motor is too stiff to be integrated.
         """
-        kind = KINDS[plan.law]
+        kind = kind_of(plan.law, plan.processor)
         motor = {name: plan.parameters[name] for name in kind.parameters} or _NO_MOTOR
         full = None
         if plan.plant == "full":
@@ -59,6 +59,8 @@ class Core:
         made.holding_Nm = kind.holding_Nm(plan.parameters)
         made.speed_limit_rpm = speed_limit_rpm(plan.parameters)
         made.set_load_Nm = motor[LOAD]
+        if plan.processor and made.processor:
+            made.processor.set_up(plan.processor)
         return made
 
     def wire(self, output: tuple[CoreAxis, str], to: tuple[CoreAxis, str]) -> None:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from hil.core._native import NativeCore
 from hil.core.abi import AxisFault
 from hil.core.axis_kind import LOAD, AxisKind
+from hil.core.core_processor import CoreProcessor
 from hil.core.fields import INDEX, Snapshot
 from hil.vocab.path import PathPiece
 
@@ -22,6 +23,8 @@ class CoreAxis:
         self._native = native
         self.id = axis
         self.kind = kind
+        self.processor: CoreProcessor | None = None
+        """Processor whose pins these are, if it can run a program."""
         self.pins = kind.inputs
         """Numbers of the axis's inputs by name."""
         self.nominal_supply_V = native.supply_V(axis)
@@ -38,14 +41,19 @@ class CoreAxis:
         """Load torque as it was set last, without that of faults."""
 
     def get(self, field: str) -> float:
-        """A field by its name in ``hil.core.FIELDS``. Raises KeyError for another name."""
-        return self._native.get(self.id, INDEX[field])
+        """A field by its name (``AxisKind.fields``). Raises KeyError for another name."""
+        return self._native.get(self.id, self.index(field))
 
     def set(self, field: str, value: float) -> None:
         """Set a writable field. Raises KeyError, or AttributeError for one that is read-only."""
-        self._native.set(self.id, INDEX[field], value)
+        self._native.set(self.id, self.index(field), value)
         if field == LOAD:
             self.set_load_Nm = value
+
+    def index(self, field: str) -> int:
+        """Index of a field in the core's table. Raises KeyError: there is none of that name."""
+        of_kind = self.kind.fields.get(field)
+        return INDEX[field] if of_kind is None else of_kind
 
     def output(self, theta_deg: float, effort: int) -> None:
         self._native.output(self.id, theta_deg, effort)
@@ -92,6 +100,15 @@ class CoreAxis:
         times = array("q", [at_ns for at_ns, _ in points])
         self._native.script_encoder(self.id, times, array("q", [raw for _, raw in points]), linear)
 
+    def place_magnet(self, shaft: "CoreAxis", *, zero_deg: float, is_reversed: bool) -> None:
+        """Put the magnet that an encoder reads on the shaft of another axis of its group. ``zero_deg``: angle
+        of the shaft at which it reads 0; ``is_reversed``: it counts down as the shaft's angle grows.
+
+        Raises:
+            ValueError: this axis reads no magnet.
+        """
+        self._native.magnet(self.id, shaft.id, is_reversed, zero_deg)
+
     def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
         """Drive the inputs by a signal source from now on; no rows: none. Rows are (at_ns from now, pin,
         level, steps, duration_ns) as in ``native/types.h``: hil_edges. Raises KeyError for another pin."""
@@ -108,20 +125,26 @@ class CoreAxis:
         """
         self._native.follow(self.id, start_ns, list(path))
 
-    def watch(self, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
+    def watch(self, slot: int, interval_ns: int | Fraction, capacity: int, points: int = 1) -> None:
         """Sample the axis at the multiples of ``interval_ns``, rounded down to whole nanoseconds; 0 ends it.
         There are ``WATCHES`` slots, each with a grid of its own. Up to ``capacity`` samples wait to be taken,
-        later ones are lost.
+        later ones are lost. ``points`` above 1: of so many times in each interval a pair of samples has the
+        smallest and the largest value of each field, in the order in which they came.
 
         Raises:
             ValueError: there is no such slot, or the interval is below 1 ns, or 146 years.
         """
-        self._native.watch(self.id, slot, *interval_ns.as_integer_ratio(), capacity)
+        between_ns = Fraction(interval_ns) / points
+        self._native.watch(self.id, slot, *between_ns.as_integer_ratio(), capacity, points)
 
     def take_samples(self, slot: int) -> list[bytes]:
         """The samples since the last call, each in the binary layout (``hil.core.fields.OFFSETS``). The group
         need not be owned."""
         return self._native.take_samples(self.id, slot)
+
+    def take_rows(self, slot: int, fields: Sequence[str]) -> list[tuple[float, ...]]:
+        """Some fields of the samples since the last call, by name. The group need not be owned."""
+        return self._native.take_rows(self.id, slot, [self.index(name) for name in fields])
 
     def lost_samples(self, slot: int) -> int:
         """Number of samples lost for lack of room, since ``watch``. The group need not be owned."""
@@ -149,3 +172,17 @@ class CoreAxis:
         """Edges since the last call: (at_ns, output, level)."""
         names = {number: name for name, number in self.kind.outputs.items()}
         return [(at_ns, names[pin], level) for at_ns, pin, level in self._native.take_edges(self.id)]
+
+    def output_levels(self) -> dict[str, int]:
+        """Present levels of the outputs."""
+        high = self._native.output_levels(self.id)
+        return {name: high >> number & 1 for name, number in self.kind.outputs.items()}
+
+    def record_input_edges(self, on: bool) -> None:
+        """Keep the edges of all inputs from now on for ``take_input_edges``, or of none. For virtual time."""
+        self._native.record_inputs(self.id, sum({1 << each for each in self.pins.values()}) if on else 0)
+
+    def take_input_edges(self) -> list[tuple[int, int, int]]:
+        """Edges of inputs since the last call: (at_ns, input's number, level). The first ones are the levels
+        of when the record began, of inputs that were ever set."""
+        return self._native.take_inputs(self.id)

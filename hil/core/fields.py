@@ -24,6 +24,14 @@ class Field:
 
 FIELDS: dict[str, Field] = {row[0]: Field(*row) for row in _native.FIELDS}
 INDEX: dict[str, int] = {name: index for index, name in enumerate(FIELDS)}
+TABLE = tuple(FIELDS.values())
+"""Fields by their indices."""
+
+
+def described(name: str) -> Field:
+    """Describe a field by its name alone, its type and unit at least. A name that is not in the table is that
+    of a pin's voltage, which a board calls by its own name (``AxisKind.own_fields``)."""
+    return FIELDS.get(name) or Field(name, "f64", "V", False, "voltage at a pin")
 
 
 def fields_of(kind: Kind, has_motor: bool = True) -> dict[str, int]:

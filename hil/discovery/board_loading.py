@@ -57,7 +57,8 @@ SAY_IT = "write PROFILE = Profile(firmware=...), of hil.vocab.profile"
 
 class Boards(Mapping[str, Profile]):
     """Profiles of boards, from their ``board.py``, imported when one is asked for. ``parts``: answers the
-    names of a board's UARTs and axes by its ``profile.yaml``.
+    names of a board's UARTs and axes by its ``profile.yaml``. ``usual``: answers the profile of a board that
+    needs no ``board.py``; None: it needs one.
 
     Raises:
         KeyError: there is no such board.
@@ -69,10 +70,13 @@ class Boards(Mapping[str, Profile]):
         places: Mapping[str, BoardPlace],
         names: Collection[str],
         parts: Callable[[str], Named | None] = lambda name: None,
+        usual: Callable[[str], Profile | None] = lambda name: None,
     ) -> None:
-        self._places, self._names, self._parts = places, names, parts
+        self._places, self._names, self._parts, self._usual = places, names, parts, usual
 
     def __getitem__(self, name: str) -> Profile:
+        if not (self._places[name].folder / PYTHON).exists() and (profile := self._usual(name)):
+            return profile
         return _load(self._places[name], self._parts(name))
 
     def __contains__(self, name: object) -> bool:

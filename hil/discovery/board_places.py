@@ -12,7 +12,7 @@ from hil.vocab.problem import Problem
 
 PROFILES = "device_profiles"
 YAML, PYTHON = "profile.yaml", "board.py"
-MAKE_ONE = "a board is a folder with board.py and profile.yaml; hil profile new makes one"
+MAKE_ONE = "a board is a folder with profile.yaml and board.py; hil profile new makes one"
 
 
 @dataclass(frozen=True)

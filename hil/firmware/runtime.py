@@ -6,7 +6,7 @@ store is handed to the caller.
 
 from collections.abc import Callable, Sequence
 
-from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Delay, Main, Request
+from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Delay, EventAvailable, Main, Request
 from hil.vocab.framing import Item
 from hil.vocab.time import FOREVER, SimTimeNs
 
@@ -105,7 +105,7 @@ class Runtime:
         self._print_returns = print_returns
         self._waiting: Request | None = None
         self._answer: object = None
-        self._committing = False
+        self._committing = self._is_interrupted = False
         self._ready_ns = SimTimeNs(0)
         self._deadline_ns = SimTimeNs(0)
         self.polls_from_ns = FOREVER
@@ -143,6 +143,12 @@ class Runtime:
         self._committing = False
         self._answer = durable
 
+    def interrupted(self, at_ns: SimTimeNs) -> None:
+        """Note that an interrupt has come; a program that waits for one is due then."""
+        if isinstance(self._waiting, EventAvailable):
+            self._is_interrupted = True
+            self.due_ns = max(at_ns, self._ready_ns)
+
     def close(self) -> None:
         """Cut the power."""
         self._main.close()
@@ -166,6 +172,8 @@ class Runtime:
         elif isinstance(request, Commit):
             self._committing = True
             self._commit(request)
+        elif isinstance(request, EventAvailable):
+            self._is_interrupted = False
         else:
             raise FirmwareStuck(f"the main program yielded {request!r}, which is not a request")
 
@@ -181,4 +189,6 @@ class Runtime:
             return self._answer is True
         if isinstance(self._waiting, Commit):
             return not self._committing
+        if isinstance(self._waiting, EventAvailable):
+            return self._is_interrupted
         return self._waiting is None or now_ns >= self._deadline_ns

@@ -9,7 +9,8 @@ import errno
 import os
 import secrets
 import stat
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -24,15 +25,27 @@ def write_file(path: Path, data: bytes) -> None:
     Raises:
         OSError: it cannot be written; a regular file is as it was.
     """
+    with new_file(path) as file:
+        file.write(data)
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[BinaryIO]:
+    """Make a file whose content comes in pieces: whole in its place, and on the disk, when the block is over;
+    nothing of it if the block fails.
+
+    Raises:
+        OSError: it cannot be written; a regular file is as it was.
+    """
     target = _target(path)
     if isinstance(target, int):
         with open(target, "wb") as file:
-            file.write(data)
+            yield file
         return
     fd, new = _create(target)
     try:
         with open(fd, "wb") as file:
-            file.write(data)
+            yield file
             file.flush()
             os.fsync(fd)
         os.rename(new, target)

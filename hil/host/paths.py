@@ -12,6 +12,8 @@ STARTING = stat.S_IXUSR
 """Mode bit of a control socket until its bench serves; on a socket this bit has no other meaning."""
 SERVICES = Path("/run/hil")
 """Runtime directories of services."""
+SERVICE_STATES = Path("/var/lib/hil")
+"""State directories of services."""
 
 
 def runtime_base(
@@ -45,6 +47,12 @@ def state_base(option: Path | None, configured: Path | None, env: Mapping[str, s
     if env.get("XDG_STATE_HOME"):
         return Path(env["XDG_STATE_HOME"]) / "hil"
     return Path(env.get("HOME", "/")) / ".local" / "state" / "hil"
+
+
+def state_bases(option: Path | None, env: Mapping[str, str]) -> list[Path]:
+    """Directories to search for what benches have left: the option alone, or the user's and the services'."""
+    base = state_base(option, None, env)
+    return [base] if option else list(dict.fromkeys([base, SERVICE_STATES]))
 
 
 def _chosen(

@@ -63,3 +63,13 @@ def give_large_blocks_back() -> None:
     if mallopt is not None:  # other C libraries have none
         mallopt(_M_MMAP_THRESHOLD, LARGE_BYTES)
         mallopt(_M_TRIM_THRESHOLD, LARGE_BYTES)
+
+
+POLITE = 10
+"""Priority, as of `nice`, of work that nobody waits for in real time."""
+
+
+def be_polite() -> None:
+    """Leave the processor to others from now on, for good."""
+    if os.getpriority(os.PRIO_PROCESS, 0) < POLITE:
+        os.setpriority(os.PRIO_PROCESS, 0, POLITE)

@@ -31,6 +31,15 @@ class WallClock:
     def sim_ns(self, wall_ns: int) -> int:
         return round((wall_ns - self.epoch_ns) * self._speed)
 
+    def anchor(self) -> None:
+        """Let the bench's present be the wall's: its time stood, and goes on."""
+        self.epoch_ns = epoch_of(self._bench, self._speed)
+
+
+def epoch_of(bench: BenchRuntime, speed: float) -> int:
+    """Wall's time of simulated time 0, if the bench's present is the wall's."""
+    return time.time_ns() - round(bench.now_ns / speed)
+
 
 TURN_S = 0.02
 """Event loop time for one group that is late: as long as the longest step of a healthy firmware."""
@@ -61,7 +70,7 @@ def start_core(
         bench.real_time.start(1_000_000_000 // config.rate_hz, config.speed, priority, cpu)
     except OSError as error:
         raise StartError(f"the core's thread could not be started: {error.strerror}") from error
-    epoch_ns = time.time_ns() - round(bench.now_ns / config.speed)
+    epoch_ns = epoch_of(bench, config.speed)
     asked = is_asked(config.cpu, require_rt)
     granted = grant(bench.core.native.rt_stats(), priority, cpu, asked=asked)
     if granted.missing and require_rt:

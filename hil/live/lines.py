@@ -31,7 +31,11 @@ class PacedLines:
     loop: asyncio.AbstractEventLoop
     now_ns: Callable[[], SimTimeNs]
     speed: float = 1.0
+    stands: Callable[[], bool] = lambda: False
+    """Answers whether time stands."""
     _is_handing_on: bool = field(default=False, init=False)
+    _waits: bool = field(default=False, init=False)
+    """True if something is due when time goes on."""
     _timer: asyncio.TimerHandle | None = field(default=None, init=False)
     _fresh: list[PacedLine] = field(default_factory=list, init=False)
     """Lines that have sent something since the last ``flush``."""
@@ -57,12 +61,14 @@ class PacedLines:
     def turn_over(self) -> None:
         """Note that firmware may have run: soon, once for all turns until then, what it sent goes on, and
         ports read what it has room for."""
-        if (self._fresh or self._held) and not self._is_handing_on:
+        if (self._fresh or self._held or self._waits) and not self._is_handing_on:
             self._is_handing_on = True
             self.loop.call_soon(self._hand_on)
 
     def _hand_on(self) -> None:
         self._is_handing_on = False
+        if self._waits:
+            self._release()
         self.flush()
         self.refresh()
 
@@ -92,7 +98,8 @@ class PacedLines:
         self.close()
         now_ns = self.now_ns()
         due_ns = self.release(now_ns)
-        if due_ns < FOREVER:
+        self._waits = due_ns < FOREVER and self.stands()
+        if due_ns < FOREVER and not self._waits:
             delay_s = (due_ns - now_ns) / NS_PER_S / self.speed
             self._timer = self.loop.call_later(max(delay_s, _MIN_RELEASE_S), self._release)
 

@@ -18,12 +18,13 @@ from hil.live.core_thread import WallClock, turn
 from hil.live.devices.bench_devices import DeviceAxes, Devices
 from hil.live.devices.twin_device import TwinHome
 from hil.live.fault_registry import FaultRegistry
+from hil.live.fork import Fork
 from hil.live.guard import BREADCRUMB, StepGuard
 from hil.live.lines import PacedLines
-from hil.live.log_file import LogFile
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.reservations import Reservations
+from hil.live.run_recording import RunRecording, begin_recording
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.part import Parts
 from hil.live.runs.queue import RunQueue
@@ -31,7 +32,7 @@ from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
 from hil.sim.bench import BenchHooks, BenchRuntime
-from hil.sim.input_log import InputLogWriter
+from hil.sim.firmware_guard import Guard
 from hil.vocab.axis import Axes
 from hil.vocab.ports import PortContext
 
@@ -43,7 +44,8 @@ CHECK_INPUTS = "HIL_CHECK_INPUTS"
 class Paths:
     """Files and folders of a bench. ``config``: the configuration, if it has a file; files that it names are
     looked up from ``folder``. ``runtime`` and ``state`` are the bench's own folders; ``port_group``: the
-    group that may use its ports."""
+    group that may use its ports; ``is_recorded``: its runs are recorded in ``state`` where there is no
+    ``input_log``."""
 
     folder: Path
     config: Path | None
@@ -51,6 +53,7 @@ class Paths:
     state: Path
     input_log: Path | None
     port_group: str | None
+    is_recorded: bool = True
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,14 @@ class LiveBench:
     apply: Apply
     reloader: Reloader
     notes: dict[str, str]
+    recording: RunRecording
+
+    async def go_through(self, fork: Fork) -> None:
+        """Go through the recorded run, to the time from which the bench goes on. Raises Refused: it cannot
+        take an input of it."""
+        config, catalogue = self.configured.config, self.configured.catalogue
+        await fork.go_through(self.sim, config, catalogue, self.places, self.commits, self.recording.file)
+        self.sim.real_time.is_held = fork.stands
 
 
 @dataclass(frozen=True)
@@ -90,9 +101,10 @@ def make_live(
     files: NvmStore,
     at: Paths,
     watch_idle_s: float,
+    fork: Fork | None = None,
 ) -> LiveBench:
-    """Make a bench without devices, which stands still; ``plan`` is the first that it will get. ``stack``
-    puts it away.
+    """Make a bench without devices, which stands still; ``plan`` is the first that it will get. ``fork``: the
+    recorded run that it goes on from. ``stack`` puts it away.
 
     Raises:
         StartError: the input log cannot be written.
@@ -102,7 +114,10 @@ def make_live(
         from hil.sim.input_check import assert_taken_back
 
         BenchRuntime.check_input = staticmethod(assert_taken_back)
-    log = _input_log(stack, plan, at.input_log) if at.input_log else None
+    forked_from = fork.source if fork else ""
+    recording = begin_recording(
+        stack, plan, at.state, at.input_log, is_wanted=at.is_recorded, forked_from=forked_from
+    )
 
     def context(label: str) -> PortContext:
         return PortContext(config.bench, label, at.runtime, at.port_group)
@@ -112,16 +127,20 @@ def make_live(
     stack.push_async_callback(places.close)
     guard = StepGuard(at.state / BREADCRUMB, config.speed)
     stack.callback(guard.close)
-    lines = PacedLines(loop, lambda: sim.now_ns, config.speed)
+    lines = PacedLines(loop, lambda: sim.now_ns, config.speed, lambda: sim.real_time.is_held)
     stack.callback(lines.close)
     commits = Commits(files, loop)
+    guarded: Guard = guard
+    if fork:
+        commits.replayed, guarded = fork.store, fork.guard(guard)
     stack.push_async_callback(commits.end)  # its answers to commits are inputs, for the log too
     sim = empty_bench(
         config,
         configured.catalogue,
         commits,
-        BenchHooks(lines.turn_over, turn, guard, places.tell_stopped, log),
+        BenchHooks(lines.turn_over, turn, guarded, places.tell_stopped, recording.writer),
     )
+    sim.real_time.is_held = fork is not None  # until it has come to its time
     stack.callback(sim.stop)
     faults, reservations = FaultRegistry(sim, devices), Reservations(devices)
     watches = Watches(sim, config.speed, watch_idle_s)
@@ -130,7 +149,7 @@ def make_live(
     stack.callback(vitals.stop)
     home = TwinHome(sim, places, commits, watches.sampler, notes, config.speed)
     stage = Stage(sim, configured, places, context, home)
-    swap = Swap(sim, configured, stage, places, devices, lines, commits, faults, watches, notes)
+    swap = Swap(sim, configured, stage, places, devices, lines, commits, faults, watches, notes, recording)
     apply = Apply(sim, stage, devices, files, reservations, bridges, swap)
     reloader = Reloader(at.config, at.folder, sim, configured, files, reservations, apply)
     return LiveBench(
@@ -147,6 +166,7 @@ def make_live(
         apply,
         reloader,
         notes,
+        recording,
     )
 
 
@@ -157,11 +177,3 @@ def make_runs(stack: AsyncExitStack, live: LiveBench, clock: WallClock) -> LiveR
     queue = RunQueue(axes, live.configured, clock, others, live.reservations)
     stack.push_async_callback(queue.close)
     return LiveRuns(queue, Parts(queue, axes, live.configured, clock, live.reservations), others, axes)
-
-
-def _input_log(stack: AsyncExitStack, plan: BenchPlan, path: Path) -> InputLogWriter:
-    file = LogFile(path, asyncio.get_running_loop())
-    stack.callback(file.close)
-    log = file.begin(plan)
-    stack.callback(log.end)
-    return log

@@ -7,6 +7,7 @@ from contextlib import suppress
 
 from hil.firmware.nvm import Content
 from hil.live.store import NvmStore
+from hil.sim.bench import Store
 from hil.sim.twin import Twin
 
 log = logging.getLogger("hil")
@@ -24,6 +25,8 @@ class Commits:
         self.failures: dict[str, str] = {}
         """Reasons why devices' memories were not written the last time, by device."""
         self.writes = {"ok": 0, "failed": 0}
+        self.replayed: Store | None = None
+        """Store that has the answers of a run that is gone through again."""
 
     def begin(self, device: str, counter: int) -> None:
         """Note that a device begins; ``counter``: number of the commits that made its file."""
@@ -39,6 +42,8 @@ class Commits:
     def commit(
         self, device: Twin, sections: Mapping[str, bytes], answered: Callable[[bool], bool]
     ) -> bool | None:
+        if self.replayed:
+            return self.replayed.commit(device, sections, answered)
         if self._ends:
             return None
         self._counters[device.name] = self._counters.get(device.name, 0) + 1

@@ -6,7 +6,8 @@ Out: the backend -> ``PortLink.send`` -> port.
 
 from typing import Generic, Protocol, TypeVar
 
-from hil.vocab.line_format import EIGHT_N_1, LineFormat
+from hil.net.line_openings import tell_opened
+from hil.vocab.line_format import LineFormat
 from hil.vocab.ports import FormatPort, Port, Tap
 
 BACKLOG_HOLD_BYTES = 64 * 1024
@@ -106,14 +107,18 @@ class PortLink(Generic[BackendKind]):
         if self._backend:
             self._backend.client_left(baud)
 
+    def line_opened(self) -> None:
+        """Let the backend know, if it is one that hears of that (``LineHost``)."""
+        tell_opened(self._backend)
+
     def port_failed(self, reason: str) -> None:
         self.failure = reason
 
     # ---- for the backend ----
 
-    def client_format(self) -> LineFormat:
-        """Format in which clients send and read characters."""
-        return self._formatted.client_format() if self._formatted else EIGHT_N_1
+    def client_format(self) -> LineFormat | None:
+        """Format in which clients send and read characters; None: the port does not say."""
+        return self._formatted.client_format() if self._formatted else None
 
     def refresh(self) -> None:
         """Let the port read on if it was held up and there is room again."""

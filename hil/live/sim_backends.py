@@ -9,11 +9,11 @@ from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.flight import joined
-from hil.sim.inputs import Bytes, Reset
+from hil.sim.inputs import Bytes, LineOpened, Reset
 from hil.sim.segment_tap import Tap
 from hil.sim.twin import Twin
 from hil.sim.uart import USB_HELD_BYTES
-from hil.vocab.line_format import EIGHT_N_1
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.ports import TOUCH_BAUD, EchoPort, PowerPort
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
@@ -40,6 +40,8 @@ class UartBackend:
     _typed: bytearray = field(default_factory=bytearray, init=False)
     _is_typing: bool = field(default=False, init=False)
     _fresh: list[tuple[int, bytes]] = field(default_factory=list, init=False)
+    _fresh_format: LineFormat = field(default=EIGHT_N_1, init=False)
+    """Format of what is in ``_fresh``."""
     _line: deque[tuple[int, bytes, Sampled | None]] = field(default_factory=deque, init=False)
     """Bytes on the line, the times at which a client's UART has them, and how it read them, if it reads
     otherwise than they were sent."""
@@ -55,7 +57,7 @@ class UartBackend:
     # ---- Backend ----
 
     def room(self) -> int:
-        if self.link.port.backlog() > BACKLOG_HOLD_BYTES:
+        if self.link.port.backlog() > BACKLOG_HOLD_BYTES or self.bench.real_time.is_held:
             return 0
         uart = self._uart
         return uart.room_on_usb if uart.baud is None else uart.room(self.bench.now_ns)
@@ -71,7 +73,9 @@ class UartBackend:
             self.link.tell("board", data)
         if self._uart.baud:
             client_format = self.link.client_format()
-            name = "" if client_format is EIGHT_N_1 else client_format.name
+            # A port that does not say has the board's, whatever that is: a pty's other end cannot be asked.
+            ours = self._uart.format_now or EIGHT_N_1
+            name = client_format.name if client_format not in (None, ours) else ""
             self.bench.apply_to(self.device, Bytes(data, self.link.port.client_baud(), self.name, name))
         else:
             self.bench.apply_to(self.device, Bytes(data, None, self.name))
@@ -83,6 +87,11 @@ class UartBackend:
     def client_left(self, baud: int | None) -> None:
         if self.native_usb and self._uart.baud is None and baud == TOUCH_BAUD:
             self.bench.apply_to(self.device, Reset())
+
+    def line_opened(self) -> None:
+        """Reset a board whose RESET hangs on the line."""
+        if self.device.resets_when_opened:
+            self.bench.apply_to(self.device, LineOpened(self.name))
 
     def _tell_power(self, is_on: bool) -> None:
         """Tell a port that is a part of the board of its power. With each power-up it was off before."""
@@ -139,10 +148,16 @@ class UartBackend:
     def send(self, at_ns: SimTimeNs, data: bytes) -> None:
         """Send for the device; on a paced line ``flush`` comes when its group's turn is over."""
         if self._uart.baud is None:
-            self.link.send(data)
+            if (
+                self.bench.real_time.is_on or not self.bench.real_time.is_held
+            ):  # else there are no clients yet
+                self.link.send(data)
             return
+        if self._fresh and self._uart.sent_format is not self._fresh_format:
+            self.flush()
         if not self._fresh:
             self.lines.has_sent(self)
+            self._fresh_format = self._uart.sent_format
         self._fresh.append((at_ns, data))
 
     def flush(self) -> None:
@@ -150,20 +165,28 @@ class UartBackend:
         baud = self._uart.baud
         if not self._fresh or baud is None:
             return
-        for start_ns, data in joined(self._fresh, baud):
+        for start_ns, data in joined(self._fresh, baud, self._fresh_format.bits):
             client_baud = self.link.port.client_baud() or baud
-            client_format = self.link.client_format()
-            if client_baud == baud and client_format is EIGHT_N_1:
+            client_format = self.link.client_format() or self._fresh_format
+            if client_baud == baud and client_format is self._fresh_format:
+                bits = client_format.bits
                 due = (
-                    (start_ns + character_ns(i + 1, baud), data[i : i + 1], None) for i in range(len(data))
+                    (start_ns + character_ns(i + 1, baud, bits), data[i : i + 1], None)
+                    for i in range(len(data))
                 )
                 self._line.extend(due)
                 continue
             one_ns = character_ns(1, client_baud, client_format.bits)
-            for sampled in resample(data, baud, client_baud, EIGHT_N_1, client_format):
+            for sampled in resample(data, baud, client_baud, self._fresh_format, client_format):
                 due_ns = start_ns + sampled.offset_ns + one_ns
                 self._line.append((due_ns, bytes((sampled.byte,)), sampled))
         self._fresh.clear()
+
+    def lose(self, now_ns: SimTimeNs) -> None:
+        """Lose what clients would have had up to a time."""
+        self.flush()
+        while self._line and self._line[0][0] <= now_ns:
+            self._line.popleft()
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
         out = bytearray()
@@ -204,7 +227,7 @@ class TapBackend:
     # ---- Backend ----
 
     def room(self) -> int:
-        is_full = self._link.port.backlog() > BACKLOG_HOLD_BYTES
+        is_full = self._link.port.backlog() > BACKLOG_HOLD_BYTES or self._bench.real_time.is_held
         return 0 if is_full else self.tap.room(self._bench.now_ns)
 
     def hold(self, is_held: bool) -> None:
@@ -236,6 +259,10 @@ class TapBackend:
     def flush(self) -> None:
         """Put nothing on a line: what was heard has its times already."""
         self._is_fresh = False
+
+    def lose(self, now_ns: SimTimeNs) -> None:
+        """Lose what clients would have had up to a time."""
+        self.tap.drain(min(now_ns, self._bench.known_ns(self.tap.name)))
 
     def release(self, now_ns: SimTimeNs) -> SimTimeNs:
         due_ns = self.tap.next_ns

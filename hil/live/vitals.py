@@ -57,6 +57,8 @@ class Vitals(logging.Handler):
         self.loop_lag[min(late_ns.bit_length(), LAG_BUCKETS - 1)] += 1
         self.loop_lag_total_ns += late_ns
         rt = self._bench.core.native.rt_stats()
+        if self._looks and rt["ticks"] < self._looks[-1].ticks:  # from 0 again: time was held
+            self._looks.clear()
         self._looks.append(_Look(rt["ticks"], rt["missed"], late_ns))
         self._due_s = now_s + LOOP_LOOK_S
         self._timer = self._loop.call_at(self._due_s, self._look)

@@ -46,13 +46,14 @@ class Watches:
             else:
                 self.sampler.gone(axis)
 
-    def open(self, axis: str, signals: tuple[str, ...], interval_ns: int) -> int:
+    def open(self, axis: str, signals: tuple[str, ...], interval_ns: int, points: int = 1) -> int:
         """Start a watch; answers its number. Raises ValueError as ``Sampler.subscribe``."""
         if len(self._open) >= MAX_WATCHES:
             raise ValueError(f"{MAX_WATCHES} watches are open already; end one, or use one of them")
         loop = asyncio.get_running_loop()
         watch, self._next_id = self._next_id, self._next_id + 1
-        self._open[watch] = _Watch(self.sampler.subscribe(axis, signals, interval_ns), loop.time())
+        subscription = self.sampler.subscribe(axis, signals, interval_ns, points)
+        self._open[watch] = _Watch(subscription, loop.time())
         self._poll()
         return watch
 

@@ -18,6 +18,7 @@ from hil.live.live_bench import LiveBench, make_runs
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.reservations import Reservations
+from hil.live.run_recording import RunRecording
 from hil.live.store import NvmStore
 from hil.live.vitals import Vitals
 from hil.live.watches import Watches
@@ -65,8 +66,12 @@ async def memory_desk(sim: BenchRuntime, config: BenchConfig, catalogue: Catalog
         cast(Apply, _NEVER),
         cast(Reloader, _NEVER),
         {},
+        RunRecording(),
     )
     clock = WallClock(sim, SPEED, 0)
-    runs = make_runs(AsyncExitStack(), live, clock)
-    desk = make_desk(live, runs, clock, _NOT_ASKED, state_dir=Path(), is_service=False, stop=lambda: None)
+    stack = AsyncExitStack()
+    runs = make_runs(stack, live, clock)
+    desk = make_desk(
+        stack, live, runs, clock, _NOT_ASKED, state_dir=Path(), is_service=False, stop=lambda: None
+    )
     return MemoryDesk(desk, watches.sampler)

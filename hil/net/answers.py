@@ -95,6 +95,13 @@ _STATUS: dict[str, Any] = (
             {"run": str, "state": str, "step": int, "steps": int}
             | {"why": _MAYBE_TEXT, "left_s": _MAYBE_NUMBER}
         ],
+        "recording": {
+            "forked_from": _MAYBE_TEXT,
+            "path": _MAYBE_TEXT,
+            "problem": _MAYBE_TEXT,
+            "before": (None, {"path": str, "end": str, "show": str}),
+        },
+        "is_paused": (True, False),
         "rt_line": str,
         "speed": float,
         "wake_latency": [int],
@@ -120,10 +127,52 @@ _RUN: dict[str, Any] = {
     "benches": {str: {"state": str, "clock_offset_ns": float, "clock_error_ns": float}},
 }
 _PROBLEMS: dict[str, Any] = {"problems": str}
-_DICTS = ("reset", "pin", "set", "type", "send", "unwatch", "capture", "play", "detach", "stop")
+_PAST: dict[str, Any] = {
+    "end_ns": int,
+    "ready_ns": int,
+    "is_growing": (True, False),
+    "problem": str,
+    "begun": _MAYBE_TEXT,
+    "speed": float,
+    "revision": int,
+}
+_MARK: dict[str, Any] = {"lane": str, "from_ns": int, "to_ns": _MAYBE_NUMBER, "of": str, "text": str}
+_DICTS = (
+    *(
+        "reset",
+        "pin",
+        "set",
+        "type",
+        "send",
+        "unwatch",
+        "capture",
+        "play",
+        "detach",
+        "stop",
+        "count",
+        "debug",
+    ),
+)
 FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "attach": _AT | {"node": str, "free": int},
     "transmit": _AT | {"refused": int, "free": int},
+    "load_program": _AT | {"program": str},
+    "processor": {
+        **dict.fromkeys(("device", "program", "flash", "data"), str),
+        **dict.fromkeys(("crystal_Hz", "cycles", "pc", "stack_lowest"), int),
+        **dict.fromkeys(("is_running", "is_halted"), (True, False)),
+        "pins": {
+            str: {
+                "level": int,
+                "is_output": (True, False),
+                "has_pull_up": (True, False),
+                "duty": _MAYBE_NUMBER,
+                "wired": [str],
+            }
+        },
+        "symbols": [[(str, int)]],
+    },
+    "counted": {"cycles": int, "rows": [[int]], "laps": [int]},
     "zero": _AT | {"was_deg": float, "board_deg": _MAYBE_NUMBER},
     "list": _LIST,
     "status": _STATUS,
@@ -165,6 +214,22 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
             "runs": [{"text": str, "duration_s": float, "timeline": [[float]]}],
         },
     ),
+    "past": (_PAST | {"marks": [_MARK]}, _PAST | {"marks": ABSENT}),
+    "past_state": {
+        "at_ns": int,
+        "axes": {str: {str: _MAYBE_NUMBER}},
+        "failed": {str: str},
+        "faults": [_FAULT],
+    },
+    "past_samples": {
+        "at_ns": int,
+        "from_ns": int,
+        "interval_ns": int,
+        "series": [{"axis": str, "fields": [str], "is_summed": (True, False), "rows": int, "data": str}],
+    },
+    "past_bytes": {"at_ns": int, "items": [{"at_s": float, "to": ("board", "client"), "hex": str}]},
+    "past_packets": {"at_ns": int, "items": [dict], "left_out": int},
+    "past_find": {"found_ns": _MAYBE_NUMBER, "looked_from_ns": int, "looked_to_ns": int, "end_ns": int},
     "cancel_run": _RUN,
     "pace_run": _RUN,
     "benches": [
@@ -175,6 +240,8 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     ],
     "segments": [_SEGMENT],
     "buses": [_BUS],
+    "pause": {"sim_ns": int},
+    "resume": {"sim_ns": int},
     "reload": (_PROBLEMS, {key: [str] for key in ("removed", "restarted", "added", "kept")}),
 }
 

@@ -5,13 +5,14 @@ import errno
 import logging
 import resource
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
+from hil.net.line_openings import tell_opened
 from hil.net.traffic import Outgoing, Traffic
 from hil.net.visitors import Limit
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
@@ -52,6 +53,10 @@ class Codec(Protocol):
     """Codec of a client's bytes."""
 
     baud: int | None
+    dtr: bool
+    """True while the client has DTR on."""
+    rises: int
+    """Number of times that it has switched DTR on, since it came."""
 
     @property
     def hello(self) -> bytes:
@@ -68,6 +73,7 @@ class Plain:
     """Codec that changes nothing."""
 
     baud: int | None = None
+    dtr, rises = True, 0
     hello = b""
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
@@ -116,6 +122,11 @@ class Client:
         self.out.stop()
         self._loop.remove_reader(self.connection)
         self.connection.close()
+
+
+def has_dtr(codecs: Iterable[Codec], but: Codec | None = None) -> bool:
+    """True if a client has DTR on, another one than ``but``."""
+    return any(codec.dtr for codec in codecs if codec is not but)
 
 
 class TcpPort:
@@ -217,6 +228,8 @@ class TcpPort:
     def _take(self, connection: socket.socket) -> None:
         client = Client(connection, self._loop, self._traffic, self._client_drained, self._forget)
         self._clients[connection.fileno()] = client
+        if not has_dtr(self._codecs.values()):
+            tell_opened(self._host)
         self._codecs[client] = self._last_codec = codec = self._make_codec()
         with suppress(
             OSError
@@ -274,7 +287,10 @@ class TcpPort:
             self._forget(client)
             return
         codec = self._codecs[client]
+        rises = codec.rises
         payload, answer = codec.decode(data)
+        if codec.rises != rises and not has_dtr(self._codecs.values(), but=codec):
+            tell_opened(self._host)
         if answer:
             client.out.write(answer)
         if payload:

@@ -13,6 +13,7 @@ import select
 import socket
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import closing, suppress
+from functools import partial
 from inspect import isawaitable
 from pathlib import Path
 from time import thread_time
@@ -27,6 +28,7 @@ from hil.net.visitors import Visit, Visitors
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
 from hil.vocab.desk_protocol import LOCAL, Desk, Done, Encoded
+from hil.vocab.device import ProcessorSession
 from hil.vocab.operation import Operation, Urgency, moved_by, urgency_of
 from hil.vocab.verbs import OF_TEXTS, VerbRefused
 from hil.wire.json_text import JsonError, read_json
@@ -44,6 +46,7 @@ CLIENTS_LOOK_S = 0.25
 """Time between two looks whether a client that waits for an answer is still there."""
 SHORT_BYTES = 1024
 """Length of a line that is read before its turn: a stop must not wait for one. It takes some 10 us."""
+_DEBUG_BYTES = 4096
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 
 log = logging.getLogger("hil")
@@ -153,18 +156,18 @@ class ControlServer:
         while not self._is_closed and (line := await _next_line(reader)):
             visit.is_busy = visit.has_asked = True
             answer = await self.answer(line, writer)
-            capture = answer.pop("capture", None)
+            carry = answer.pop("carry", None)
             await _write(answer, writer)
-            if capture:
-                await _carry(capture, reader, writer)
+            if carry:
+                await carry(reader, writer)
             visit.is_busy, visit.since_s = False, asyncio.get_running_loop().time()
             await writer.drain()
 
     async def answer(
         self, line: bytes | TooLong, client: asyncio.StreamWriter | None = None
     ) -> dict[str, Any]:
-        """Answer a line of a client, request or not; ``capture`` in the answer: the connection carries one
-        from now on.
+        """Answer a line of a client, request or not; ``carry`` in the answer: what the connection carries
+        from now on, something else than requests.
 
         Raises:
             ConnectionError: the client has gone; what was done for it has ended.
@@ -200,7 +203,10 @@ class ControlServer:
             log.exception("control socket: %s could not be carried out", name)
             return {"ok": False, "error": f"{name} met a fault of hil's own; the bench's log says more"}
         if name == "capture":
-            return {"ok": True, "result": {"epoch_ns": result[0].epoch_ns}, "capture": result}
+            carry = partial(_carry_capture, result)
+            return {"ok": True, "result": {"epoch_ns": result[0].epoch_ns}, "carry": carry}
+        if name == "debug":
+            return {"ok": True, "result": {}, "carry": partial(_carry_debugging, result)}
         if isinstance(result, Done):
             result = {"effective_at_ns": result.effective_at_ns, **result.answer}
         return {"ok": True, "result": result}
@@ -263,7 +269,7 @@ async def _write(answer: dict[str, Any], writer: asyncio.StreamWriter) -> None:
         await asyncio.sleep(0)
 
 
-async def _carry(
+async def _carry_capture(
     capture: tuple[Capture, Callable[[], None]], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
 ) -> None:
     """Let a capture go out until its client leaves."""
@@ -275,6 +281,21 @@ async def _carry(
     finally:
         end()
         taken.flush()
+
+
+async def _carry_debugging(
+    session: ProcessorSession, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+) -> None:
+    """Let GDB's packets go both ways until it leaves. Then the client is sent away."""
+    try:
+        session.begin(writer.write, writer.close)
+        while data := await reader.read(_DEBUG_BYTES):
+            if session.received(data):
+                break
+            await writer.drain()
+    finally:
+        session.close()
+        writer.close()
 
 
 async def _next_line(reader: asyncio.StreamReader) -> bytes | TooLong:

@@ -55,10 +55,11 @@ class Desk:
         call: Callable[..., object],
         *,
         interval_ns: int | Fraction = 0,
+        points: int = 1,
     ) -> Watch:
         if what is Watched.SAMPLES:
             target = self._find(Target.TWIN, target)
-        return self._looks.open(what, target, call, interval_ns)
+        return self._looks.open(what, target, call, interval_ns, points)
 
     def _find(self, kind: Target, target: str) -> str:
         """Address that a target means, as hil writes it. Refuses devices and axes that are not there, and

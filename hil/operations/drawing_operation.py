@@ -24,7 +24,12 @@ class DrawingOperation:
         self._axes = axes
         self._waiting = 0
         self._last: Encoded | None = None
+        self._digest: str | None = None
         self._turn = asyncio.Lock()
+
+    def last(self) -> str | None:
+        """Digest of the last drawing of an operator; None: there is none yet."""
+        return self._digest
 
     def drawing(
         self, asked: Asked, text: str, machine: str, file: str, machine_file: str, feed_percent: float
@@ -56,8 +61,8 @@ class DrawingOperation:
         finally:
             self._waiting -= 1
         head, content = split_at(pieces, HEAD.size)
-        can_run, length = HEAD.unpack(b"".join(head))
+        can_run, digest, length = HEAD.unpack(b"".join(head))
         answer, texts = split_at(content, length)
         if is_kept and can_run:
-            self._last = Encoded((*answer, *texts))
+            self._last, self._digest = Encoded((*answer, *texts)), digest.decode()
         return Encoded((*answer, b"}"))

@@ -7,9 +7,9 @@ from typing import NamedTuple
 from hil.vocab.axis import AxisNow
 
 WORKER = "hil.operations.drawing_worker"
-HEAD = Struct("<?Q")
-"""Begin of the process's output: whether the drawing may be run, and the length of the answer, JSON without
-its last bracket. Behind the answer is the rest of an object of it and the texts."""
+HEAD = Struct("<?32sQ")
+"""Begin of the process's output: whether the drawing may be run, its digest, and the length of the answer,
+JSON without its last bracket. Behind the answer is the rest of an object of it and the texts."""
 
 
 class DrawingRequest(NamedTuple):

@@ -1,18 +1,23 @@
 """Composition of a bench's desk from the parts that answer."""
 
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 from pathlib import Path
 
 from hil.host.real_time import Grant
 from hil.live.core_thread import WallClock
 from hil.live.devices.bench_devices import DeviceInfos
+from hil.live.held_time import HeldTime
 from hil.live.live_bench import LiveBench, LiveRuns
+from hil.live.standing_time import StandingTime
 from hil.operations.bench_operations import BenchOperations
 from hil.operations.desk import Desk
 from hil.operations.device_operations import ChannelOperations, DeviceOperations
 from hil.operations.drawing_operation import DrawingOperation
 from hil.operations.health import Health
 from hil.operations.metrics import Metrics
+from hil.operations.past_operations import PastOperations
+from hil.operations.processor_operations import ProcessorOperations
 from hil.operations.reports import Reports, SharedReport
 from hil.operations.table import OPERATIONS, Answerer
 from hil.operations.watch_operations import WatchOperations
@@ -21,6 +26,7 @@ from hil.vocab.desk_protocol import Description
 
 
 def make_desk(
+    stack: AsyncExitStack,
     live: LiveBench,
     runs: LiveRuns,
     clock: WallClock,
@@ -30,17 +36,24 @@ def make_desk(
     is_service: bool,
     stop: Callable[[], None],
 ) -> Desk:
-    """Make the desk of a running bench. ``is_service``: a service manager started it; ``stop``: ends it."""
+    """Make the desk of a running bench; ``stack`` ends what it begins. ``is_service``: a service manager
+    started the bench; ``stop``: ends it."""
     sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
     known = live.devices
     health = Health(sim, known, places, commits, vitals, grant, state_dir, is_service, bridges)
     metrics = Metrics(sim, configured, known, places, clock, commits, faults, queue, bridges, vitals, health)
     looks = WatchOperations(sim, known, places, clock, live.watches, queue)
-    reports = Reports(sim, configured, places, known, faults, bridges, grant, health, queue)
+    drawings = DrawingOperation(runs.axes)
+    reports = Reports(
+        sim, configured, places, known, faults, bridges, grant, health, queue, live.recording, drawings.last
+    )
     listed, status = SharedReport(reports.listed), SharedReport(reports.status)
     devices = DeviceOperations(sim, known)
-    channels = ChannelOperations(sim)
+    channels, held = ChannelOperations(sim), HeldTime(sim, configured, known, clock)
+    processors = ProcessorOperations(known, configured, StandingTime(held))
+    past = PastOperations(live.recording, lambda: sim.now_ns, configured.config.speed)
+    stack.push_async_callback(past.end)
     bench = BenchOperations(faults, queue, live.reloader, stop)
     answerers: dict[str, Answerer] = {
         "list": lambda asked: listed.read(),
@@ -67,6 +80,11 @@ def make_desk(
         "wait": devices.wait,
         "drive": devices.drive,
         "play": devices.play,
+        "processor": processors.processor,
+        "load_program": processors.load_program,
+        "count": processors.count,
+        "counted": processors.counted,
+        "debug": processors.debug,
         "attach": channels.attach,
         "detach": channels.detach,
         "transmit": channels.transmit,
@@ -74,15 +92,23 @@ def make_desk(
         "samples": looks.samples,
         "unwatch": looks.unwatch,
         "capture": looks.capture,
+        "past": past.overview,
+        "past_state": past.state,
+        "past_samples": past.samples,
+        "past_bytes": past.bytes_at,
+        "past_packets": past.packets,
+        "past_find": past.find,
         "inject": lambda asked, fault, parameters: {"number": faults.inject(fault, asked.target, parameters)},
         "clear": bench.clear,
         "faults": lambda asked: faults.listed(),
         "run": bench.run,
-        "drawing": DrawingOperation(runs.axes).drawing,
+        "drawing": drawings.drawing,
         "runs": bench.runs,
         "cancel_run": lambda asked, how: queue.cancel(asked.target, how).as_dict(),
         "pace_run": lambda asked, pace: queue.set_pace(asked.target, pace).as_dict(),
         "part": lambda asked, given: runs.parts.answer(asked.source, asked.target, given),
+        "pause": lambda asked: {"sim_ns": held.hold(True)},
+        "resume": lambda asked: {"sim_ns": held.hold(False)},
         "reload": bench.reload,
         "stop": bench.stop,
     }

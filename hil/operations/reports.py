@@ -15,6 +15,7 @@ from hil.live.configured import Configured
 from hil.live.devices.bench_devices import Devices
 from hil.live.fault_registry import FaultRegistry
 from hil.live.places import Places
+from hil.live.run_recording import RunRecording
 from hil.live.runs.queue import RunQueue
 from hil.operations.health import Health
 from hil.operations.table import Asked
@@ -90,7 +91,7 @@ NAMED = 5
 
 @dataclass(frozen=True)
 class Reports:
-    """Reports on one bench."""
+    """Reports on one bench. ``drawing``: answers the digest of its last drawing."""
 
     sim: BenchRuntime
     configured: Configured
@@ -101,6 +102,8 @@ class Reports:
     grant: Grant
     health: Health
     runs: RunQueue
+    recording: RunRecording
+    drawing: Callable[[], str | None] = lambda: None
 
     def listed(self) -> Iterator[dict[str, Any]]:
         """List the bench's devices, taps and CANopen nodes, and the addresses of their ports."""
@@ -140,7 +143,7 @@ class Reports:
             "profile": config.profile,
             "hardware": config.hardware,
             "port": config.port.kind if config.port else None,
-            "greeting": self.configured.catalogue.profiles[config.profile].greeting,
+            "greeting": self._greeting(name, config.profile),
             "address": None,
             "clients": 0,
             "network": None,
@@ -148,6 +151,12 @@ class Reports:
             "axes": [],
             "failed": None,
         } | self.devices[name].listed(kinds)
+
+    def _greeting(self, name: str, profile: str) -> str:
+        """Text that a board answers at once; what a program of a user's own answers is not known."""
+        twin = self.sim.devices.get(name)
+        is_known = twin is None or not twin.has_program
+        return self.configured.catalogue.profiles[profile].greeting if is_known else ""
 
     def status(self) -> Iterator[dict[str, Any] | None]:
         """List the same with counters, health and all else that is known: None where others may have their
@@ -164,11 +173,14 @@ class Reports:
             **self._wires(),
             "faults": self.faults.listed(),
             "runs": self.runs.under_way(),
+            "drawing": self.drawing(),
+            "recording": self.recording.report(),
             "rt": self.grant.state,
             "rt_line": self.grant.line(),
             "rate_hz": config.rate_hz,
             "speed": config.speed,
             "sim_ns": self.sim.now_ns,
+            "is_paused": self.sim.real_time.is_held,
             "period_ns": 1_000_000_000 // config.rate_hz,
             "elapsed_ns": rt["elapsed_ns"],
             "ticks": rt["ticks"],

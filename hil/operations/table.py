@@ -8,8 +8,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from hil.core.processor_debug import MOST_FUNCTIONS
 from hil.net.answers import FORMS
 from hil.sim.inputs import MAX_BURSTS
+from hil.sketch.chip import FLASH
 from hil.vocab.desk_protocol import Source
 from hil.vocab.operation import Operation, Target
 from hil.vocab.parameters import Form, Parameter
@@ -23,6 +25,7 @@ MOST_FRAMES, FRAME_CHARACTERS = 256, 25
 WATCH_IDLE_S = 10
 """Time without a request for samples after which a watch has ended."""
 LONGEST_WAIT_S = 3600.0
+LONGEST_RUN_S = 1e9
 EVERY_BOARDS = {verb.name: verb for verb in COMMON}
 """Verbs that all boards have, which are operations themselves."""
 TYPED_BYTES = round(EVERY_BOARDS["type"].parameters[0].maximum)
@@ -62,6 +65,14 @@ def _are_names(value: Any) -> bool:
     )
 
 
+def _are_addresses(value: Any) -> bool:
+    return isinstance(value, list) and len(value) <= MOST_FUNCTIONS and all(map(_is_address, value))
+
+
+def _is_address(value: Any) -> bool:
+    return _is_whole(value) and 0 <= value < FLASH.size
+
+
 def _is_number_or_all(value: Any) -> bool:
     return value == "all" or (isinstance(value, int | float) and not isinstance(value, bool))
 
@@ -77,6 +88,7 @@ TEXT = Form("a text", lambda value: isinstance(value, str))  # its reader has a 
 WHOLE = Form("a whole number", _is_whole)
 NAMES = Form("a list of texts", _are_names)
 HEX = Form(f"hexadecimal digits of at most {TYPED_BYTES} bytes", _is_hex)
+ADDRESSES = Form(f"a list of at most {MOST_FUNCTIONS} whole numbers", _are_addresses)
 FLAG = Form("true or false", lambda value: isinstance(value, bool))
 OBJECT = Form("an object", lambda value: isinstance(value, dict))
 VALUE = Form("a number", lambda value: True)  # the field checks its limits and its type
@@ -102,6 +114,16 @@ def _name(name: str, about: str, **more: Any) -> Parameter:
 
 def _number(name: str, about: str) -> Parameter:
     return Parameter(name, about, form=WHOLE)
+
+
+def _second(name: str, about: str) -> Parameter:
+    return Parameter(name, about, "s", 0, LONGEST_RUN_S)
+
+
+_LANE = Parameter(
+    "lane", "asker's name for requests of which the newest alone counts; empty: each counts", "", 0,
+    NAME_CHARACTERS, default="", is_text=True,
+)  # fmt: skip
 
 
 def _asked(
@@ -170,6 +192,25 @@ _ROWS = (
            Parameter("train", "what is played", form=EDGES), takes_time=True),
     _asked("play", TAP, OPERATOR, "send bursts on a segment, or to the adapter on a CAN bus",
            Parameter("bursts", "what is sent", form=BURSTS), takes_time=True),
+    # The processor of a board, which runs a user's program.
+    _asked("processor", DEVICE, VIEWER,
+           "what is in a device's processor: its program, registers, SRAM, pins, and who is wired to those"),
+    _asked("load_program", DEVICE, OPERATOR,
+           "load a program into a device's processor and memory; it starts as after a power-up",
+           Parameter("program", "an Intel HEX or ELF file, in base64", form=TEXT),
+           _name("file", "where it came from", default="program.hex"),
+           takes_time=True),
+    _asked("count", DEVICE, OPERATOR,
+           "count from now on where a processor's time goes; meanwhile it takes the computer more time",
+           Parameter("starts", "byte addresses of functions, ascending; [] for none", form=ADDRESSES),
+           Parameter("lap_at", "byte address whose times are kept; -1 for none", "", -1, 32767, -1.0,
+                     is_whole=True)),
+    _asked("counted", DEVICE, VIEWER,
+           "cycles since `count`, those in each function with its calls, and cycles from one time at lap_at"
+           " to the next, the latest 1,024"),
+    _asked("debug", DEVICE, OPERATOR,
+           "the connection carries GDB's remote protocol from now on; the processor stands until GDB lets it"
+           " go"),
     # A CAN bus.
     _asked("attach", BUS, OPERATOR,
            "put a node without a device on a CAN bus; answers its address, and how many frames it takes",
@@ -182,13 +223,39 @@ _ROWS = (
     _asked("watch", TWIN, VIEWER,
            f"sample fields of an axis from now on; ends {WATCH_IDLE_S} s after the last `samples`",
            Parameter("signals", "names of fields; [] for the usual ones", form=NAMES),
-           _number("interval_ns", "between two samples, 50 us to an hour")),
+           _number("interval_ns", "between two samples, 50 us to an hour"),
+           replace(_number("points", "looks in an interval of which two samples have the extremes; 1: none"),
+                   default=1)),
     _asked("samples", BENCH, VIEWER,
            "rows of at_ns and the signals since the last time, and how many were lost",
            _number("watch", "the watch's number")),
     _asked("unwatch", BENCH, VIEWER, "end a watch", _number("watch", "the watch's number")),
     _asked("capture", BENCH, VIEWER, "the connection carries a pcapng capture of ports from now on",
            Parameter("ports", "names of ports, taps and segments", form=NAMES)),
+    # Looking back.
+    _asked("past", BENCH, VIEWER,
+           "the recording of this run: its length, and marks of what happened, unless `revision` is theirs",
+           replace(_number("revision", "of the marks that the asker has"), default=-1),
+           Parameter("most", "marks of a kind; more are summed", "", 1, 2000, 400.0, is_whole=True),
+           takes_time=True),
+    _asked("past_state", BENCH, VIEWER, "all axes, and the faults, at a time of this run",
+           _second("at_s", "the time"), _LANE, takes_time=True),
+    _asked("past_samples", BENCH, VIEWER,
+           "fields over a window of this run: each step, or the smallest and the largest of each interval",
+           Parameter("fields", "names, as m1.position_deg, m1.*", form=NAMES),
+           _second("from_s", "beginning of the window"), _second("to_s", "its end"),
+           Parameter("points", "of a field, at the most", "", 2, 20_000, 1200.0, is_whole=True), _LANE,
+           takes_time=True),
+    _asked("past_bytes", BENCH, VIEWER, "the last bytes at a port before a time of this run, both ways",
+           _name("port", "its address, as s1, s1.network"), _second("at_s", "the time"), _LANE,
+           takes_time=True),
+    _asked("past_packets", BENCH, VIEWER, "the last packets or frames of a wire before a time of this run",
+           _name("wire", "its name"), _second("at_s", "the time"), _LANE, takes_time=True),
+    _asked("past_find", BENCH, VIEWER,
+           "the time at which a condition begins to hold, within ten minutes of this run",
+           Parameter("condition", "as of `hil find`", form=TEXT), _second("from_s", "where to begin"),
+           Parameter("back", "look before it, not behind it", form=FLAG, default=False), _LANE,
+           takes_time=True),
     # Faults.
     _asked("inject", PLACE, ADMIN, "inject a fault; answers its number",
            _name("fault", "its kind; `hil fault kinds` lists them"),
@@ -205,7 +272,8 @@ _ROWS = (
            Parameter("fresh", "carry it out under a name that no run has", form=FLAG, default=False),
            takes_time=True),
     _asked("drawing", BENCH, VIEWER,
-           "read, check and plan a program in G-code; answers its problems, or its path and runs to submit",
+           "read, check and plan a program in G-code; answers its problems, or its path and runs to submit,"
+           " each with a digest that its progress has too",
            Parameter("text", "the program; without both texts: the last drawing of an operator", form=TEXT,
                      default=""),
            Parameter("machine", "the machine's document, YAML", form=TEXT, default=""),
@@ -222,6 +290,9 @@ _ROWS = (
     _asked("part", RUN, OPERATOR, "what the bench that leads a run asks of this one",
            Parameter("given", "see run/<id>/part", form=OBJECT), takes_time=True),
     # The daemon.
+    _asked("pause", BENCH, OPERATOR,
+           "hold the bench's time: boards answer nothing, and what clients send waits until `resume`"),
+    _asked("resume", BENCH, OPERATOR, "let the bench's time go on from where it stands"),
     _asked("reload", BENCH, ADMIN,
            "read the configuration again; answers devices kept, restarted, added and removed",
            takes_time=True),

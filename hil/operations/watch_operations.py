@@ -42,14 +42,14 @@ class WatchOperations:
         self._clock, self._watches, self._runs = clock, watches, runs
 
     def open(
-        self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction
+        self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction, points: int
     ) -> Watch:
         """Begin a watch, as ``Desk.watch``; a target of samples is an axis that is seen."""
         try:
             match what:
                 case Watched.SAMPLES:
                     device, part = self._devices.at(target)
-                    return device.watch(part, interval_ns, call)
+                    return device.watch(part, interval_ns, points, call)
                 case Watched.PACKETS | Watched.FRAMES:
                     return _Calls(_listening(self._sim.wires[target].watchers, call))
                 case Watched.BYTES:
@@ -67,12 +67,13 @@ class WatchOperations:
 
         return _Calls(_listening(self._runs.listeners, tell))
 
-    def watch(self, asked: Asked, signals: list[str], interval_ns: int) -> dict[str, Any]:
+    def watch(self, asked: Asked, signals: list[str], interval_ns: int, points: int) -> dict[str, Any]:
         """Begin a watch that keeps samples; answers its number, for those who come back for them."""
         device, part = self._devices.at(asked.target)
         try:
             names = device.signals(part, signals)
-            return {"watch": self._watches.open(asked.target, names, interval_ns), "signals": names}
+            watch = self._watches.open(asked.target, names, interval_ns, points)
+            return {"watch": watch, "signals": names}
         except ValueError as error:
             raise VerbRefused("bad_parameter", str(error)) from None
 

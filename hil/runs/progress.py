@@ -51,6 +51,8 @@ class Progress:
     pace: float = 1.0
     """Pace that it was told: 1 as planned, 0 paused."""
     why: str | None = None
+    digest: str = ""
+    """Digest of the run's text: names are used again, and a drawing knows its own runs by it."""
     submissions: int = 1
     """Number of times that its name was submitted: it is done once."""
     axes: dict[str, AxisReport] = field(default_factory=dict)

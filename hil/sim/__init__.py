@@ -5,7 +5,7 @@ the operating system.
 ``twin.py`` is a board, ``uart.py`` its serial interface, ``segment_tap.py`` a tap.
 ``inputs.py`` has the inputs from outside, ``input_log.py`` their log, ``faults`` the faults.
 
-May import: hil.core, hil.firmware, hil.vocab, hil.wire, the pure standard library.
+May import: hil.core, hil.firmware, hil.sketch, hil.vocab, hil.wire, the pure standard library.
 
 Tests may import too: hil.live, hil.testing.
 """

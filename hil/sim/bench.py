@@ -4,13 +4,15 @@ Every input goes through ``BenchRuntime.apply_input``, which fixes its effective
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any, ClassVar, Protocol
 
 from hil.core import Core, Snapshot
+from hil.core.fields import TABLE
 from hil.sim.bench_parts import BenchParts
 from hil.sim.card import Card
 from hil.sim.client_tap import ClientTap
@@ -152,9 +154,9 @@ class BenchRuntime:
         """Cards on a wire, by name."""
         return {name: card for name, card in self.cards.items() if card.wire is wire}
 
-    def open_group(self) -> Group:
-        """Open a group without devices, at the present."""
-        group = Group(self.core, self.core.native.group_open(self.now_ns))
+    def open_group(self, at_ns: SimTimeNs | None = None) -> Group:
+        """Open a group without devices, by default at the present."""
+        group = Group(self.core, self.core.native.group_open(self.now_ns if at_ns is None else at_ns))
         self._groups[group.id] = group
         return group
 
@@ -185,15 +187,16 @@ class BenchRuntime:
         if self.log:
             card.listeners.append(partial(self.log.sent, card.device, address_of(card.name).part))
 
-    def set_going(self, device: Twin) -> None:
-        """Start a device that was added to a bench that runs: its firmware starts at the present, and in real
-        time the core's thread gets its group."""
-        group, now_ns = self.parts.group_of(device.name), self.now_ns
+    def set_going(self, device: Twin, now_ns: SimTimeNs) -> None:
+        """Start a device that was added to a bench that runs, at the present: its firmware starts, and in
+        real time the core's thread gets its group."""
+        group = self.parts.group_of(device.name)
         self.core.native.advance(group.id, now_ns, now_ns)  # so far nothing has happened in it
         self.real_time.hand_over([group], now_ns)
 
     def remove(self, name: str) -> None:
         """Remove a device that has a group of its own, with its faults."""
+        self.devices[name].debugger.removed()
         device, group = self.parts.remove_device(name)
         with self.real_time.owning(group):
             self.faults.forget(name, device.axes.values())
@@ -321,10 +324,25 @@ class BenchRuntime:
 
     # ---- looking ----
 
-    def watch(self, axis: str, slot: int, interval_ns: int | Fraction, capacity: int) -> None:
+    @contextmanager
+    def present(self, device: Twin) -> Iterator[Group]:
+        """Own a device's group, at the present, for a block that looks into the device."""
+        group = self.parts.group_of(device.name)
+        with self.real_time.owning(group):
+            group.advance(self.now_ns, self.real_time.turn())
+            yield group
+
+    def watch(
+        self, axis: str, slot: int, interval_ns: int | Fraction, capacity: int, points: int = 1
+    ) -> None:
         """Sample the axis at an address from now on; ``CoreAxis.watch``."""
         with self.real_time.looking_at(self.parts.group_of(axis)):
-            self.parts.axis(axis).watch(slot, interval_ns, capacity)
+            self.parts.axis(axis).watch(slot, interval_ns, capacity, points)
+
+    def table_names(self, axis: str, fields: Iterable[str]) -> list[str]:
+        """Names in the core's table of fields of the axis at an address, which may have names of its own."""
+        at = self.parts.axis(axis)
+        return [TABLE[at.index(field)].name for field in fields]
 
     def snapshot(self, axis: str) -> Snapshot:
         """State of the axis at an address. Raises KeyError: there is none."""

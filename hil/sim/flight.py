@@ -84,8 +84,11 @@ def _is_wrong(sampled: Sampled) -> bool:
     return sampled.framing_error or sampled.parity_error
 
 
-def joined(pieces: Iterable[tuple[int, bytes]], baud: int) -> list[tuple[int, bytes]]:
-    """Join pieces that follow each other without a gap: a receiver sees one stream."""
+def joined(
+    pieces: Iterable[tuple[int, bytes]], baud: int, bits: int = EIGHT_N_1.bits
+) -> list[tuple[int, bytes]]:
+    """Join pieces that follow each other without a gap: a receiver sees one stream. ``bits``: of a
+    character."""
     joined: list[tuple[int, bytes]] = []
     end_ns = -1
     for start_ns, data in pieces:
@@ -93,5 +96,5 @@ def joined(pieces: Iterable[tuple[int, bytes]], baud: int) -> list[tuple[int, by
             joined[-1] = (joined[-1][0], joined[-1][1] + data)
         else:
             joined.append((start_ns, data))
-        end_ns = start_ns + character_ns(len(data), baud)
+        end_ns = start_ns + character_ns(len(data), baud, bits)
     return joined

@@ -84,6 +84,8 @@ class Group:
         """Twin of each axis, and the axis's name there."""
         self._due = self._due_times()
         """Due times of the devices by their indices. Only used with several devices."""
+        self.is_held = False
+        """True while its time stands, whatever that of the bench does: a processor of it is debugged."""
         self._events = deque[tuple[SimTimeNs, int, str, float]]()
         """Events that no firmware has heard of yet, between ``turn_ns`` and ``take_turn``."""
 
@@ -110,7 +112,8 @@ class Group:
         """Return the group to the core's thread, which goes on as far as what is waited for now: an interrupt
         may have come last, or what an input has caused."""
         native = self._native
-        native.advance(self.id, self.due_ns, native.now(self.id))
+        now_ns = native.now(self.id)
+        native.advance(self.id, now_ns if self.is_held else self.due_ns, now_ns)
         native.release(self.id)
 
     @property
@@ -139,11 +142,13 @@ class Group:
         says so, which is asked now and then. Answers the time that it has reached. The core does some
         milliseconds' work in one call, so that Ctrl-C is heard however far it has to go."""
         steps = 0
-        while True:
+        while not self.is_held:
             horizon_ns = self.due_ns
             now_ns, has_news = self._native.advance(self.id, horizon_ns, until_ns)
             if has_news or self._events:  # some are left where a turn was broken off
                 self._interrupts()
+                if self.is_held:
+                    break
             if now_ns >= horizon_ns:
                 self._step(SimTimeNs(now_ns))
                 steps += 1
@@ -154,6 +159,7 @@ class Group:
                 asks = True
             if is_over and asks and self.due_ns > now_ns and is_over():
                 return SimTimeNs(now_ns)  # all of this has happened: an input that comes now comes after it
+        return self.now_ns
 
     def turn_ns(self) -> SimTimeNs:
         """Time of what its firmwares have to do next, as far as the core has come; FOREVER: nothing yet."""

@@ -40,6 +40,8 @@ class DeviceSpec:
     framing: Framing | None = None
     send_buffers: Mapping[str, int] = field(default_factory=dict)
     """Bytes of the buffers to send of its UARTs, where they are not the usual ones (``Interfaces``)."""
+    resets_when_opened: bool = False
+    """True if a client that opens its first port resets its processor."""
     own_map: object | None = None
     """Map of registers of its own (``DeviceInfo.own_map``)."""
 
@@ -106,6 +108,11 @@ class Hardware:
         """Notes for the operator, keyed by topic."""
         self.told: dict[str, float] = {}
         """Values of the firmware's own, by name."""
+        self.processors = {name: axis.processor for name, axis in axes.items() if axis.processor}
+        """Processors by the names of the axes whose pins they have."""
+        for processor in self.processors.values():
+            self.interfaces.join_processor(processor)
+        self._reset_cause = "power"
         self._registers = {
             name: {
                 each: value for each, value in spec.power_up.get(name, {}).items() if each in axis.kind.fields
@@ -117,6 +124,8 @@ class Hardware:
             uarts=self.interfaces.by_name,
             axes=self.axes,
             faces=_faces(axes),
+            processors=self.processors,
+            reset_cause=lambda: self._reset_cause,
             nvm=self.memory.content,
             facts=spec.facts,
             note=self.note,
@@ -141,10 +150,22 @@ class Hardware:
 
     def power_up(self) -> None:
         """Power the board up; what is on the lines stays there."""
-        self.notes.clear()
-        self.told.clear()
+        self._reset_cause = "power"
+        self._clear()
         self.power_up_axes()
         self.interfaces.clear()
+
+    def reset_processors(self) -> None:
+        """Hold the processors, as their RESET pins do when a client opens the port: SRAM stays."""
+        self._reset_cause = "line"
+        self._clear()
+        for processor in self.processors.values():
+            processor.hold()
+        self.interfaces.clear()
+
+    def _clear(self) -> None:
+        self.notes.clear()
+        self.told.clear()
 
     def power_up_axes(self) -> None:
         """Reset the axes and their drivers as after power-up; the shafts stay where they are."""

@@ -8,7 +8,6 @@ import re
 from math import isfinite
 
 from hil.core import CoreAxis
-from hil.core.fields import FIELDS
 from hil.firmware.set_point_paths import length_ns
 from hil.sim import inputs
 from hil.sim.bench import BenchRuntime
@@ -17,6 +16,7 @@ from hil.sim.given_fault import fault_of
 from hil.sim.input_reading import decode, read_line
 from hil.sim.twin import Twin
 from hil.sim.verb_calls import verb_problem
+from hil.sketch.chip_program import unpacked
 from hil.vocab.address import NAME_PATTERN, Address, address_of, no_part
 from hil.vocab.faults import Fault, FaultRefused
 from hil.vocab.line_format import format_named
@@ -129,11 +129,40 @@ def _device_problem(device: Twin, given: inputs.Input) -> str | None:
             if client_format and format_named(client_format) is None:
                 return "client_format: write one as in 7E1"
             return _port_problem(device, port) or _baud_problem("client_baud", baud)
+        case inputs.LineOpened(port):
+            return _port_problem(device, port)
+        case inputs.LoadProgram(program):
+            return _program_problem(device, program)
+        case inputs.WriteMemory():
+            return _memory_problem(device, given)
         case inputs.Play():
             return "a device takes no bursts"
         case inputs.Stopped(_, _, words):
             return _words_problem(device, words)
     return None
+
+
+def _program_problem(device: Twin, program: str) -> str | None:
+    if not device.processors:
+        return "it has no processor that runs a program"
+    try:
+        unpacked(bytes.fromhex(program))
+    except ValueError as error:
+        return f"program: {error}"
+    return None
+
+
+def _memory_problem(device: Twin, given: inputs.WriteMemory) -> str | None:
+    if not device.processors:
+        return "it has no processor that runs a program"
+    try:
+        count = len(bytes.fromhex(given.data))
+    except ValueError:
+        return "data: write hexadecimal digits"
+    room = inputs.MEMORIES.get(given.memory)
+    if room is None:
+        return f"memory: write one of {', '.join(inputs.MEMORIES)}"
+    return None if 0 <= given.at <= room - max(1, count) else f"at: the memory has {room} bytes"
 
 
 def _axis_problem(device: Twin, part: str, given: inputs.Input) -> str | None:
@@ -163,7 +192,7 @@ def _pin_problem(axis: CoreAxis, pin: object, level: object) -> str | None:
 
 
 def _field_problem(axis: CoreAxis, field: str, value: float) -> str | None:
-    if field not in axis.kind.fields or not FIELDS[field].writable:
+    if field not in axis.kind.fields or not axis.kind.described(field).writable:
         return f"{field[:_SHOWN]!r} is no field that can be set"
     return None if abs(value) <= MAX_VALUE else f"{field}: write at most {plain(MAX_VALUE)}"
 

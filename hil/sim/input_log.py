@@ -1,30 +1,27 @@
 """The input log of a run: enough to run it again, exactly, on the virtual clock.
 
-A text file of JSON lines. The first is the header: format, version, the program's version, the configuration,
-and each device's memory at the start. The others are inputs (``inputs.encode_line``), and, for comparison,
-what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal digits), ``state`` (CRC-32 of the axes'
-snapshots at that time; null for what an interrupt sent, and where it was not kept). ``port`` is in lines of
-another UART than the first.
+A text file of JSON lines. The first is the header: format, version, the program's version, the wall's date of
+time 0, the speed, the configuration, and each device's memory at the start. The others are inputs
+(``inputs.encode_line``), and, for comparison, what devices sent: ``at_ns``, ``device``, ``sent`` (hexadecimal
+digits), ``state`` (CRC-32 of the axes' snapshots at that time; null for what an interrupt sent, and where it
+was not kept). ``port`` is in lines of another UART than the first.
 ``device`` of an input is the address of what it is for: a device, an axis of one with several, a tap, a
-segment. The last line is ``{"end":true}``: a log without it was cut.
+segment. Once a second come a checksum of all that stands before and some totals (``log_checks``). The last
+line says why the log ends: one without it was cut. ``log_reading`` reads it.
 """
 
-import base64
 import json
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
 
 from hil.core import Snapshot
-from hil.sim.input_reading import decode, hexadecimal, read_line, taken, text, time_ns, whole
-from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, OLD_VERSIONS, InputLogError, Logged, encode_line, quoted
+from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, Logged, encode_line, quoted
+from hil.sim.log_checks import STOPPED, LineSink, LogChecks
+from hil.sim.reloads import Memories, Reloaded, encode_reload, memories_text
 from hil.sim.state_checksum import StateChecksums, state_checksum
 from hil.sim.twin import Twin
 from hil.vocab.time import SimTimeNs
-
-Memories = Mapping[str, Mapping[str, bytes]]
-"""Non-volatile sections of each device, by name."""
 
 
 @dataclass(frozen=True)
@@ -64,30 +61,48 @@ class InputLog:
     config: dict[str, Any]
     memories: dict[str, dict[str, bytes]]
     inputs: list[Logged]
-    sent: list[Sent]
+    sent: Sequence[Sent]
     cut: str = ""
     """Reason why answers to the last inputs may be missing, for people; empty: the log is whole."""
     name: str = ""
     """Name of the log's file."""
-    lines: list[int] = field(default_factory=list)
+    lines: Sequence[int] = field(default_factory=list)
     """Line numbers of the inputs, counted from 1."""
     program: str = "another program"
     """Program that wrote it."""
+    unpacked: object = None
+    """Folder of what it came with, which goes with it."""
     version: int = LOG_VERSION
+    begun: str | None = None
+    """Wall's date of time 0, as in 2026-11-29T00:09:16.123456Z; None: it had none, or was not kept."""
+    speed: float = 1.0
+    end_ns: int = 0
+    """Time up to which the log describes the run."""
+    why: str = ""
+    """Reason in its end line (``log_checks.ENDS``); empty: it has none."""
+    reloads: Sequence["ReloadPlace"] = ()
+    ports: dict[str, str] = field(default_factory=dict)
+    """Kinds of the bench's ports by their labels, where they were kept."""
+    forked_from: str = ""
+    """Recording that the run went on from, and when, for people; empty: it is no fork."""
+    damage: str = ""
+    """Place and reason of what cannot be read, for people; all from there on is left out."""
 
     def where(self, index: int) -> str:
         return place(self.name, self.lines[index])
 
 
-class LineSink(Protocol):
-    """Destination of lines."""
-
-    def write(self, text: str, /) -> object:
-        """Append a text to the destination."""
+SentRecord = tuple[SimTimeNs, str, bytes, str, list[Snapshot] | None]
+"""Record of what a device sent: time, device, bytes, port (empty: the first), state."""
+LogRecord = Logged | Reloaded | SentRecord
 
 
-LogRecord = Logged | tuple[SimTimeNs, str, bytes, str, list[Snapshot] | None]
-"""Input, or what a device sent: time, device, bytes, port (empty: the first), state."""
+class ReloadPlace(NamedTuple):
+    """Reload in a log, and how many inputs and pieces that were sent stand before it."""
+
+    reload: Reloaded
+    inputs: int
+    sent: int
 
 
 class InputLogSink(Protocol):
@@ -100,12 +115,16 @@ class InputLogSink(Protocol):
         """Receive what a device sends; a bench's listener."""
 
 
+NOTHING_MORE: Mapping[str, object] = {}
+
+
 class InputLogWriter:
     """Writer of an input log to an open text file, which the caller flushes and closes.
 
     ``later``: called with each record that begins to wait for ``write_waiting``, which has to be called
-    soon, for what waits is not in the file; None: nothing waits. What a client waits for is then not held up
-    by texts."""
+    soon, for what waits, the header too, is not in the file; None: nothing waits. What a client waits for is
+    then not held up by texts. ``clock``: the bench's time and the wall's date; None: the time is that of the
+    last record, and there is no date. ``about``: more keys of the header: ``ports``, ``forked_from``."""
 
     def __init__(
         self,
@@ -114,136 +133,82 @@ class InputLogWriter:
         config: Mapping[str, object],
         memories: Memories,
         later: Callable[[int], object] | None = None,
+        clock: Callable[[], tuple[int, str]] | None = None,
+        about: Mapping[str, object] = NOTHING_MORE,
     ) -> None:
-        self.file = file
         self._waiting: list[LogRecord] = []
         self._checksums = StateChecksums()
         self._later = later or (lambda waiting: self.write_waiting())
-        nvm = {
-            device: {name: base64.b64encode(data).decode() for name, data in sections.items()}
-            for device, sections in memories.items()
-        }
-        header = {
+        speed = config.get("speed", 1.0)
+        self._header: dict[str, object] = {
             "format": LOG_FORMAT,
             "version": LOG_VERSION,
             "program": program,
+            "begun": None,
+            "speed": speed,
             "config": config,
-            "nvm": nvm,
+            "nvm": memories_text(memories),
+            **about,
         }
-        file.write(json.dumps(header, separators=(",", ":")) + "\n")
+        self.checks = LogChecks(file, clock)
+        self._is_over = False
+        if later is None:
+            self.begin()
+
+    def begin(self, begun: str | None = None) -> None:
+        """Write the header, if it is not written; ``begun``: the wall's date of time 0."""
+        if self._header:
+            header, self._header = self._header | {"begun": begun}, {}
+            self.checks.write_line(json.dumps(header, separators=(",", ":")) + "\n")
 
     def write(self, logged: Logged) -> None:
         self.add(logged)
 
     def sent(self, device: Twin, port: str, at_ns: SimTimeNs, data: bytes) -> None:
         """Write down what a device sent; a bench's listener."""
-        self.add((at_ns, device.name, data, logged_port(device, port), _snapshots(device)))
+        if not self._is_over:
+            self.add((at_ns, device.name, data, logged_port(device, port), _snapshots(device)))
 
     def add(self, record: LogRecord) -> None:
         """Write down a record."""
-        self._waiting.append(record)
-        self._later(len(self._waiting))
+        if not self._is_over:
+            self._waiting.append(record)
+            self._later(len(self._waiting))
 
     def write_waiting(self, at_most: int | None = None) -> int:
         """Write the first ``at_most`` records that wait, or all; answers how many wait still."""
+        self.begin()
         records, self._waiting[:at_most] = self._waiting[:at_most], []
-        self.file.write("".join([self._line(record) for record in records]))
+        add = self.checks.add
+        for record in records:
+            if isinstance(record, Logged):
+                add(record.at_ns, encode_line(record) + "\n", record)
+            elif isinstance(record, Reloaded):
+                add(record.at_ns, encode_reload(record) + "\n", None)
+            else:
+                add(record[0], self._sent_line(record), None)
+        self.checks.hand_on()
         return len(self._waiting)
 
-    def _line(self, record: LogRecord) -> str:
-        if isinstance(record, Logged):
-            return encode_line(record) + "\n"
+    def _sent_line(self, record: SentRecord) -> str:
         at_ns, device, data, port, snapshots = record
         state = "null" if snapshots is None else self._checksums.of(device, snapshots)
         on = f',"port":{quoted(port)}' if port else ""
         return f'{{"at_ns":{at_ns},"device":{quoted(device)},"sent":"{data.hex()}","state":{state}{on}}}\n'
 
-    def end(self) -> None:
-        """Write down that the run ended here, and that nothing is missing."""
+    def end(self, why: str = STOPPED) -> None:
+        """Write down that the log ends here, why, and that nothing is missing. What comes later is
+        dropped."""
         self.write_waiting()
-        self.file.write(END_LINE)
+        self.checks.end(why)
+        self.drop()
 
-
-END_LINE = '{"end":true}\n'
-KILLED = "its last lines are missing: the program that writes it runs on, was killed, or had no room left"
-NOT_TOLD = "logs of version 1 do not say whether their last lines are missing"
+    def drop(self) -> None:
+        """Drop what waits, and all that comes."""
+        self._is_over = True
+        self._waiting.clear()
 
 
 def place(name: str, line: int) -> str:
     """Format a line of a log, for people."""
     return f"{name}:{line}" if name else f"line {line}"
-
-
-def read_input_log(lines: Iterable[str | bytes], name: str = "") -> InputLog:
-    """Read a log; a last line without its end (the writer was killed) is left out. ``name``: of its file.
-
-    Raises:
-        InputLogError: this is not an input log, or not of a version that is known here; says where.
-    """
-    log, is_ended = None, False
-    for number, line in enumerate(lines, start=1):
-        if line[-1:] not in ("\n", b"\n"):
-            break
-        try:
-            if is_ended:
-                raise InputLogError("this is a line behind the log's end")
-            if log is None:
-                log = _header(read_line(line), name)
-            else:
-                is_ended = _take(log, read_line(line), number)
-        except InputLogError as error:
-            raise InputLogError(f"{place(name, number)}: {error}; {REMEDY}") from None
-    if log is None:
-        raise InputLogError(f"{place(name, 1)}: this is not an input log: it has no whole line; {REMEDY}")
-    if is_ended:
-        return log
-    return replace(log, cut=NOT_TOLD if log.version in OLD_VERSIONS else KILLED)
-
-
-def _take(log: InputLog, values: dict[str, Any], number: int) -> bool:
-    """Take the values of a line into the log; answers whether it was the end."""
-    if values == {"end": True}:
-        return True
-    if "sent" in values:
-        log.sent.append(_decode_sent(values))
-    else:
-        log.inputs.append(decode(values))
-        log.lines.append(number)
-    return False
-
-
-REMEDY = "take a log as `hil serve --log` wrote it"
-
-
-def _header(values: dict[str, Any], name: str) -> InputLog:
-    if values.get("format") != LOG_FORMAT:
-        raise InputLogError("this is not an input log")
-    program = ascii(values.get("program", "another program"))[:80].strip("'")
-    version, known = values.get("version"), (*OLD_VERSIONS, LOG_VERSION)
-    if version not in known or not isinstance(version, int) or isinstance(version, bool):
-        said, reads = ascii(version)[:80], " and ".join(map(str, known))
-        raise InputLogError(f"the log has version {said}, of {program}; this program reads {reads}")
-    config, nvm = values.get("config"), values.get("nvm")
-    if not isinstance(config, dict) or not isinstance(nvm, dict):
-        raise InputLogError("the header has to have config and nvm, both objects")
-    memories = {}
-    for device, sections in nvm.items():
-        if not isinstance(sections, dict):
-            raise InputLogError(f"nvm of {device[:40]!r} is no object")
-        memories[device] = {section: _memory(content) for section, content in sections.items()}
-    return InputLog(config, memories, [], [], name=name, program=program, version=version)
-
-
-def _memory(content: object) -> bytes:
-    with suppress(ValueError):
-        if isinstance(content, str):
-            return base64.b64decode(content, validate=True)
-    raise InputLogError("the content of a memory has to be base64")
-
-
-def _decode_sent(values: dict[str, Any]) -> Sent:
-    at_ns, device = taken(values, "at_ns", time_ns), taken(values, "device", text)
-    data = taken(values, "sent", hexadecimal)
-    state = taken(values, "state", lambda state: None if state is None else whole(state, range(1 << 32)))
-    port = taken({"port": ""} | values, "port", text)
-    return Sent(SimTimeNs(at_ns), device, data, state, port)

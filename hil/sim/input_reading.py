@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any, get_type_hints
 
-from hil.sim.inputs import KINDS, Bytes, CommitDone, Do, Follow, InputLogError, Logged
+from hil.sim.inputs import KINDS, Bytes, CommitDone, Do, Follow, InputLogError, LineOpened, Logged
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
 from hil.wire.json_text import JsonError, read_json
@@ -85,7 +85,7 @@ def _rows(*columns: Callable[[Any], Any], least: int = 0) -> Callable[[Any], tup
     return read
 
 
-def _texts(value: Any) -> tuple[str, ...]:
+def texts(value: Any) -> tuple[str, ...]:
     if not isinstance(value, list):
         raise _Wrong("write a list of texts")
     return tuple(map(text, value))
@@ -104,17 +104,18 @@ _READERS: Mapping[Any, Callable[[Any], Any]] = {
     tuple[tuple[int, str], ...]: _rows(whole, _digits),
     tuple[tuple[str, float | str], ...]: _rows(text, _value),
     tuple[tuple[str, int | None, str], ...]: _rows(text, _whole_or_none, _digits),
-    tuple[str, ...]: _texts,
+    tuple[str, ...]: texts,
     tuple[PathPiece, ...]: lambda value: tuple(PathPiece(*row) for row in _PIECES(value)),
     Train: lambda value: tuple(Edges(*row) for row in _EDGES(value)),
 }
 """Readers by the type of an input's field."""
 _TYPES = {kind: get_type_hints(kind) for kind in KINDS.values()}
-_NAMES = {(Do, "at_ns"): "later_ns"}
+LOGGED_NAMES = {(Do, "at_ns"): "later_ns"}
 """Fields that have another name in the log: an input's own ``at_ns`` is when it took effect."""
-_LEFT_OUT = {
+LEFT_OUT = {
     (Bytes, "port"): "",
     (Bytes, "client_format"): "",
+    (LineOpened, "port"): "",
     (Do, "at_ns"): None,
     (CommitDone, "at_once"): False,
     (Follow, "is_joined"): False,
@@ -173,9 +174,9 @@ def decode(values: dict[str, Any]) -> Logged:
     kind = KINDS[name]
     read: dict[str, Any] = {}
     for field in fields(kind):
-        logged = _NAMES.get((kind, field.name), field.name)
-        if logged not in values and (kind, field.name) in _LEFT_OUT:
-            read[field.name] = _LEFT_OUT[kind, field.name]
+        logged = LOGGED_NAMES.get((kind, field.name), field.name)
+        if logged not in values and (kind, field.name) in LEFT_OUT:
+            read[field.name] = LEFT_OUT[kind, field.name]
         else:
             read[field.name] = taken(values, logged, _READERS[_TYPES[kind][field.name]])
     if values:

@@ -16,9 +16,10 @@ from hil.vocab.time import SimTimeNs
 from hil.wire.step_dir import MAX_NS, Train
 
 LOG_FORMAT = "hil-inputs"
-LOG_VERSION = 2
-OLD_VERSIONS = (1,)
-"""Versions that are read too. Version 1 has no end line, so nothing says whether a log of it is whole."""
+LOG_VERSION = 3
+OLD_VERSIONS = (1, 2)
+"""Versions that are read too. Neither has checks; version 1 has no end line, so nothing says whether a log
+of it is whole."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,37 @@ class PulseTrain:
 @dataclass(frozen=True)
 class Reset:
     """Power cycle; the shaft stays where it is."""
+
+
+@dataclass(frozen=True)
+class LineOpened:
+    """Opening of the port at one of the device's UARTs, or the edge of DTR there: it resets the processor of
+    a board that is made so. ``port``: as ``Bytes``."""
+
+    port: str = ""
+
+
+@dataclass(frozen=True)
+class LoadProgram:
+    """Program for the device's processor, in the place of the one that it has: what ``packed`` of
+    ``hil.sketch.chip_program`` has made, as hexadecimal digits. The board keeps it, and is switched off and
+    on."""
+
+    program: str
+
+
+@dataclass(frozen=True)
+class WriteMemory:
+    """Bytes that a debugger writes into a processor: ``data`` as hexadecimal digits, into its data space or
+    its EEPROM from ``at`` on; ``pc``: it goes on at that byte address."""
+
+    memory: str
+    at: int
+    data: str = ""
+
+
+MEMORIES = {"data": 0x900, "eeprom": 0x400, "pc": 0x8000}
+"""Memories that a debugger writes, with their sizes in bytes."""
 
 
 @dataclass(frozen=True)
@@ -184,6 +216,9 @@ Input = (
     | ScriptEncoder
     | PulseTrain
     | Reset
+    | LineOpened
+    | LoadProgram
+    | WriteMemory
     | CommitDone
     | Stopped
 )
@@ -202,10 +237,14 @@ KINDS: dict[str, type[Any]] = {
     "script_encoder": ScriptEncoder,
     "drive": PulseTrain,
     "reset": Reset,
+    "line_opened": LineOpened,
+    "load_program": LoadProgram,
+    "write_memory": WriteMemory,
     "commit_done": CommitDone,
     "stopped": Stopped,
 }
-_NAMES = {kind: name for name, kind in KINDS.items()}
+NAMES = {kind: name for name, kind in KINDS.items()}
+"""Names of inputs in the log."""
 
 
 class Logged(NamedTuple):
@@ -242,10 +281,12 @@ def encode_line(logged: Logged) -> str:
             del values["later_ns"]
     if isinstance(logged.input, CommitDone) and not logged.input.at_once:
         del values["at_once"]
+    if isinstance(logged.input, LineOpened) and not logged.input.port:
+        del values["port"]
     if isinstance(logged.input, Bytes):
         values["data"] = logged.input.data.hex()
         for name in ("port", "client_format"):
             if not values[name]:
                 del values[name]
-    head = {"at_ns": logged.at_ns, "device": logged.device, "input": _NAMES[type(logged.input)]}
+    head = {"at_ns": logged.at_ns, "device": logged.device, "input": NAMES[type(logged.input)]}
     return json.dumps(head | values, separators=(",", ":"))

@@ -8,9 +8,11 @@ from types import MappingProxyType
 from hil.sim.firmware_guard import Guard
 from hil.sim.flight import Flight
 from hil.sim.inputs import Words
+from hil.sim.processor_line import LineProcessor, ProcessorLine
 from hil.sim.uart import UART_BUFFER_BYTES, DeviceUart, Written
 from hil.sim.uart_rx_line import DueChanged
 from hil.vocab.address import DeviceParts
+from hil.vocab.firmware import UartFrame
 from hil.vocab.time import SimTimeNs
 
 LAST_WORDS_BYTES = 128 * 1024
@@ -70,6 +72,22 @@ class Interfaces:
     def clear(self) -> None:
         for uart in self.all:
             uart.clear()
+
+    def join_processor(self, processor: LineProcessor) -> None:
+        """Let the first interface be that of a processor, while it runs."""
+        if self.all:
+            self.all[0].processor = ProcessorLine(processor)
+
+    def send_frame(self, at_ns: SimTimeNs, frame: UartFrame) -> None:
+        """Send a frame that a processor's serial interface has begun."""
+        if self.all:
+            self.all[0].send_frame(at_ns, frame)
+            self._hand_on()
+
+    def switch_driver(self, at_ns: SimTimeNs, *, is_on: bool) -> None:
+        """Switch the driver of the first interface's line, as a processor's output does."""
+        if self.all:
+            self.all[0].switch_driver(at_ns, is_on=is_on)
 
     # ---- a turn ----
 

@@ -65,12 +65,17 @@ class Power:
         if self.is_there:
             self._up()
 
-    def _up(self) -> None:
+    def reset_processors(self) -> None:
+        """Start the firmware again as the processor's RESET pin does, if there is power."""
+        if self.is_there:
+            self._up(self._hardware.reset_processors)
+
+    def _up(self, power_up: Callable[[], None] | None = None) -> None:
         self.sketch.runtime.close()
         self.failed = None
         self.ups += 1
         self._setpoints.end()
-        self._hardware.power_up()
+        (power_up or self._hardware.power_up)()
         self.sketch.power_up()
         self._tell(True)
 

@@ -26,6 +26,9 @@ class RealTimeClock:
         self._groups = groups
         self._turn_over, self._turn = turn_over, turn
         self.is_on = False
+        self.is_held = False
+        """True while time stands, or is not the clients' yet: who is outside waits."""
+        self._options = 0, 1.0, 0, 0
         self.lag = [0] * LAG_BUCKETS
         """Lateness of firmware: bucket b counts lags of [2^(b-1), 2^b) ns."""
         self.lag_total_ns = 0
@@ -36,14 +39,33 @@ class RealTimeClock:
         return SimTimeNs(self._core.rt_now())
 
     def start(self, period_ns: int, speed: float, priority: int, cpu: int) -> None:
-        """Hand the groups to the core's real-time thread; simulated time 0 is now.
+        """Hand the groups to the core's real-time thread; time goes on from where they are. While it is held,
+        it stands.
 
         Raises:
             OSError: no thread could be started at all.
         """
-        self._core.rt_start(period_ns, speed, priority, cpu)
+        self._options = period_ns, speed, priority, cpu
+        self._begin()
+
+    def _begin(self) -> None:
+        period_ns, speed, priority, cpu = self._options
+        self._core.rt_start(period_ns, 0.0 if self.is_held else speed, priority, cpu)
         self.is_on = True
-        self.hand_over(self._groups.values(), SimTimeNs(0))
+        for group in self._groups.values():
+            group.advance(group.now_ns)
+            group.give_back()
+        self._turn_over()
+
+    def hold(self, is_held: bool) -> None:
+        """Let time stand, or go on from where it stands.
+
+        Raises:
+            OSError: the thread could not be started again.
+        """
+        self._core.rt_stop()
+        self.is_held = is_held
+        self._begin()
 
     def hand_over(self, groups: Iterable[Group], now_ns: SimTimeNs) -> None:
         """Hand over groups that the thread does not have, after their firmwares have run to this time."""
@@ -58,6 +80,8 @@ class RealTimeClock:
         """Run the firmware of every group that the core has parked or has events of."""
         for group_id in self._core.take_due():
             group = self._groups[group_id]
+            if group.is_held:  # it stays at its horizon until it goes on
+                continue
             with group:
                 # Behind the wait for the group, in which the core's thread may have been.
                 now_ns = self.now_ns

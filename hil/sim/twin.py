@@ -5,8 +5,11 @@ from dataclasses import dataclass
 from functools import partial
 
 from hil.core import CoreAxis
+from hil.core.abi import Event
+from hil.core.core_processor import CoreProcessor
 from hil.firmware.set_point_paths import rest_of
 from hil.sim._each_packet import offered as offered_packets
+from hil.sim.debugger import NO_DEBUGGER
 from hil.sim.firmware_guard import Guard
 from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.inputs import (
@@ -15,23 +18,34 @@ from hil.sim.inputs import (
     Do,
     Follow,
     Input,
+    LineOpened,
+    LoadProgram,
     Pin,
     PulseTrain,
     Reset,
     ScriptEncoder,
     SetField,
     Stopped,
+    WriteMemory,
 )
 from hil.sim.power import Power
+from hil.sim.processor_memory import load_program, write_memory
 from hil.sim.setpoints import Setpoints
 from hil.sim.uart import DeviceUart
 from hil.sim.verb_calls import Answer, VerbCalls, axis_arguments
+from hil.sketch.chip_program import SECTION, is_program, kept_symbols, unpacked
+from hil.sketch.program_notes import program_note
 from hil.vocab.address import DeviceParts
 from hil.vocab.firmware import Commit, CoreEvent
 from hil.vocab.line_format import format_named
 from hil.vocab.path import Path
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.vocab.verbs import VerbRefused
+
+SENT, DRIVER, WRITTEN = Event.sent.name, Event.line_driver.name, Event.eeprom_written.name
+"""Events of a processor: it begins a frame, it switches its line's driver, it has written its EEPROM."""
+HALTED, NOTED = Event.halted.name, Event.program_note.name
+"""Events of a processor: it stands for a debugger, its program does what its user should know."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +66,10 @@ class Home:
 
 class Twin:
     """Board that runs at the times its group gives it; ``due_ns`` is the next one it needs. A firmware that
-    raises, loops or takes too long stops this device alone: ``failed`` says why."""
+    raises, loops or takes too long stops this device alone: ``failed`` says why.
+
+    Long because all that reaches a board, bytes, interrupts, inputs and time, comes in here.
+    """
 
     def __init__(self, spec: DeviceSpec, axes: Mapping[str, CoreAxis], home: Home) -> None:
         self.name = spec.name
@@ -60,10 +77,14 @@ class Twin:
         self.verbs = spec.verbs
         self.framing = spec.framing
         self.own_map = spec.own_map
+        self.resets_when_opened = spec.resets_when_opened
+        """True if a client that opens its first port resets its processor."""
         self.is_hung = False
         """True if its main program stands still (a fault), whatever resets it."""
         self.interrupting = False
         """True while an interrupt is sending, at a time before the group's."""
+        self.debugger = NO_DEBUGGER
+        """Debugger of its processor."""
         self._home = home
         commit, due_changed = partial(home.commit, self), partial(home.due_changed, self)
         self._hardware = Hardware(spec, axes, home.guard, commit, due_changed)
@@ -146,11 +167,33 @@ class Twin:
         """Let the firmware handle an interrupt, at the event's own time."""
         if self.failed or not self._sketch.is_on:
             return
+        if event.kind == SENT:
+            self._send_frame(event)
+            return
+        if event.kind == DRIVER:
+            self._interfaces.switch_driver(event.at_ns, is_on=bool(event.value))
+            return
+        if event.kind == HALTED:
+            self.debugger.halted()
+            return
+        if event.kind == NOTED:
+            counter = self._hardware.processors[event.axis].program_counter
+            self._hardware.note(*program_note(event.value, counter, kept_symbols(self.nvm)))
+            return
+        if event.kind == WRITTEN:
+            self._hardware.processors[event.axis].note_written()
         self._interfaces.set_time(event.at_ns)
         self._sketch.turn(lambda: self._sketch.firmware.interrupt(event))
+        self._sketch.runtime.interrupted(event.at_ns)
         self._interfaces.note_interrupt()
         self.interrupting = True
         self._interfaces.end()
+        self.interrupting = False
+
+    def _send_frame(self, event: CoreEvent) -> None:
+        frame = self._hardware.processors[event.axis].frame(event.value)
+        self.interrupting = True
+        self._interfaces.send_frame(event.at_ns, frame)
         self.interrupting = False
 
     def apply(self, given: Input, now_ns: SimTimeNs, part: str = "") -> Answer:
@@ -180,7 +223,41 @@ class Twin:
                 self._memory.answered(durable)
             case Reset():
                 self.power.reset()
+            case LoadProgram(program):
+                self._load(bytes.fromhex(program))
+            case WriteMemory(memory, at, data):
+                write_memory(self.processor, memory, at, bytes.fromhex(data))
+            case LineOpened(port):
+                if self.uarts[port] is self._lines[0] and self._is_reset_by_line():
+                    self.power.reset_processors()
         return {}
+
+    def _is_reset_by_line(self) -> bool:
+        """True if the opening of the first port resets it now; its firmware may keep running instead."""
+        opened = getattr(self._sketch.firmware, "line_opened", None) if self._sketch.is_on else None
+        return self.resets_when_opened and (opened is None or self._sketch.turn(opened) is not False)
+
+    @property
+    def processors(self) -> Mapping[str, CoreProcessor]:
+        """Processors by the names of the axes whose pins they have."""
+        return self._hardware.processors
+
+    @property
+    def processor(self) -> CoreProcessor:
+        """The first processor. Raises StopIteration: there is none."""
+        return next(iter(self.processors.values()))
+
+    @property
+    def has_program(self) -> bool:
+        """True if its memory keeps a compiled program, which its processor runs."""
+        return bool(self.processors) and is_program(self.nvm.get(SECTION))
+
+    def _load(self, program: bytes) -> None:
+        """Put a program into the processor and into the memory, and switch the board off and on."""
+        load_program(self.processor, unpacked(program))
+        self.keep(SECTION, program, lambda durable: None)
+        self.power.reset()
+        self.debugger.loaded()
 
     def follow(self, path: Path, start_ns: int, now_ns: SimTimeNs, part: str = "") -> None:
         """Let an axis follow a path from a time on: the input ``Follow``, as drives have it at each SYNC.

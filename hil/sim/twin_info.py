@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
-from hil.core import FIELDS, AxisKind, Snapshot
-from hil.core.fields import OFFSETS, packed
+from hil.core import AxisKind, Snapshot
+from hil.core.fields import OFFSETS, TABLE, packed
 from hil.sim.twin import Twin
 from hil.vocab.address import address_of
 from hil.vocab.desk_protocol import AxisField, AxisLook, DeviceInfo
@@ -43,9 +43,11 @@ def _can(verb: Verb, is_other: bool, has_axis: bool) -> bool:
 def _fields(kind: AxisKind, shown_first: tuple[str, ...]) -> Mapping[str, AxisField]:
     settable = kind.settable
     return {
-        name: AxisField(name, f.type, f.unit, f.meaning, OFFSETS[name], name in settable, name in shown_first)
-        for name, f in FIELDS.items()
-        if name in kind.fields
+        name: AxisField(
+            name, f.type, f.unit, f.meaning, OFFSETS[TABLE[index].name], name in settable, name in shown_first
+        )
+        for name, index in kind.fields.items()
+        for f in (kind.described(name),)
     }
 
 
@@ -55,10 +57,10 @@ def _inputs(kind: AxisKind) -> Mapping[str, str]:
     for name, number in kind.inputs.items():
         names.setdefault(number, []).append(name)
     inputs = {}
-    for _, pin in sorted(names.items()):
+    for number, pin in sorted(names.items()):
         told = {name: field for name in pin if (field := f"pin_{name.lower()}") in kind.fields}
         name = next(iter(told), pin[0])
-        inputs[name] = told.get(name, "")
+        inputs[name] = told.get(name, f"{kind.levels}.{number}" if kind.levels else "")
     return inputs
 
 

@@ -8,7 +8,9 @@ from collections.abc import Callable, Sequence
 
 from hil.firmware.runtime import RxBuffer
 from hil.sim.flight import Flight, flight_of, heard
+from hil.sim.processor_line import ProcessorLine
 from hil.sim.uart_rx_line import DueChanged, Incoming
+from hil.vocab.firmware import UartFrame
 from hil.vocab.framing import Framing, Item
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.segment import HeardCharacter, Receiver, Segment
@@ -39,6 +41,10 @@ class StationLink:
             self._told_polling = is_polling
             self.segment.set_polling(self.name, is_polling)
 
+
+RxBegun = Callable[[SimTimeNs, bytes, int, LineFormat], None]
+"""Called with what begins on a line towards a UART: the time of its first bit, the bytes, the sender's speed
+and format."""
 
 Sent = Callable[[SimTimeNs, bytes], None]
 """Called with what is sent: the time of its first bit on the line, and the bytes."""
@@ -73,6 +79,10 @@ class Transmitter:
         self.free_ns = start_ns + character_ns(len(data), baud)
         self._sent(SimTimeNs(start_ns), data)
 
+    def send_at(self, start_ns: SimTimeNs, data: bytes) -> None:
+        """Send bytes whose time is known: after those before them only where a fault has delayed those."""
+        self._sent(start_ns, data)
+
     def print_returns(self, now_ns: SimTimeNs, baud: int | None) -> SimTimeNs:
         """Time at which all but a transmit buffer of what was written has gone out."""
         if baud is None or self.free_ns <= now_ns:
@@ -92,6 +102,8 @@ class DeviceUart:
 
     ``sent`` and ``tx_buffer_bytes``: as ``Transmitter`` takes them. ``later``: list in which written bytes
     wait for ``tx.put``; None: they do not. ``due_changed``: as ``Incoming`` takes it.
+
+    Long because each way in asks who has the line: the firmware's buffer, or a processor that runs a program.
     """
 
     def __init__(
@@ -115,10 +127,20 @@ class DeviceUart:
         self.address: int | None = None
         self.listeners: list[Sent] = []
         """Called with all that the device has sent, when its turn is over: one piece for each time."""
+        self.rx_watchers: list[RxBegun] = []
+        """Called with what a client sends, as it goes on the line; never where bytes take no time."""
         self.station: StationLink | None = None
         """Link to its segment, if it is on one."""
+        self.processor: ProcessorLine | None = None
+        """Line of the processor whose serial interface this is; while it runs, its program has the line."""
+        self.has_driver = True
+        """False while an output of the processor keeps its line's driver off: nothing reaches its segment."""
         self._later = later
         self.incoming = Incoming(due_changed)
+        self._program_format = EIGHT_N_1
+        """Format of the last frame of a processor."""
+        self._line_format = EIGHT_N_1
+        """Format of the line that it is on."""
         self._framing: Framing | None = None
         """Framing by which the sketch reads."""
         self._line_framing: Framing | None = None
@@ -127,8 +149,15 @@ class DeviceUart:
 
     def join(self, segment: Segment, station: str) -> None:
         self.station = StationLink(segment, station, self)
-        self._line_framing = segment.framing
-        self.listeners.append(lambda at_ns, data: segment.transmit(station, at_ns, data, self.baud or 0))
+        self._line_framing, self._line_format = segment.framing, segment.line_format
+        self.listeners.append(self._transmit)
+
+    def _transmit(self, at_ns: SimTimeNs, data: bytes) -> None:
+        if not (self.station and self.has_driver):
+            return
+        is_other = self.processor and self.processor.is_on and not self.sent_format.is_like(self._line_format)
+        sent_format = self.sent_format if is_other else None  # a board's own sketch sends as the line has it
+        self.station.segment.transmit(self.station.name, at_ns, data, self.baud or 0, sent_format)
 
     def clear(self) -> None:
         """Clear what was received, as after power-up. What is on the line stays there."""
@@ -192,6 +221,8 @@ class DeviceUart:
         sketch that is not woken for what has come leaves it there. 0: its buffer is full of it."""
         if self.baud is None:
             return self.room_on_usb
+        if self.processor and self.processor.is_on:
+            return max(0, USB_HELD_BYTES - len(self.processor.under_way(now_ns)))
         if self.incoming.waiting > UART_BUFFER_BYTES:
             return 0
         return max(0, USB_HELD_BYTES - len(self.incoming.under_way(now_ns)))
@@ -203,6 +234,8 @@ class DeviceUart:
 
     def room_ns(self, now_ns: SimTimeNs) -> SimTimeNs:
         """Time at which half of what is on the line from a client is out; ``FOREVER``: nothing is."""
+        if self.processor and self.processor.is_on:
+            return self.processor.room_ns(now_ns)
         times_ns = self.incoming.under_way(now_ns)
         return SimTimeNs(times_ns[len(times_ns) // 2]) if times_ns else FOREVER
 
@@ -213,16 +246,21 @@ class DeviceUart:
             return
         for delay_ns, piece in apply_all(self.rx_faults.values(), data) if self.rx_faults else ((0, data),):
             self._rx_free_ns = max(self.now_ns + delay_ns, self._rx_free_ns)
-            self._begin(piece, client_baud, client_format or EIGHT_N_1)
+            self._begin(piece, client_baud, client_format or self.format_now or EIGHT_N_1)
 
     def _begin(self, data: bytes, client_baud: int | None, client_format: LineFormat) -> None:
         if self.baud is None:
             self._rx.feed(data)
             return
+        self._follow_program()
         start_ns = SimTimeNs(max(self.now_ns, self._rx_free_ns))
         sent_baud = client_baud or self.baud
         self._rx_free_ns = start_ns + character_ns(len(data), sent_baud, client_format.bits)
-        if client_format is EIGHT_N_1:
+        for watcher in self.rx_watchers:
+            watcher(start_ns, data, sent_baud, client_format)
+        if self.processor and self.processor.is_on:
+            self.processor.hear(start_ns, data, sent_baud, client_format)
+        elif client_format is EIGHT_N_1:
             self.hear(start_ns, data, sent_baud)
         elif flight := heard(
             start_ns, data, sent_baud, self.baud, self._line_framing, EIGHT_N_1, client_format
@@ -232,20 +270,62 @@ class DeviceUart:
     @property
     def baud_now(self) -> int:
         """Speed in baud. It and the next three: ``hil.vocab.segment.Receiver``."""
+        self._follow_program()
         assert self.baud is not None
         return self.baud
 
+    @property
+    def sent_format(self) -> LineFormat:
+        """Format of the characters that are sent now; a processor's program sets it."""
+        return self._program_format if self.processor and self.processor.is_on else EIGHT_N_1
+
+    @property
+    def format_now(self) -> LineFormat | None:
+        """Format in which a processor's program reads: ``hil.vocab.segment.FormatReceiver``."""
+        return self.processor.line_format if self.processor and self.processor.is_on else None
+
+    def _follow_program(self) -> None:
+        """Take the speed that a processor's program has set."""
+        if self.processor and self.processor.is_on and self._power_up_baud:
+            self.baud = self.processor.baud(self._power_up_baud)
+
+    def switch_driver(self, at_ns: SimTimeNs, *, is_on: bool) -> None:
+        """Switch the driver of the segment that it is on: frames go there while it is on, and one that is
+        under way when it goes off is cut short."""
+        self.has_driver = is_on
+        if self.station and not is_on and at_ns < self.tx.free_ns:
+            self.station.segment.release(self.station.name, at_ns)
+
+    def send_frame(self, start_ns: SimTimeNs, frame: UartFrame) -> None:
+        """Send a frame of the processor, which has its own times."""
+        if self._power_up_baud is None:
+            return
+        self.baud, self._program_format = frame.baud, frame.line_format
+        bits = frame.line_format.bits - frame.line_format.stop_bits + 1
+        self.tx.free_ns = start_ns + character_ns(1, frame.baud, bits)
+        data = bytes((frame.byte,))
+        for delay_ns, piece in apply_all(self.tx.faults.values(), data) if self.tx.faults else ((0, data),):
+            self.tx.send_at(SimTimeNs(start_ns + delay_ns), piece)
+
     def hear_characters(self, characters: Sequence[HeardCharacter]) -> None:
-        if characters:
+        if self.processor and self.processor.is_on:
+            self.processor.hear_characters(characters, self.baud_now, self.format_now or self._line_format)
+        elif characters:
             self.incoming.add(flight_of(tuple(characters)))
 
     def retract(self, after_ns: SimTimeNs) -> None:
+        if self.processor and self.processor.is_on:
+            line_format = self.format_now or self._line_format
+            self.processor.retract(after_ns, character_ns(1, self.baud_now, line_format.bits))
         self.incoming.retract(after_ns)
 
     def hear(
         self, start_ns: SimTimeNs, data: bytes, baud: int, packets: Sequence[Item] | None = None
     ) -> None:
-        self.incoming.hear(start_ns, data, baud, self.baud, self._line_framing, packets)
+        if self.processor and self.processor.is_on:
+            self.processor.hear(start_ns, data, baud, self._line_format)
+        else:
+            self.incoming.hear(start_ns, data, baud, self.baud, self._line_framing, packets)
 
     def take_arrivals(self) -> None:
         """Move characters complete by now into the receive buffer; those without room are overruns."""

@@ -3,20 +3,32 @@
 
 from collections.abc import Sequence
 from io import BytesIO
+from typing import Any
 
 from hil.telemetry.picture import check_can_draw
 
 Places = Sequence[Sequence[float]]
 """Positions of a machine's axes, one place after the other."""
+_WORST: dict[str, Any] = {"markersize": 9, "markerfacecolor": "none", "markeredgecolor": "#7c2d12"}
+"""Mark of the place where the deviation is largest."""
 MOST_POINTS = 100_000
 """Maximum number of points of a line; of more, some are left out."""
 
 
 def path_drawn(
-    asked: Places, followed: Places, letters: str, suffix: str, *, title: str = "", notes: str = ""
+    asked: Places,
+    followed: Places,
+    letters: str,
+    suffix: str,
+    *,
+    course: Sequence[tuple[float, float]] = (),
+    title: str = "",
+    notes: str = "",
 ) -> bytes:
     """Draw both paths from above, and from the sides where the third axis moves, as bytes; ``letters`` names
-    the axes in the places' order, ``suffix`` is one of ``hil.telemetry.picture.FORMATS``.
+    the axes in the places' order, ``suffix`` is one of ``hil.telemetry.picture.FORMATS``. ``course``: way
+    along the path asked for and distance from it, of each place that was followed: drawn below, for it is too
+    small to be seen above, and the worst place is marked.
 
     Raises:
         PictureError: matplotlib is not installed.
@@ -25,22 +37,35 @@ def path_drawn(
     from matplotlib.figure import Figure
 
     views = _views(asked, letters)
-    figure = Figure(figsize=(8, 6 + 1.8 * (len(views) - 1)), layout="constrained")
+    others = len(views) - 1 + bool(course)
+    figure = Figure(figsize=(8, 6 + 1.8 * others), layout="constrained")
     panels = figure.subplots(
-        len(views), 1, squeeze=False, gridspec_kw={"height_ratios": [4.5] + [1.3] * (len(views) - 1)}
+        1 + others, 1, squeeze=False, gridspec_kw={"height_ratios": [4.5] + [1.3] * others}
     )[:, 0]
-    for panel, (across, up) in zip(panels, views, strict=True):
+    worst = max(range(len(course)), key=lambda number: course[number][1], default=None)
+    for panel, (across, up) in zip(panels, views, strict=False):
         for places, name, style in (
             (asked, "asked for", {"linewidth": 2.4, "color": "#9db8d9"}),
             (followed, "followed", {"linewidth": 0.9, "color": "#c2410c"}),
         ):
             kept = places[:: max(len(places) // MOST_POINTS, 1)]
             panel.plot([p[across] for p in kept], [p[up] for p in kept], label=name, **style)
+        if worst is not None:
+            place = followed[worst]
+            panel.plot([place[across]], [place[up]], "o", **_WORST, label="largest deviation")
         panel.set_xlabel(_named(letters[across]))
         panel.set_ylabel(_named(letters[up]))
         panel.grid(alpha=0.3)
     panels[0].set_aspect("equal", adjustable="datalim")
-    panels[0].legend(loc="best", fontsize="small")
+    panels[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small", frameon=False)
+    if worst is not None:
+        kept = course[:: max(len(course) // MOST_POINTS, 1)]
+        panels[-1].plot([way for way, _ in kept], [off for _, off in kept], linewidth=0.9, color="#c2410c")
+        panels[-1].plot(*([each] for each in course[worst]), "o", **_WORST)
+        panels[-1].set_xlabel("way along the path asked for [mm]")
+        panels[-1].set_ylabel("deviation [mm]")
+        panels[-1].set_ylim(bottom=0)
+        panels[-1].grid(alpha=0.3)
     if title:
         figure.suptitle(title)
     if notes:
@@ -60,4 +85,4 @@ def _views(asked: Places, letters: str) -> list[tuple[int, int]]:
 
 
 def _named(letter: str) -> str:
-    return f"{letter.upper()} ({'deg' if letter in 'abc' else 'mm'})"
+    return f"{letter.upper()} [{'deg' if letter in 'abc' else 'mm'}]"

@@ -1,10 +1,12 @@
 """Distributes the samples of watched axes to any number of watchers, each with its own signals and interval.
 
 Watchers of an axis with the same interval share a grid in the core; what one asks for changes nothing for the
-others, nor how often the core has to look.
+others, nor how often the core has to look. Samples are of moments, or the extremes of intervals: what swings
+faster than samples come is not seen in the first, and has its true size in the second.
 """
 
 from collections import deque
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Protocol
@@ -22,6 +24,8 @@ MAX_GRIDS = WATCHES - 1
 """Maximum number of intervals of one axis; one is kept for runs, which all record at the same."""
 MAX_SAMPLES_PER_S = 400_000
 """Maximum rate of all watchers of a bench in real time together, by simulated time: some tenths of a CPU."""
+POINTS_OF_A_SAMPLE = 5
+"""Times at which the core looks for extremes that cost about as much as one sample that is handed over."""
 RING_SAMPLES = 8192
 """Samples in the core's ring for each grid: 1.2 s at the control rate. 3.3 MB."""
 QUEUE_SAMPLES = 200_000
@@ -36,19 +40,22 @@ Interval = int | Fraction
 class WatchedBench(Protocol):
     """Bench as a sampler needs it. Axes by address; ``slot``: which of the ``WATCHES`` of its axis."""
 
-    def watch(self, axis: str, slot: int, interval_ns: Interval, capacity: int) -> None: ...
+    def watch(self, axis: str, slot: int, interval_ns: Interval, capacity: int, points: int = 1) -> None: ...
+
+    def table_names(self, axis: str, fields: Iterable[str]) -> Sequence[str]:
+        """Names of fields in the core's table."""
 
     def take_samples(self, axis: str, slot: int) -> tuple[list[bytes], int]:
         """Samples since the last call, and the number lost since ``watch``."""
 
 
 class Subscription:
-    """Subscription of one watcher to one axis, by its address."""
+    """Subscription of one watcher to one axis, by its address. ``signals``: by their names in the core's
+    table; ``points`` above 1: samples are pairs, the extremes of so many looks in each interval."""
 
-    def __init__(self, axis: str, signals: tuple[str, ...], interval_ns: Interval) -> None:
+    def __init__(self, axis: str, signals: Iterable[str], interval_ns: Interval, points: int = 1) -> None:
         self.axis = axis
-        self.signals = signals
-        self.interval_ns = interval_ns
+        self.interval_ns, self.points = interval_ns, points
         self.lost = 0
         self._queue: deque[bytes] = deque()
         self._readers = tuple(reader(name) for name in signals)
@@ -89,8 +96,21 @@ class _Grid:
     """Interval at which an axis is watched."""
 
     slot: int
+    interval_ns: Interval
+    points: int
     lost: int = 0
     watchers: list[Subscription] = field(default_factory=list)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples in each interval."""
+        return 1 if self.points == 1 else 2
+
+    @property
+    def per_s(self) -> Fraction:
+        """Samples a second of all watchers, and what the core's looks cost, as samples."""
+        looks = 0 if self.points == 1 else Fraction(self.points, POINTS_OF_A_SAMPLE)
+        return (len(self.watchers) * self.samples + looks) * NS_PER_S / Fraction(self.interval_ns)
 
 
 class Sampler:
@@ -100,44 +120,56 @@ class Sampler:
         """Limit all watchers together to ``samples_per_s``; None, in virtual time: no limit."""
         self._bench = bench
         self._samples_per_s = samples_per_s
-        self._grids: dict[str, dict[Interval, _Grid]] = {}
-        """Grids by axis and interval; each has a watcher."""
+        self._grids: dict[str, dict[tuple[Interval, int], _Grid]] = {}
+        """Grids by axis, interval and points; each has a watcher."""
 
     def subscribe(
-        self, axis: str, signals: tuple[str, ...], interval_ns: Interval, *, is_limited: bool = True
+        self,
+        axis: str,
+        signals: tuple[str, ...],
+        interval_ns: Interval,
+        points: int = 1,
+        *,
+        is_limited: bool = True,
     ) -> Subscription:
-        """Watch an axis from now on: a sample at every multiple of ``interval_ns``. A run's record is not
-        limited by what others watch; there is one interval for all of those.
+        """Watch an axis from now on: a sample at every multiple of ``interval_ns``; with more ``points`` a
+        pair of the extremes of each interval, of so many looks. A run's record is not limited by what others
+        watch; there is one interval for all of those.
 
         Raises:
             ValueError: such an interval cannot be, or too much is watched already.
         """
-        problem = _interval_problem(interval_ns) or (self._excess(axis, interval_ns) if is_limited else None)
-        if problem:
+        problem = interval_problem(interval_ns, points)
+        if problem := problem or (self._excess(axis, interval_ns, points) if is_limited else None):
             raise ValueError(problem)
-        grids = self._grids.get(axis, {})
-        if interval_ns in grids:
-            self._poll_grid(axis, grids[interval_ns])  # earlier samples belong to the other watchers
+        grids, key = self._grids.get(axis, {}), (interval_ns, points)
+        if key in grids:
+            self._poll_grid(axis, grids[key])  # earlier samples belong to the other watchers
         else:
             taken = {grid.slot for grid in grids.values()}
-            grid = _Grid(next(slot for slot in range(WATCHES) if slot not in taken))
-            self._bench.watch(axis, grid.slot, interval_ns, RING_SAMPLES)
-            self._grids.setdefault(axis, grids)[interval_ns] = grid
-        subscription = Subscription(axis, signals, interval_ns)
-        grids[interval_ns].watchers.append(subscription)
+            free = next(slot for slot in range(WATCHES) if slot not in taken)
+            self._begin(axis, grid := _Grid(free, *key))
+            self._grids.setdefault(axis, grids)[key] = grid
+        subscription = Subscription(axis, self._bench.table_names(axis, signals), *key)
+        grids[key].watchers.append(subscription)
         return subscription
 
-    def _excess(self, axis: str, interval_ns: Interval) -> str | None:
+    def _begin(self, axis: str, grid: _Grid) -> None:
+        self._bench.watch(axis, grid.slot, grid.interval_ns, RING_SAMPLES, grid.points)
+
+    def _excess(self, axis: str, interval_ns: Interval, points: int) -> str | None:
         """Reason why one more watcher would be too much, or None."""
-        grids = self._grids.get(axis, {})
-        if interval_ns not in grids and len(grids) >= MAX_GRIDS:
-            known = ", ".join(map(str, sorted(grids)))
+        grids, key = self._grids.get(axis, {}), (interval_ns, points)
+        if key not in grids and len(grids) >= MAX_GRIDS:
+            known = ", ".join(str(each) for each, _ in sorted(grids))
             return f"{axis} is watched at {MAX_GRIDS} different intervals already; write one of {known} ns"
         if self._samples_per_s is None:
             return None
-        rate = NS_PER_S / interval_ns + sum(
-            len(grid.watchers) * NS_PER_S / each for of in self._grids.values() for each, grid in of.items()
-        )
+        there = [grid for of in self._grids.values() for grid in of.values()]
+        one = _Grid(0, *key)
+        rate = one.samples * NS_PER_S / Fraction(interval_ns) + sum(grid.per_s for grid in there)
+        if key not in grids:
+            rate += one.per_s  # of the looks
         if rate > self._samples_per_s:
             return (
                 f"all watchers of a bench together get up to {self._samples_per_s:,} samples a second, and"
@@ -147,8 +179,8 @@ class Sampler:
 
     def unsubscribe(self, subscription: Subscription) -> None:
         """End a subscription; what it has not taken stays there."""
-        axis, interval_ns = subscription.axis, subscription.interval_ns
-        grid = self._grids.get(axis, {}).get(interval_ns)
+        axis, key = subscription.axis, (subscription.interval_ns, subscription.points)
+        grid = self._grids.get(axis, {}).get(key)
         if grid is None or subscription not in grid.watchers:
             return  # the axis has gone
         self._poll_grid(axis, grid)
@@ -156,7 +188,7 @@ class Sampler:
         if grid.watchers:
             return
         self._bench.watch(axis, grid.slot, 0, 1)
-        del self._grids[axis][interval_ns]
+        del self._grids[axis][key]
         if not self._grids[axis]:
             del self._grids[axis]
 
@@ -166,9 +198,9 @@ class Sampler:
 
     def exchanged(self, axis: str) -> None:
         """Note that another axis has this address now."""
-        for interval_ns, grid in self._grids.get(axis, {}).items():
+        for grid in self._grids.get(axis, {}).values():
             grid.lost = 0
-            self._bench.watch(axis, grid.slot, interval_ns, RING_SAMPLES)
+            self._begin(axis, grid)
 
     def gone(self, axis: str) -> None:
         """Note that the axis is no more; its watchers get nothing further."""
@@ -193,15 +225,21 @@ class Sampler:
     @property
     def period_ns(self) -> int | None:
         """Time until a core's ring is half full; None: nobody watches."""
-        intervals = [each for grids in self._grids.values() for each in grids]
-        return int(min(intervals) * (RING_SAMPLES // 2)) if intervals else None
+        between_ns = [
+            Fraction(grid.interval_ns) / grid.samples for of in self._grids.values() for grid in of.values()
+        ]
+        return int(min(between_ns) * (RING_SAMPLES // 2)) if between_ns else None
 
 
-def _interval_problem(interval_ns: Interval) -> str | None:
+def interval_problem(interval_ns: Interval, points: int = 1) -> str | None:
+    """Reason why axes cannot be watched at an interval, or so often in each, or None."""
     if interval_ns.denominator > MAX_DENOMINATOR:
         return f"an interval of {interval_ns} ns; write a fraction with at most {MAX_DENOMINATOR} below"
     if interval_ns < MIN_INTERVAL_NS:
         return f"an interval of {str(interval_ns)[:40]} ns; write {MIN_INTERVAL_NS} or more"
     if interval_ns > MAX_INTERVAL_NS:
         return f"an interval of {str(interval_ns)[:40]} ns; write at most {MAX_INTERVAL_NS}, an hour"
+    most = int(interval_ns / MIN_INTERVAL_NS)
+    if not 1 <= points <= most:
+        return f"{points} points in {interval_ns} ns; write 1 to {most}: they are {MIN_INTERVAL_NS} ns apart"
     return None

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from hil.telemetry.recording import Recording
+from hil.telemetry.recording import Recording, shared_panels
 
 PANEL_HEIGHT = 14
 Y_TICKS, COLUMNS_PER_TICK = 6, 12
@@ -13,7 +13,7 @@ def draw(recordings: dict[str, Recording], width: int, *, colour: bool, title: s
     """Draw panels as ``Recording.panels``, a line for each signal and recording; width in characters."""
     import plotext as plt  # type: ignore[import-untyped]
 
-    panels = next(iter(recordings.values())).panels()
+    panels = shared_panels(recordings.values())
     parts = []
     for i, signals in enumerate(panels):
         plt.clear_figure()
@@ -22,10 +22,15 @@ def draw(recordings: dict[str, Recording], width: int, *, colour: bool, title: s
             plt.title(title)
         for name, recording in recordings.items():
             prefix = f"{name} " if len(recordings) > 1 else ""
-            for signal in signals:
+            for signal in filter(recording.has, signals):
                 label = prefix + recording.label(signal)
                 plt.plot(recording.at_s(), recording.column(signal), label=label, marker="braille")
-        shown = [value for each in recordings.values() for signal in signals for value in each.column(signal)]
+        shown = [
+            value
+            for each in recordings.values()
+            for signal in filter(each.has, signals)
+            for value in each.column(signal)
+        ]
         low, high = shown_range(shown)
         plt.ylim(low, high)
         plt.yticks(*round_ticks(low, high, Y_TICKS))

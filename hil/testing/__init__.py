@@ -2,14 +2,16 @@
 
 ``Bench`` is a whole bench in memory, on the virtual clock, with pyserial's ``Serial`` at its ports
 (``serial_ports``); ``live`` runs one in a process of its own, in real time, ``RealBoards`` one of real
-boards, with the same calls (``AnyBench``); ``replay`` runs an input log again; ``replay_control`` runs a
+boards, with the same calls (``AnyBench``); ``RecordedBench`` is one as a recording has it at a
+time; ``replay`` runs an input log again; ``replay_control`` runs a
 control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``check_port`` and
 ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
 stable: changes stand in the CHANGELOG.
 
 May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.host,
-hil.memory_desk, hil.net, hil.runs, hil.sim, hil.telemetry, hil.toolpath, hil.vocab, hil.wire,
-the standard library, _pytest, distributed, numpy, pydantic, pymodbus, pytest, serial, zenoh.
+hil.memory_desk, hil.net, hil.recorded, hil.runs, hil.sim, hil.sketch, hil.telemetry, hil.toolchain,
+hil.toolpath, hil.vocab, hil.wire, the standard library, _pytest, distributed, numpy, pydantic, pymodbus,
+pytest, serial, zenoh.
 
 Tests may import too: bridges.can.bus, bridges.modbus.protocol, bridges.modbus.registers, device_profiles,
 hil.live.
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from hil.testing.motion_replay import replay_motion
     from hil.testing.profile_check import check_profile
     from hil.testing.real_boards import BoardsAbsent, RealBoards
+    from hil.testing.recorded_bench import RecordedBench
     from hil.testing.served_bench import ServedBench
     from hil.testing.serving import live
     from hil.testing.session_player import play
@@ -61,6 +64,7 @@ __all__ = [
     "ProgramBeside",
     "ProgramRunsOn",
     "RealBoards",
+    "RecordedBench",
     "RecordingDesk",
     "Replayed",
     "ServedBench",
@@ -96,6 +100,7 @@ _LATE = {
     "hil.testing.live_desk": ("LiveError",),
     "hil.testing.motion_replay": ("replay_motion",),
     "hil.testing.real_boards": ("BoardsAbsent", "RealBoards"),
+    "hil.testing.recorded_bench": ("RecordedBench",),
     "hil.testing.served_bench": ("ServedBench",),
     "hil.testing.serving": ("live",),
     "hil.testing.session_player": ("play",),

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from hil.compose import bench_runtime, find_catalogue, start_memories
 from hil.compose.replay import MemoryOptions
 from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
+from hil.sim.reloads import Memories
+from hil.testing.addressed_pin import AddressedPin
 from hil.testing.bench_dialogue import talk_at
 from hil.testing.bench_time import BenchTime
 from hil.testing.config_reading import read_config
@@ -45,8 +47,9 @@ class Bench:
     ``config`` is a path, YAML text or a dict. The kit's own port stands in for each kind that it names.
     ``seed``: of all chance; 0 leaves each fault its own. ``arrival_window_ms``: bytes that are written arrive
     at a time within so many milliseconds, by chance. ``leaves_out``: True for faults that are not injected.
-    ``store`` and ``around``: as ``hil.compose.bench_runtime`` takes them. Nothing runs until ``run``; the
-    same configuration, seed and calls give the same bytes.
+    ``memories``: those of the boards at the start, by name; None: as the configuration says. ``store`` and
+    ``around``: as ``hil.compose.bench_runtime`` takes them. Nothing runs until ``run``; the same
+    configuration, seed and calls give the same bytes.
 
     Long because all that a test asks of a bench stands here, one short method each.
 
@@ -67,6 +70,7 @@ class Bench:
         leaves_out: Callable[[FaultKey], bool] = lambda key: False,
         store: Store = MEMORY_STORE,
         around: BenchHooks = VIRTUAL,
+        memories: Memories | None = None,
     ) -> None:
         __tracebackhide__ = True
         self._given = config
@@ -81,7 +85,8 @@ class Bench:
         """Random numbers of this seed, for the test."""
         self.arrivals = LateArrivals(arrival_window_ms, self._faults.stream("arrivals"))
         catalogue = find_catalogue({"memory": MemoryOptions}, self.config.profile_path)
-        memories = start_memories(self.config, catalogue, folder)
+        if memories is None:
+            memories = start_memories(self.config, catalogue, folder)
         self.inputs = KeptInputs(self.config, memories, around.log)
         """Inputs so far, of which an input log can be written."""
         hooks = replace(around, log=self.inputs, hold=self.arrivals.hold)
@@ -298,6 +303,13 @@ class Bench:
         """Twin by its name. Raises KeyError: there is none."""
         __tracebackhide__ = True
         return NamedThings("device", self._devices)[name]
+
+    def pin(self, name: str) -> AddressedPin:
+        """Pin at an address, as in ``u1.D6`` or ``arm.elbow.step``: its ``edges`` so far, its ``level``, and
+        ``set``. Raises KeyError: there is none."""
+        __tracebackhide__ = True
+        device, _, pin = name.partition(".")
+        return AddressedPin(self.device(device).pin(pin), self._runtime.devices[device], pin)
 
     @cached_property
     def _runs(self) -> "KitRuns":

@@ -40,8 +40,11 @@ class FollowedPath:
             PictureError: matplotlib is not installed.
         """
         letters = "".join(axis.letter for axis in self.machine.axes)
-        notes = f"largest deviation {self.deviation.largest:.3f} mm"
-        return path_drawn(self.asked, self.followed, letters, suffix, title=title, notes=notes)
+        found = self.deviation
+        notes = f"largest deviation {found.largest:.3f} mm"
+        return path_drawn(
+            *(self.asked, self.followed, letters, suffix), course=found.course, title=title, notes=notes
+        )
 
 
 def draw_by_runs(

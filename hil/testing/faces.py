@@ -300,7 +300,7 @@ class PinFace:
         self._outputs = outputs
         self._name = name.replace(" ", "_")
         self._inputs = device.axes[axis].pins if device.axes else {}
-        pins = [*self._inputs, *outputs.names]
+        pins = [*dict.fromkeys((*self._inputs, *outputs.names))]
         __tracebackhide__ = True
         if self._name not in pins:
             address = device.axes.label(device.name, axis)

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from hil import __version__
 from hil.compose.simulated_config import as_simulated
 from hil.config import BenchConfig
-from hil.sim.input_log import InputLog, InputLogSink, InputLogWriter, LineSink, LogRecord, Sent, logged_port
+from hil.sim.input_log import InputLog, InputLogSink, InputLogWriter, Sent, SentRecord, logged_port
 from hil.sim.inputs import Logged
+from hil.sim.log_checks import LineSink
 from hil.sim.twin import Twin
 from hil.vocab.time import SimTimeNs
 
@@ -23,7 +24,7 @@ class KeptInputs:
         memories: Mapping[str, Mapping[str, bytes]],
         also: InputLogSink | None = None,
     ) -> None:
-        self.records: list[LogRecord] = []
+        self.records: list[Logged | SentRecord] = []
         """Inputs and what was sent, in the order in which they came."""
         self._config, self._also = config, also
         self._memories = {name: dict(sections) for name, sections in memories.items()}

@@ -1,6 +1,8 @@
-"""Pytest plugin: the fixtures ``bench``, ``segment`` and ``fault``, those of benches in real time and of
-buses; a test that fails has in its report where its benches stand, and what has passed on their lines."""
+"""Pytest plugin: the fixtures ``bench``, ``recorded_bench``, ``segment`` and ``fault``, those of benches in
+real time, of sketches and of buses; a test that fails has in its report where its benches stand, and what has
+passed on their lines."""
 
+import os
 import sys
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
@@ -17,12 +19,14 @@ if TYPE_CHECKING:
     from hil.testing.bench import Bench
     from hil.testing.faces import FaultFace
     from hil.testing.given import GivenConfig
+    from hil.testing.recorded_bench import RecordedBench
 
 NODE = "sac"
 COLD_START_MS = 1100
 pytest_plugins = [
     "hil.testing.kind_option",
     "hil.testing.served_fixtures",
+    "hil.testing.sketch_fixture",
     "hil.testing.seeds.seed_plugin",
     *modules_of("bridges", BUSES, "testing.fixtures"),
 ]
@@ -62,6 +66,25 @@ def bench(request: pytest.FixtureRequest, hil_seed: int) -> "Iterator[Callable[.
         except ConfigError as error:
             raise error.with_traceback(None) from None
         return made[-1]
+
+    yield make
+    while made:
+        made.pop().close()
+
+
+@pytest.fixture
+def recorded_bench(request: pytest.FixtureRequest) -> "Iterator[Callable[..., RecordedBench]]":
+    """Make benches of recordings, with the options of ``hil.testing.RecordedBench``, that are closed after
+    the test: ``recorded_bench("bug.hilz", until_ms=12_500)``."""
+    from hil.testing.recorded_bench import RecordedBench
+
+    made: list[Bench] = request.node.stash.setdefault(BENCHES, [])
+
+    def make(path: str | os.PathLike[str], until_ms: float | None = None, **options: Any) -> RecordedBench:
+        __tracebackhide__ = True
+        bench = RecordedBench(path, until_ms, **options)
+        made.append(bench)
+        return bench
 
     yield make
     while made:

@@ -24,6 +24,8 @@ class RecordingHost:
         self.drains = 0
         self.left: list[int | None] = []
         """Bauds of last clients, as they left."""
+        self.openings: list[int] = []
+        """Numbers of bytes that had come when the line was opened."""
         self.answer: Callable[[bytes], bytes] = lambda data: b""
 
     def received(self, data: bytes) -> None:
@@ -43,6 +45,9 @@ class RecordingHost:
 
     def client_left(self, baud: int | None) -> None:
         self.left.append(baud)
+
+    def line_opened(self) -> None:
+        self.openings.append(len(self.got))
 
     def port_failed(self, reason: str) -> None:
         self.failures.append(reason)

@@ -31,6 +31,8 @@ READY_S = 120.0
 _MAIN = "import sys; sys.argv[0] = 'hil'; from hil.cli.entry import main; main()"
 HIL = (sys.executable, "-P", "-c", _MAIN)
 """Command of this installation, whatever a shell finds, and whatever is in the current folder."""
+RECORDING = "run.hil.gz"
+"""Name of the recording's file in the folder of what is kept, unless the options say something else."""
 SHOWN_LINES = 40
 ATTRIBUTES = frozenset({"arrivals", "chance", "config", "inputs", "more_sections", "seed"})
 """Public attributes of a bench in memory, beside those of its class."""
@@ -39,7 +41,7 @@ OPEN: "list[ServedBench]" = []
 
 
 class ServedBench(RealTimeFace):
-    """Bench in a process of its own. ``folder`` has its ports and memories, ``kept`` its log and capture.
+    """Bench in a process of its own. ``folder`` has its ports and memories, ``kept`` log, capture, recording.
 
     Long because it has all calls of a bench of any kind, and those at a process, one short method each.
     """
@@ -49,6 +51,7 @@ class ServedBench(RealTimeFace):
         self.folder = folder
         self.log_file = kept / "hil.log"
         self.capture_file = kept / "capture.pcapng"
+        self.recording_file = kept / RECORDING
         self.info: Mapping[str, Any] = {}
         """Report of ``hil serve --json`` from when the boards answered; the reference has its keys."""
         self.programs: list[ServedProgram] = []

@@ -18,7 +18,7 @@ from hil.testing.given import GivenConfig, as_json, path_of, unreadable
 from hil.testing.live_desk import LiveError
 from hil.testing.live_traffic import LiveCapture
 from hil.testing.serial_ports.open_benches import LIVE
-from hil.testing.served_bench import HIL, OPEN, READY_S, ServedBench, end_of
+from hil.testing.served_bench import HIL, OPEN, READY_S, RECORDING, ServedBench, end_of
 
 END_S = 60.0
 """Maximum time for a daemon to end in after SIGTERM."""
@@ -39,7 +39,7 @@ def live(
 
     ``config`` is a path, YAML text or a dict; files that a text or a dict names need absolute paths.
     ``options``: further ones of ``hil serve``, as ``("--log", "run.jsonl")``; ``capture``: record the traffic
-    of all ports and lines; ``keep``: folder in which log and capture stay.
+    of all ports and lines; ``keep``: folder in which log, capture and recording stay.
 
     Raises:
         LiveError: the configuration has problems, which it lists, or the boards did not answer within
@@ -77,8 +77,10 @@ def _served(
     __tracebackhide__ = True
     path = _config_file(config, folder)
     where = ("--runtime-dir", str(folder / "run"), "--state-dir", str(folder / "state"))
-    command = [*HIL, "serve", str(path), "--json", *where, *options]
     kept.mkdir(parents=True, exist_ok=True)
+    has_own = any(option.split("=")[0] in ("--log", "--no-log") for option in options)
+    recording = () if has_own else ("--log", str(kept.absolute() / RECORDING))
+    command = [*HIL, "serve", str(path), "--json", *where, *recording, *options]
     with (kept / "hil.log").open("wb") as log:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log)
     bench = ServedBench(process, folder, kept)

@@ -3,7 +3,7 @@ set-points are, from those of the shafts, which `hil zero` moves."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from math import dist, sqrt
 from typing import Any
 
@@ -22,11 +22,13 @@ AHEAD_MM = 4.0
 
 @dataclass(frozen=True)
 class Deviation:
-    """Largest distance from the path asked for. ``rest``: the way that is left of it at the end."""
+    """Largest distance from the path asked for. ``rest``: the way that is left of it at the end; ``course``:
+    the way along the path and the distance from it, of each place."""
 
     largest: float
     at: Position
     rest: float
+    course: Sequence[tuple[float, float]] = ()
 
 
 def asked_path(motions: Iterable[Canonical], machine: Machine, begin: Point = ORIGIN) -> list[Position]:
@@ -50,14 +52,17 @@ def deviation(asked: Sequence[Position], followed: Sequence[Position]) -> Deviat
     lengths = [dist(a, b) for a, b in pairwise(asked)]
     at, within, largest, where = 0, 0.0, 0.0, followed[0] if followed else ()
     before = followed[0] if followed else ()
+    ways = [0.0, *accumulate(lengths)]
+    course = []
     for place in followed:
         moved = dist(place, before)
         before = place
         at, within, off = _nearest(asked, lengths, at, within, place, AHEAD_MM + 2 * moved)
+        course.append((ways[at] + within, off))
         if off > largest:
             largest, where = off, place
     rest = sum(lengths[at:]) - within if lengths else 0.0
-    return Deviation(largest, where, max(rest, 0.0))
+    return Deviation(largest, where, max(rest, 0.0), course)
 
 
 def _nearest(

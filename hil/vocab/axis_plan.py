@@ -38,6 +38,20 @@ class Load:
 
 
 @dataclass(frozen=True)
+class ProcessorPlan:
+    """Plan of a processor whose pins an axis is: its clock, its voltages, its fuses low, high and extended,
+    and the board's names of its pins."""
+
+    clock_Hz: int = 16_000_000
+    supply_V: float = 5.0
+    aref_V: float = 5.0
+    fuses: tuple[int, int, int] = (0xFF, 0xDE, 0xFD)
+    pins: tuple[tuple[str, int], ...] = ()
+    """Numbers of its pins by their names on the board, 0 to 19 for PD0 to PD7, PB0 to PB5 and PC0 to PC5, 20
+    and 21 for ADC6 and ADC7; empty: the names are a Uno's."""
+
+
+@dataclass(frozen=True)
 class AxisPlan:
     """Plan of an axis: the plant, its numbers (``AxisKind.parameters``, ``FULL_PARAMETERS``), its load, and
     the seed of its randomness."""
@@ -47,3 +61,5 @@ class AxisPlan:
     load: Load = Load()
     seed: int = 0
     law: str = field(kw_only=True)
+    processor: ProcessorPlan | None = None
+    """Plan of the processor of pins; None: they have a Uno's."""

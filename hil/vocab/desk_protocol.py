@@ -75,7 +75,7 @@ class DeviceInfo:
     fields: Mapping[str, AxisField]
     inputs: Mapping[str, str] = field(default_factory=dict)
     """Pins of the axis that may be driven, each by one of its names, in the order of their numbers; and the
-    field that tells the pin's level, empty where none does."""
+    field that tells the pin's level, or a bit of one, as in ``pin_levels.13``; empty where none does."""
     own_map: object | None = None
     """Map of registers of its own, a ``DriveMap`` of ``bridges.modbus.registers``; None: it has none, and its
     registers are made of its verbs and fields."""
@@ -168,9 +168,11 @@ class Desk(Protocol):
         call: Callable[..., object],
         *,
         interval_ns: int | Fraction = 0,
+        points: int = 1,
     ) -> Watch:
         """Call back with what happens from now on. ``interval_ns``: samples are taken at its multiples,
-        rounded down to whole nanoseconds.
+        rounded down to whole nanoseconds. ``points`` above 1: of so many times in each interval two samples
+        have the smallest and the largest value of each field, in the order in which they came.
 
         Raises:
             VerbRefused: there is no such thing, or it, or so much, cannot be watched.

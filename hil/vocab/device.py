@@ -32,6 +32,45 @@ class DeviceFaults(Protocol):
         """Number of bytes that a fault has changed."""
 
 
+class ProcessorSession(Protocol):
+    """Session of a GDB with a processor, from ``begin`` to ``close``."""
+
+    def begin(self, send: Callable[[bytes], object], hang_up: Callable[[], object]) -> None:
+        """Let the processor stand, and take GDB's packets from now on. ``hang_up``: sends GDB away when the
+        device leaves the bench. Raises ConnectionError: another session was faster."""
+
+    def received(self, data: bytes) -> bool:
+        """Take bytes of GDB's; answers whether it has left."""
+
+    def close(self) -> None:
+        """End the session, and let the processor run."""
+
+
+class DeviceProcessor(Protocol):
+    """Processor of a device, which runs a user's program."""
+
+    def look(self) -> dict[str, Any]:
+        """Describe what is in it now; the keys are those of the operation ``processor``."""
+
+    def load(self, program: bytes) -> Done:
+        """Give it a program, as ``hil.sketch.chip_program.packed`` has it; the board starts again."""
+
+    def count(self, starts: Sequence[int], lap_at: int | None) -> None:
+        """Count from now on where its time goes: in functions, by their byte addresses, and from one time at
+        an address to the next."""
+
+    def counted(self) -> dict[str, Any]:
+        """Cycles since then, those of functions, and those from one time to the next."""
+
+    def debugging(self, stand: Callable[[bool], None]) -> ProcessorSession:
+        """Make a session for GDB. ``stand``: called with true when the processor stands, and its group's time
+        with it, and with false when it goes on.
+
+        Raises:
+            VerbRefused: it runs no program, or is debugged already.
+        """
+
+
 class Device(Protocol):
     """Device of a bench. It is made when the configuration names it, with all that its kind of board says;
     a reload that changes it makes another one."""
@@ -68,6 +107,9 @@ class Device(Protocol):
     def pin(self, part: str, pin: str, level: int) -> Done:
         """Drive an input pin."""
 
+    def processor(self) -> DeviceProcessor:
+        """Processor that runs a user's program. Raises VerbRefused: it has none."""
+
     def drive(self, part: str, train: Sequence[Any]) -> Done:
         """Play a pulse train, rows of ``hil.wire.step_dir``; answers its length."""
 
@@ -95,8 +137,10 @@ class Device(Protocol):
     ) -> dict[str, bool]:
         """Wait until the motion that a verb began has ended; answers whether something else ended it."""
 
-    def watch(self, part: str, interval_ns: int | Fraction, call: Callable[[bytes], object]) -> Watch:
-        """Begin to call with its fields. Raises ValueError: nobody can have so much."""
+    def watch(
+        self, part: str, interval_ns: int | Fraction, points: int, call: Callable[[bytes], object]
+    ) -> Watch:
+        """Begin to call with its fields, as ``Desk.watch``. Raises ValueError: nobody can have so much."""
 
     def signals(self, part: str, names: Sequence[str]) -> tuple[str, ...]:
         """Names of fields that are sampled; of none the usual ones. Raises ValueError: there are no such."""

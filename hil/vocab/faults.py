@@ -14,9 +14,9 @@ from hil.vocab.verbs import VerbRefused
 
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
-BUS_PART = "bus_part"
+BUS_PART, PROCESSOR = "bus_part", "processor"
 MODBUS_NODE = "modbus_node"
-OF_AXES = frozenset({SERVO, SHAFT, BUS_PART})
+OF_AXES = frozenset({SERVO, SHAFT, BUS_PART, PROCESSOR})
 """Targets that a kind of axis is or is not."""
 LINE, ON_LINE, CAN_NODE = "line", "on_line", "can_node"
 TARGETS = {
@@ -32,10 +32,12 @@ TARGETS = {
     SERVO: "a twin with an encoder",
     SHAFT: "a twin with a motor",
     SUPPLIED: "a twin with plant: full",
+    PROCESSOR: "a twin whose processor can run a program of your own",
     BUS_PART: "a joint with an encoder or servo on a bus",
 }
 
 
+PIN_STUCK = "chip_pin_stuck"
 MOST_NOISES = 16
 """Maximum number of ``wire_noise`` on one CAN bus: it draws for each bit and each of them."""
 MOST_LOADS = 10
@@ -46,7 +48,7 @@ LOAD_LIMITS = f"-{MOST_LOADS} to {MOST_LOADS} times what the motor holds"
 
 @dataclass(frozen=True)
 class FaultKind:
-    """Kind of fault: its layer (byte, host, packet, modbus, wire, node, physics) and its target."""
+    """Kind of fault: its layer (byte, host, packet, modbus, wire, node, chip, physics) and its target."""
 
     name: str
     layer: str
@@ -122,6 +124,25 @@ _KINDS = (
               "board and motor have no power, also after a reset; afterwards the board starts again"),
     FaultKind("node_hang", "node", DEVICE,
               "the main program stands still, also after a reset; motor and interrupts go on"),
+    FaultKind("chip_clock_off", "chip", PROCESSOR,
+              "the processor's clock is fast by so much; of several the latest counts",
+              (Parameter("percent", "by how much; negative: slow", "%", -20.0, 20.0, 2.0),)),
+    FaultKind(PIN_STUCK, "chip", PROCESSOR, "a pin is stuck, for what is wired to it and as an input",
+              (Parameter("pin", "which; 14 to 19 are A0 to A5", "", 0.0, 19.0, is_whole=True),
+               Parameter("level", "at what", "", 0.0, 1.0, 0, is_whole=True))),
+    FaultKind("chip_bit_flip", "chip", PROCESSOR, "a bit of a memory is inverted, once",
+              (Parameter("memory", "which", default="sram", choices=("sram", "flash", "eeprom")),
+               Parameter("address", "of the byte, in the memory's own addresses; SRAM begins at 256", "",
+                         0.0, 32767.0, is_whole=True),
+               Parameter("bit", "which", "", 0.0, 7.0, 0, is_whole=True)),
+              is_once=True),
+    FaultKind("chip_brown_out", "chip", PROCESSOR,
+              "the supply of the processor sags, once: it resets, and SRAM keeps a part of its bytes",
+              (Parameter("kept_pct", "part of the bytes that stay; others have chance content", "%",
+                         0.0, 100.0, 100.0), _SEED),
+              is_once=True),
+    FaultKind("chip_eeprom_worn", "chip", PROCESSOR,
+              "bytes of the EEPROM that a program writes keep what they had"),
     FaultKind("shaft_load", "physics", SHAFT,
               "a torque on the shaft beside the load that was set; several add up, those that push the same"
               " way to the limit at most",

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Protocol
 from hil.vocab.address import DeviceParts
 from hil.vocab.framing import Framing, Item
 from hil.vocab.late_dataclass import dataclass
+from hil.vocab.line_format import LineFormat
 from hil.vocab.motion import Motion
 from hil.vocab.path import PathPiece
 from hil.vocab.time import SimTimeNs
@@ -46,6 +47,93 @@ class Pins(Protocol):
         """Pulses of the train that are to come."""
 
 
+class ProcessorPin(NamedTuple):
+    """Pin of a processor: its level, what the chip does there, and the part of the time that its PWM is high
+    (None: it has none)."""
+
+    level: int
+    is_output: bool
+    has_pull_up: bool
+    duty: float | None
+
+
+class UartFrame(NamedTuple):
+    """Frame that a processor's serial interface sends, of 5 to 9 data bits. Of nine, ``byte`` has the first
+    eight, and the ninth stands where a parity bit would that is always that (8M1 or 8S1)."""
+
+    byte: int
+    line_format: LineFormat
+    baud: int
+
+
+class Processor(Protocol):
+    """Microcontroller that runs a user's program, an ATmega328P. After power-up it stands still, its flash
+    and EEPROM are empty, and the firmware drives the pins. What is outside of a memory is a ValueError."""
+
+    is_running: bool
+    """True from ``reset`` on, until it is held, or the power goes."""
+    fuses: tuple[int, int, int, int]
+    """Fuses low, high, extended, and the lock bits."""
+    clock_Hz: int
+
+    @property
+    def flash(self) -> bytes:
+        """Whole content of the flash, 32,768 bytes."""
+
+    def load(self, at: int, data: bytes) -> None:
+        """Write bytes into the flash."""
+
+    @property
+    def eeprom(self) -> bytes:
+        """Whole content of the EEPROM, 1,024 bytes."""
+
+    def load_eeprom(self, at: int, data: bytes) -> None:
+        """Write bytes into the EEPROM, at once."""
+
+    def data(self, at: int, count: int) -> bytes:
+        """Bytes of the data space (registers, I/O, SRAM: 2,304 bytes), without what a read does there."""
+
+    def poke(self, address: int, value: int) -> None:
+        """Write a byte of the data space, without what a write does there."""
+
+    def set_fuses(self, low: int, high: int, extended: int, lock: int, *, has_boot: bool = False) -> None:
+        """Set fuses and lock bits. ``has_boot``: a boot loader that is not in the flash goes before the
+        program after resets that the chip makes itself: it clears MCUSR, and turns the watchdog off."""
+
+    def reset(self, causes: int, start_up_cycles: int = 0) -> None:
+        """Reset it: MCUSR has the causes (1 power, 2 the pin, 4 brown-out, 8 watchdog). From now on its
+        program runs, and drives the pins."""
+
+    def set_stack_floor(self, address: int) -> None:
+        """Let its user be told once the stack comes below this address of the data space, where the heap
+        begins. After power-up it is 100h, where SRAM does."""
+
+    def hold(self) -> None:
+        """Stop it where it is; the firmware drives the pins again."""
+
+    @property
+    def cycles(self) -> int:
+        """Cycles of its clock since the power came; they stand still while it is held."""
+
+    @property
+    def program_counter(self) -> int:
+        """Byte address of its next instruction."""
+
+    @property
+    def start_up_cycles(self) -> int:
+        """Cycles of its clock from a reset to its first instruction, by its fuses."""
+
+    def name_of(self, number: int) -> str | None:
+        """Board's name of a pin by the chip's number, 0 to 19 for PD0 to PD7, PB0 to PB5, PC0 to PC5; None:
+        the board has none there."""
+
+    def pin(self, name: str) -> ProcessorPin:
+        """State of a pin now."""
+
+    def frame(self, value: float) -> UartFrame:
+        """Frame of an event ``sent``."""
+
+
 @dataclass(frozen=True)
 class Delay:
     """Wait; answers None. The board's ``delay()``: interrupts go on, the main loop does not."""
@@ -77,7 +165,12 @@ class Commit:
     data: bytes
 
 
-Request = Delay | ByteAvailable | Commit
+@dataclass(frozen=True)
+class EventAvailable:
+    """Wait until an interrupt has come, from now on; answers None."""
+
+
+Request = Delay | ByteAvailable | Commit | EventAvailable
 Main = Generator[Request, Any, None]
 """A firmware's main program; it never returns while the board has power."""
 
@@ -193,6 +286,11 @@ class Board:
     note: Callable[[str, str | None], None] = lambda about, text: None
     """Sets a note for the operator on what the board cannot print: (topic, a line); None removes it."""
 
+    processors: Mapping[str, Processor] = field(default_factory=dict)
+    """Processors by the names of the axes whose pins they have."""
+    reset_cause: Callable[[], str] = lambda: "power"
+    """Tells what has started the firmware: see ``started_by``."""
+
     tell: Callable[[str, float | None], None] = lambda name, value: None
     """Tells a value of the firmware's own to those who look at the board, by a name; None: no more."""
 
@@ -205,6 +303,17 @@ class Board:
     def banks(self) -> Mapping[str, Pins]:
         """Pins of the microcontroller, by the names of the axes that have them instead of a motor."""
         return self.faces.get(PINS, {})
+
+    @property
+    def processor(self) -> Processor:
+        """Processor of the first axis. Raises KeyError: it has none."""
+        return self.processors[self.axes.first]
+
+    @property
+    def started_by(self) -> str:
+        """Reason for which the firmware was started: ``power``, or ``line`` where a client has opened its
+        port and the board's RESET goes by that."""
+        return self.reset_cause()
 
     @property
     def joints(self) -> Mapping[str, ArmJoint]:
@@ -240,4 +349,8 @@ class Firmware(Protocol):
         """Run the board's setup() and loop()."""
 
     def interrupt(self, event: CoreEvent) -> None:
-        """Handle something that happened outside the main loop, at the event's own time."""
+        """Handle something that happened outside the main loop, at the event's own time.
+
+        One whose board has a processor may have ``line_opened() -> bool`` too: called when a client opens the
+        first port; False: that is no reset this time.
+        """

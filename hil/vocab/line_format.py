@@ -26,6 +26,10 @@ class LineFormat:
     def has_parity(self) -> bool:
         return self.parity != "N"
 
+    def is_like(self, other: "LineFormat") -> bool:
+        """True if a receiver of the other format reads all that is sent in this one: stop bits may differ."""
+        return self is other or (self.parity, self.data_bits) == (other.parity, other.data_bits)
+
     def parity_bit(self, byte: int) -> int:
         """Parity bit of a byte, in a format that has one."""
         if self.parity in "MS":

@@ -139,6 +139,15 @@ class PortHost(Protocol):
         """Note that the port cannot go on (its file descriptor is dead). Called once."""
 
 
+@runtime_checkable
+class LineHost(Protocol):
+    """Host that hears when its line is opened. Beside ``PortHost``."""
+
+    def line_opened(self) -> None:
+        """Note that a first client has opened the port, or that clients' DTR has come on: a board whose RESET
+        hangs on it is reset. It comes before the bytes that are sent after it."""
+
+
 class Port(Protocol):
     """Door for bytes, made by the ``make`` function of ``virtual_ports/<kind>/port.py``."""
 

@@ -1,7 +1,7 @@
 """RS485 segment as a bench sees it: stations transmit on it, and hear each other with the line's times."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from hil.vocab.framing import Framing, Item
 from hil.vocab.late_dataclass import dataclass
@@ -11,6 +11,9 @@ from hil.vocab.wire import Wire
 
 _NAMED = 4
 """Maximum number of stations of one speed that a note names."""
+_TOLERATED = 0.04
+"""Difference of speeds at which a receiver still reads what is sent: half a bit at a frame's end is 5 %. A
+Uno at 115200 baud is 2.1 % fast."""
 
 
 class HeardCharacter(NamedTuple):
@@ -24,7 +27,8 @@ class HeardCharacter(NamedTuple):
 
 
 class Receiver(Protocol):
-    """A station's receiving half."""
+    """A station's receiving half. One whose program sets the format of its characters has ``FormatReceiver``,
+    too."""
 
     @property
     def baud_now(self) -> int:
@@ -41,6 +45,15 @@ class Receiver(Protocol):
 
     def retract(self, after_ns: SimTimeNs) -> None:
         """Take back what was announced and would be complete after this time."""
+
+
+@runtime_checkable
+class FormatReceiver(Protocol):
+    """Receiver whose characters may have another format than the line's. Beside ``Receiver``."""
+
+    @property
+    def format_now(self) -> LineFormat | None:
+        """Format in which it reads; None: the line's."""
 
 
 @dataclass(frozen=True)
@@ -111,19 +124,28 @@ class Segment(SegmentView, Wire, Protocol):
     def set_echo(self, station: str, has_echo: bool) -> None:
         """Set whether a station hears what it sends."""
 
-    def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
-        """Send a burst from a station; its first start bit is at ``start_ns``: until then nothing happens."""
+    def transmit(
+        self, station: str, start_ns: SimTimeNs, data: bytes, baud: int, sent_format: LineFormat | None = None
+    ) -> None:
+        """Send a burst from a station; its first start bit is at ``start_ns``: until then nothing happens.
+        ``sent_format``: of its characters, where it is not the line's; receivers read what they make of it.
+        """
+
+    def release(self, station: str, at_ns: SimTimeNs) -> None:
+        """Let go of the line in the middle of what a station sends: receivers read an idle line from then
+        on."""
 
     def give_way(self, station: str) -> None:
         """Take a station off the line until it has another address: another node has the one that it has."""
 
 
 def speed_notes(speeds: Mapping[str, int]) -> list[str]:
-    """Say that stations of one segment have several speeds; nothing if they have one. ``speeds``: in baud."""
+    """Say that stations of one segment have several speeds; nothing if they have one, except what clocks of
+    processors make of it. ``speeds``: in baud."""
     by_speed: dict[int, list[str]] = {}
     for name, baud in speeds.items():
         by_speed.setdefault(baud, []).append(name)
-    if len(by_speed) < 2:
+    if not by_speed or max(by_speed) <= min(by_speed) * (1 + _TOLERATED):
         return []
     said = (
         f"{', '.join(names[:_NAMED])}{' ...' if len(names) > _NAMED else ''} {baud} baud"

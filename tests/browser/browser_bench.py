@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from browser_pages import DESK, PHONE, Bench, fits, served
-from e2e_support import READY_NS
+from e2e_support import READY_NS, until
 from playwright.sync_api import Browser, Page, expect
 
 SPEED = 4
@@ -179,6 +179,52 @@ def test_plots_are_saved(pages: Bench) -> None:
     width, height = struct.unpack(">II", png[16:24])
     assert width > 500
     assert height > 400
+
+
+def test_a_fast_current_is_not_drawn_as_a_slow_one(pages: Bench) -> None:
+    def told(name: str) -> float:
+        value: float = pages.server.ask("state", device="m1")[name]
+        return value
+
+    page = pages.open("bench/m1")
+    plotted(page, "position_deg")
+    page.get_by_label("Shown time").select_option("1 s")
+    verb(page, "enable")
+    verb(page, "velocity", velocity_rpm="60")
+    try:
+        until(lambda: abs(told("velocity_rpm") - 60) < 8, "its speed")
+        begin_ns = told("at_ns")
+        until(lambda: told("at_ns") > begin_ns + 2e9, "two seconds")
+        expect(page.locator(".pane-range").first).to_contain_text("min/max of 1 ms")
+        expect(page.locator(".pane-legend", has_text="Velocity")).to_contain_text(re.compile(r"r 60\.0"))
+        button(page, "Pause")
+        with page.expect_download() as waiting:
+            button(page, "CSV")
+    finally:
+        pages.server.ask("do", device="m1", name="mode", parameters={"mode": "position"})
+    rows = list(csv.DictReader(io.StringIO(Path(waiting.value.path()).read_text())))
+    assert {row["sampling"] for row in rows} == {"min/max of 1 ms"}
+    assert 1900 <= len(rows) <= 2010
+    current_A = [(float(row["at_s"]), float(row["current_a_A"])) for row in rows]
+    ups = [later[0] for row, later in pairwise(current_A) if row[1] < 0 <= later[1]]
+    assert (len(ups) - 1) / (ups[-1] - ups[0]) == pytest.approx(50, rel=0.05)
+
+
+def test_a_range_of_values_stays(pages: Bench) -> None:
+    page = pages.open("bench/m1")
+    plotted(page, "position_deg")
+    fixed = page.get_by_role("button", name=re.compile("fixed range of velocity"))
+    fixed.click()
+    expect(fixed).to_have_attribute("aria-pressed", "true")
+    lower = page.get_by_label("Lower end of the velocity shown")
+    lower.fill("100")
+    page.get_by_label("Upper end of the velocity shown").focus()
+    expect(lower).to_have_attribute("aria-invalid", "true")
+    lower.fill("-20")
+    page.get_by_label("Upper end of the velocity shown").focus()
+    expect(lower).to_have_attribute("aria-invalid", "false")
+    fixed.click()
+    expect(lower).to_have_count(0)
 
 
 def test_fields_of_a_plot_are_chosen(pages: Bench) -> None:

@@ -120,6 +120,8 @@ def test_the_queue_is_edited(page: Page) -> None:
     rpm.fill("0")
     rpm.press("Tab")
     expect(page.get_by_text("Row 6: RPM is 0; 1 is the least")).to_be_visible()
+    expect(rpm).to_have_value("0")
+    rpm.press("Escape")
     expect(rpm).to_have_value("70")
     # Rows: inserted, deleted, moved, copied, and all taken back.
     page.get_by_label(re.compile("^Row 7(,|$)")).click()

@@ -85,7 +85,7 @@ def test_files_of_any_encoding_are_read_or_said_to_be_wrong(
     fill(page, "")
     file = {"name": "part.ngc", "mimeType": "application/octet-stream", "buffer": data}
     page.get_by_label("Open a file: Program").set_input_files([file])
-    expect(page.get_by_text("part.ngc")).to_be_visible()
+    expect(page.get_by_role("region", name="Program").get_by_text("part.ngc")).to_be_visible()
     click(page, "Check")
     if problem is None:
         expect(page.get_by_role("region", name="Figures of the drawing")).to_contain_text("mm at a feed")

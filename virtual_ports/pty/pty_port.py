@@ -6,6 +6,7 @@ from functools import partial
 from typing import NamedTuple
 
 from hil.net import stable_name
+from hil.net.line_openings import Opening
 from hil.net.traffic import Outgoing, Traffic
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
 from virtual_ports.pty.clients import Clients
@@ -39,6 +40,7 @@ class PtyPort:
         self._connects_before = -1
         self._pty: _Open | None = None
         self._reading = self._answering = False
+        self._opening = Opening()
 
     @property
     def address(self) -> str:
@@ -146,6 +148,7 @@ class PtyPort:
         if not pty.clients.count:
             pty.clients.doubt()  # from one that has left, or that was not seen to come
         self._traffic.rx_bytes += len(data)
+        self._opening.tell(self._host)
         self._answering = True  # clients were counted just now: once for each command, not for each piece too
         self._host.received(data)
         self._answering = False
@@ -163,6 +166,10 @@ class PtyPort:
 
     def _came(self) -> None:
         self._traffic.connects += 1
+        if self._pty and self._pty.clients.count == 1:
+            self._opening.begin()
+            # Later, because this may be in the middle of what the host writes.
+            self._loop.call_soon(self._opening.tell, self._host)
 
     def _left(self, baud: int | None) -> None:
         if self._pty:

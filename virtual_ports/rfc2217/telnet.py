@@ -49,6 +49,8 @@ class Telnet:
     def __init__(self, signature: str) -> None:
         self.baud: int | None = None
         self.dtr = self.rts = True
+        self.rises = 0
+        """Number of times that the client has switched DTR on."""
         self._signature = signature.encode()
         self._state = _State.DATA
         self._verb = 0
@@ -143,6 +145,7 @@ class Telnet:
         if value == _BREAK_ON:
             line.append(0)
         elif value in (_DTR_ON, _DTR_OFF):
+            self.rises += value == _DTR_ON and not self.dtr
             self.dtr = value == _DTR_ON
         elif value in (_RTS_ON, _RTS_OFF):
             self.rts = value == _RTS_ON

@@ -30,10 +30,13 @@ class Burst(NamedTuple):
     baud: int
     on_ns: int
     off_ns: int
+    sent_format: LineFormat | None = None
+    """Format of its characters, where it is not the line's."""
 
 
 class Disturbance:
-    """Disturbance from ``burst``, which is not alone on the line or meets a wrong one, until ``end``.
+    """Disturbance from ``burst``, which is not alone on the line, meets a wrong one, or is cut short at
+    ``now_ns``, until ``end``.
 
     ``before`` is what is on the line already, and was taken for undisturbed; ``splitter`` is the monitor's,
     as it was before all of them.
@@ -49,6 +52,7 @@ class Disturbance:
         stats: SegmentStats,
         watchers: Iterable[Callable[[SegmentEvent], None]],
         line_format: LineFormat,
+        now_ns: SimTimeNs,
     ) -> None:
         first = before[0] if before else burst
         self._stations = stations
@@ -72,7 +76,7 @@ class Disturbance:
         self._monitor = Ear(MONITOR, 0)
         for each in before:
             self._drive(each)
-        self._begin(burst, is_surprise=bool(before))
+        self._begin(burst, now_ns, is_surprise=bool(before) or now_ns > burst.start_ns)
 
     @property
     def off_ns(self) -> int:
@@ -80,12 +84,11 @@ class Disturbance:
         return self._line.off_ns
 
     def add(self, burst: Burst) -> None:
-        self._begin(burst, is_surprise=False)
+        self._begin(burst, SimTimeNs(burst.start_ns), is_surprise=False)
 
-    def _begin(self, burst: Burst, *, is_surprise: bool) -> None:
+    def _begin(self, burst: Burst, now_ns: SimTimeNs, *, is_surprise: bool) -> None:
         """Begin a burst: take back what everybody hears from its start on. They are told before the next
         character can be complete, and not sooner: of all that begins about then at once."""
-        now_ns = SimTimeNs(burst.start_ns)
         self._drive(burst)
         # All was taken back already, and is told anew at that time.
         if self._told_ns < self._tell_ns < FOREVER:
@@ -105,7 +108,15 @@ class Disturbance:
 
     def _drive(self, burst: Burst) -> None:
         is_swapped = burst.station in self._stations and self._stations[burst.station].is_swapped
-        drive = Driving(burst.start_ns, burst.data, burst.baud, burst.on_ns, burst.off_ns, is_swapped)
+        drive = Driving(
+            burst.start_ns,
+            burst.data,
+            burst.baud,
+            burst.on_ns,
+            burst.off_ns,
+            is_swapped,
+            burst.sent_format,
+        )
         self._line.add(burst.station, drive)
         if burst.start_ns == self._line.from_ns:  # of several, the order in which they came does not matter
             self._monitor = Ear(MONITOR, max(self._monitor.baud, burst.baud))
@@ -127,7 +138,10 @@ class Disturbance:
         """Tell receivers what is new for them up to a time; keep what the monitor has decided."""
         told_ns = self._told_ns
         members = [each for each in self._stations.values() if not each.is_cut and told_ns < FOREVER]
-        ears = [Ear(each.name, each.receiver.baud_now, each.is_swapped, each.has_echo) for each in members]
+        ears = [
+            Ear(each.name, each.receiver.baud_now, each.is_swapped, each.has_echo, each.format_now)
+            for each in members
+        ]
         is_held = any(
             each.is_stuck and not each.is_swapped and not each.is_cut for each in self._stations.values()
         )

@@ -21,6 +21,8 @@ class Ear(NamedTuple):
     baud: int
     is_swapped: bool = False
     has_echo: bool = False
+    line_format: LineFormat | None = None
+    """Format in which it reads; None: the line's."""
 
 
 class DisturbedLine:
@@ -68,12 +70,13 @@ class DisturbedLine:
         for ear in ears:
             ready_ns = self._again_ns.get(ear, first_ns)
             own = () if ear.has_echo else self._sends(ear.name, ready_ns)
-            key = (ear.baud, ear.is_swapped, ready_ns, own)
+            line_format = ear.line_format or self._format
+            key = (ear.baud, line_format, ear.is_swapped, ready_ns, own)
             if key not in read_once:
                 lows = lines[ear.is_swapped]
                 for on_ns, off_ns in own:
                     lows = without(lows, on_ns, off_ns)
-                characters, again_ns = read(lows, ear.baud, ready_ns, now_ns, until_ns, self._format)
+                characters, again_ns = read(lows, ear.baud, ready_ns, now_ns, until_ns, line_format)
                 read_once[key] = tuple(characters), again_ns
             heard[ear.name], again[ear] = read_once[key]
         self._again_ns = again

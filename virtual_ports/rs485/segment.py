@@ -23,9 +23,11 @@ from hil.wire.byte_faults import ByteFault, ByteFaults, Chance
 from hil.wire.pcapng import Interface
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbance import Burst, Disturbance
+from virtual_ports.rs485.line_levels import LineLevels
 from virtual_ports.rs485.segment_reports import segment_problems, segment_report
 from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats
+from virtual_ports.rs485.waveform import Driving
 
 
 class GhostNode:
@@ -90,6 +92,7 @@ class Rs485Segment:
         self._clean: list[_Clean] = []
         self._babbling: set[int] = set()
         self._disturbance: Disturbance | None = None
+        self._levels: LineLevels | None = None
         self._waiting: set[str] = set()
         """Stations that have a burst to send when the present one is out."""
 
@@ -218,22 +221,39 @@ class Rs485Segment:
         if self.has(station):
             self.transmit(station, now_ns, raw, self.baud_of(station))
 
+    # ---- levels, for pictures of the wire ----
+
+    def record_levels(self, on: bool) -> None:
+        self._levels = LineLevels(self._clock.now_ns, self.line_format) if on else None
+
+    def take_levels(self, until_ns: int) -> list[tuple[int, int]]:
+        if not self._levels:
+            return []
+        is_held = any(
+            each.is_stuck and not each.is_swapped and not each.is_cut for each in self.stations.values()
+        )
+        return self._levels.drain(until_ns, is_held=is_held)
+
     # ---- the wire ----
 
-    def transmit(self, station: str, start_ns: SimTimeNs, data: bytes, baud: int) -> None:
+    def transmit(
+        self, station: str, start_ns: SimTimeNs, data: bytes, baud: int, sent_format: LineFormat | None = None
+    ) -> None:
         if start_ns > self._clock.now_ns:
-            self._clock.at(start_ns, partial(self._begin, station, data, baud))
-        else:
-            self._begin(station, data, baud, self._clock.now_ns)
+            self._clock.at(start_ns, partial(self._begin, station, data, baud, sent_format))
+        else:  # a processor's begins some microseconds back
+            self._begin(station, data, baud, sent_format, start_ns)
 
-    def _begin(self, station: str, data: bytes, baud: int, now_ns: SimTimeNs) -> None:
+    def _begin(
+        self, station: str, data: bytes, baud: int, sent_format: LineFormat | None, now_ns: SimTimeNs
+    ) -> None:
         self._settle(now_ns)
         sender = self.stations.get(station)
         if sender is None:  # it has left meanwhile
             return
         end_ns = self.stats.end_ns(station)
         if end_ns > now_ns:
-            self._wait(station, end_ns, data, baud)
+            self._wait(station, end_ns, partial(self._begin, station, data, baud, sent_format))
             return
         for transform in sender.transforms.values():
             data = transform(data)
@@ -243,27 +263,45 @@ class Rs485Segment:
             data = b"".join(piece for _, piece in noise.apply(data))
         if not data:
             return
-        end_ns = now_ns + character_ns(len(data), baud, self._bits)
-        burst = Burst(station, now_ns, data, baud, now_ns, end_ns + sender.release_ns)
+        bits = sent_format.bits if sent_format else self._bits
+        end_ns = now_ns + character_ns(len(data), baud, bits)
+        burst = Burst(station, now_ns, data, baud, now_ns, end_ns + sender.release_ns, sent_format)
         own = self.stats.stations[station]
         own.bursts += 1
         own.bytes += len(data)
         # It has sent, and counts so, though nobody hears it.
         if sender.is_cut:
             return
+        if self._levels:
+            self._levels.add(
+                Driving(now_ns, data, baud, burst.on_ns, burst.off_ns, sender.is_swapped, sent_format)
+            )
         is_alone = self.stats.begin(station, len(data), now_ns, end_ns, burst.off_ns)
-        if is_alone and not self._disturbance and not self.stations.is_odd:
+        if is_alone and not self._disturbance and not self.stations.is_odd and not sent_format:
             self._bring(burst, meant)
         else:
             self._disturb(burst)
         self._clock.at(burst.off_ns, self._settle)
 
-    def _wait(self, station: str, end_ns: int, data: bytes, baud: int) -> None:
+    def release(self, station: str, at_ns: SimTimeNs) -> None:
+        self._settle(at_ns)
+        mine = next((each.burst for each in self._clean if each.burst.station == station), None)
+        if mine is None:  # it sends nothing, or the line is disturbed already
+            return
+        now_ns = self._clock.now_ns
+        others = [each.burst for each in self._clean if each.burst is not mine]
+        self._splitter = self._clean[0].before
+        self._clean.clear()
+        cut = mine._replace(off_ns=max(at_ns, mine.start_ns + 1))
+        self._disturbance = self._disturbed(cut, others, now_ns)
+        self._clock.at(max(cut.off_ns, now_ns + 1), self._settle)
+
+    def _wait(self, station: str, end_ns: int, then: Callable[[SimTimeNs], None]) -> None:
         """Keep the next burst of a station that still sends, as by a fault. One can wait; more is lost."""
 
         def begin(now_ns: SimTimeNs) -> None:
             self._waiting.discard(station)
-            self._begin(station, data, baud, now_ns)
+            then(now_ns)
 
         if station not in self._waiting:
             self._waiting.add(station)
@@ -345,7 +383,10 @@ class Rs485Segment:
         if self._clean:
             self._splitter = self._clean[0].before
             self._clean.clear()
-        self._disturbance = Disturbance(
+        self._disturbance = self._disturbed(burst, before, SimTimeNs(burst.start_ns))
+
+    def _disturbed(self, burst: Burst, before: Sequence[Burst], now_ns: SimTimeNs) -> Disturbance:
+        return Disturbance(
             burst,
             before,
             self.stations,
@@ -354,4 +395,5 @@ class Rs485Segment:
             self.stats,
             self.watchers,
             self.line_format,
+            now_ns,
         )

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 from hil.vocab.faults import Fault
 from hil.vocab.framing import Transform
-from hil.vocab.segment import Receiver
+from hil.vocab.line_format import LineFormat
+from hil.vocab.segment import FormatReceiver, Receiver
 
 
 @dataclass
@@ -36,6 +37,11 @@ class Station:
     @property
     def is_odd(self) -> bool:
         return (self.is_stuck or self.is_swapped) and not self.is_cut
+
+    @property
+    def format_now(self) -> LineFormat | None:
+        """Format in which it reads; None: the line's."""
+        return self.receiver.format_now if isinstance(self.receiver, FormatReceiver) else None
 
     def rewire(self) -> None:
         """Derive its wire from all its faults; of two late drivers the later fault's counts."""

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import NamedTuple
 
-from hil.vocab.line_format import DATA_BITS, EIGHT_N_1, LineFormat
+from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.segment import HeardCharacter
 
 _NS_PER_S = 10**9
@@ -31,6 +31,8 @@ class Driving(NamedTuple):
     off_ns: int
     is_inverted: bool = False
     """True if its two wires are swapped: it drives 0 for 1."""
+    sent_format: LineFormat | None = None
+    """Format of its characters, where it is not the line's."""
 
 
 @cache
@@ -46,12 +48,12 @@ def low_line(
     alike: dict[tuple[object, ...], list[Driving]] = {}
     for drive in drives:
         if drive.on_ns < to_ns and drive.off_ns > from_ns:
-            what = (drive.start_ns, drive.baud, len(drive.data), drive.on_ns, drive.off_ns, drive.is_inverted)
+            what = (drive.start_ns, drive.baud, len(drive.data), *drive[3:])
             alike.setdefault(what, []).append(drive)
     changes: list[tuple[int, int, int]] = []  # time, change of drivers on, change of drivers low
     for group in alike.values():
         changes += [(max(group[0].on_ns, from_ns), 1, 0), (min(group[0].off_ns, to_ns), -1, 0)]
-        for low_ns, high_ns in _low_times(group, from_ns, to_ns, line_format):
+        for low_ns, high_ns in _low_times(group, from_ns, to_ns, group[0].sent_format or line_format):
             changes += [(low_ns, 0, 1), (high_ns, 0, -1)]
     changes.sort()
     lows: Lows = []
@@ -73,7 +75,7 @@ def low_line(
 
 def _low_times(group: Sequence[Driving], from_ns: int, to_ns: int, line_format: LineFormat) -> Lows:
     """Times at which drivers that begin and end together, at one baud, all drive low, between two times."""
-    start_ns, data, baud, on_ns, off_ns, is_inverted = group[0]
+    start_ns, data, baud, on_ns, off_ns, is_inverted, _ = group[0]
     size, lows_of = line_format.bits, _lows_of_bytes(line_format)
     first = max((from_ns - start_ns) * baud // _NS_PER_S // size, 0)
     end = max(min((to_ns - start_ns) * baud // _NS_PER_S // size + 1, len(data)), first)
@@ -172,7 +174,7 @@ def _readings(
     stop = line_format.bits - line_format.stop_bits
     samples_ns = [(2 * bit + 1) * _NS_PER_S // (2 * baud) for bit in range(stop + 1)]
     one_ns = line_format.bits * _NS_PER_S // baud
-    has_parity = line_format.has_parity
+    has_parity, data_bits = line_format.has_parity, line_format.data_bits
     index, end = bisect_left(lows, (ready_ns,)), len(lows)
     while index < end:
         start_ns = lows[index][0]
@@ -194,7 +196,7 @@ def _readings(
             yield start_ns, ready_ns, None
         else:
             ready_ns = start_ns + samples_ns[-1]
-            byte = levels >> 1 & 0xFF
-            is_odd = has_parity and levels >> 1 + DATA_BITS & 1 != line_format.parity_bit(byte)
+            byte = levels >> 1 & (1 << data_bits) - 1
+            is_odd = has_parity and levels >> 1 + data_bits & 1 != line_format.parity_bit(byte)
             yield start_ns, ready_ns, HeardCharacter(start_ns + one_ns, byte, not levels >> stop, is_odd)
         index += 1

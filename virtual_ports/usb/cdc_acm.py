@@ -66,6 +66,8 @@ class CdcAcm:
         """True while a program of the host has the device open."""
         self.opens = 0
         """Number of times that it was opened."""
+        self.rises = 0
+        """Number of times that DTR was switched on."""
         self.dropped_bytes = 0
         """Number of bytes of the board that waited for a program that has left."""
         self.is_native = descriptors.identity.is_native
@@ -146,7 +148,8 @@ class CdcAcm:
                 coding = self.coding
                 return _CODING.pack(coding.baud, coding.stop, coding.parity, coding.data_bits)
             case (_Request.SET_CONTROL_LINE_STATE, False):
-                self.dtr, self.rts = bool(setup.value & _DTR), bool(setup.value & _RTS)
+                was_on, self.dtr, self.rts = self.dtr, bool(setup.value & _DTR), bool(setup.value & _RTS)
+                self.rises += self.dtr and not was_on
                 if not (self.dtr or self.rts or self._notify.pending or self.to_host.pending):
                     self.close()
                 return b""

@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable
 
 from hil.net.acceptor import abort
+from hil.net.line_openings import tell_opened
 from hil.net.traffic import QUEUE_BYTES, Traffic
 from hil.vocab.ports import TOUCH_S, PortHost
 from virtual_ports.usb.cdc_acm import CdcAcm
@@ -44,13 +45,15 @@ class UsbSession(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         device = self.device
-        opens = device.opens
+        opens, rises = device.opens, device.rises
         problem = None
         try:
             device.receive(data)
         except ProtocolError as error:
             problem = f"its host controller sends what it must not: {error}"
         self._traffic.connects += device.opens - opens
+        if device.rises != rises:
+            tell_opened(self._host)
         self._watch_touch()
         self._move()
         self._flush()

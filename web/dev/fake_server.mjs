@@ -262,6 +262,7 @@ class Client {
     const each = { what, timer: 0 };
     this.watches.set(watch, each);
     if (what === "samples") each.timer = this.samples(watch, target, fields, rate_Hz);
+    if (what === "clock") each.timer = setInterval(() => this.send({ watch, value: performance.now() }), 500);
     if (what === "status") each.timer = setInterval(() => this.send({ watch, value: status() }), 1000 / rate_Hz);
     if (what === "faults") setTimeout(() => this.send({ watch, value: faults }));
     return { watch };

@@ -1,17 +1,44 @@
+import { computed } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { Guarded } from "./parts/guarded";
 import { Notices } from "./parts/notices";
 import { HelpDialog, openHelp } from "./parts/help";
 import { go, href, path } from "./router";
-import { hello, link, otherVersion, status } from "./store";
+import { notKept, unsaved } from "./kept";
+import { hello, link, loadVersion, newVersion, otherVersion, status } from "./store";
+import { showTabIcon, tabTitle, tabTrouble } from "./tab_head";
 import { theme, toggleTheme } from "./theme";
 import { Login } from "./login";
+import { HAS_PAST } from "./past";
 import { VIEWS } from "./views";
+import { PastBanner, TimeLine } from "./views/past";
 import type { ViewEntry } from "./views/view";
 
 function shownViews(): ViewEntry[] {
   const bench = hello.value;
   return VIEWS.filter((view) => !view.isShown || (bench !== null && view.isShown(bench)));
+}
+
+/** News are old from here on: the clock comes twice a second. */
+const OLD_s = 1.5;
+const isOld = computed(() => link.state.value === "open" && link.age_s.value > OLD_s);
+
+/** Age of what is shown. */
+function NewsAge() {
+  if (link.state.value !== "open") return null;
+  const age = link.age_s.value.toFixed(1);
+  return (
+    <>
+      <span class="clock news" title="age of the last news from the bench">
+        {isOld.value ? `no news for ${age} s` : `news ${age} s old`}
+      </span>
+      {isOld.value && (
+        <span class="out-of-sight" role="alert">
+          The bench says nothing: what you see is old.
+        </span>
+      )}
+    </>
+  );
 }
 
 function LinkState() {
@@ -70,8 +97,9 @@ function Header({ current }: { current: ViewEntry | undefined }) {
           </a>
         ))}
       </nav>
-      <div class="state">
+      <div class={isOld.value ? "state is-old" : "state"}>
         <Health />
+        <NewsAge />
         <LinkState />
         {bench && link.login.value !== "none" && (
           <button type="button" class="plain" onClick={() => void link.logOut()} title={`Log out ${bench.user}`}>
@@ -98,6 +126,14 @@ function Banner() {
       </div>
     );
   }
+  if (newVersion.value) return <NewVersion server={newVersion.value} />;
+  if (notKept.value.size > 0 && unsaved.value.length > 0) {
+    return (
+      <div class="banner" role="alert">
+        This browser has no room to keep what you type: it is lost with this tab. Save it to a file.
+      </div>
+    );
+  }
   if (link.state.value !== "lost") return null;
   const since = link.lostAt.value ? new Date(link.lostAt.value).toLocaleTimeString() : "";
   return (
@@ -106,6 +142,19 @@ function Banner() {
       <button type="button" onClick={() => link.tryNow()}>
         Try now
       </button>
+    </div>
+  );
+}
+
+function NewVersion({ server }: { server: string }) {
+  const drafts = unsaved.value.join(", ");
+  return (
+    <div class="banner is-news" role="status">
+      There is a new version of this page.{" "}
+      <button type="button" onClick={() => loadVersion(server)}>
+        Load it
+      </button>{" "}
+      {drafts && `Not saved: ${drafts}. It is kept, and comes back with the new version.`}
     </div>
   );
 }
@@ -132,10 +181,12 @@ export function App() {
   const views = shownViews();
   const current = views.find((view) => view.id === path.value[0]) ?? views[0];
   const main = useRef<HTMLElement>(null);
-  const bench = hello.value?.bench;
+  const trouble = tabTrouble(link.state.value, status.value.health?.state);
+  const title = tabTitle(hello.value?.bench ?? "", trouble);
   useEffect(() => {
-    document.title = bench ? `${bench} · hil` : "hil";
-  }, [bench]);
+    document.title = title;
+  }, [title]);
+  useEffect(() => showTabIcon(trouble), [trouble]);
   const isLogin = link.state.value === "login";
   return (
     <>
@@ -144,6 +195,7 @@ export function App() {
       </a>
       <Header current={current} />
       <Banner />
+      <PastBanner />
       <main id="main" ref={main} tabIndex={-1}>
         {isLogin && <Login />}
         {!isLogin && !hello.value && <p class="empty">Waiting for the bench …</p>}
@@ -152,6 +204,11 @@ export function App() {
             <Guarded key={current.id}>
               <current.View path={path.value.slice(1)} />
             </Guarded>
+            {HAS_PAST.includes(current.id) && (
+              <Guarded>
+                <TimeLine />
+              </Guarded>
+            )}
           </div>
         )}
       </main>

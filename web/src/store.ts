@@ -1,14 +1,17 @@
 /** State of the page: the link and what every view looks at. Signals, so that each view redraws what it shows. */
 
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { VERSION } from "./build";
+import { flush, keptFor, rememberByTab, rememberedByTab, unsaved } from "./kept";
 import type { ActiveFault, FaultMark } from "./model/fault_marks";
 import { type RunProgress, readRun, withRun } from "./model/run_progress";
 import type { Status } from "./model/status";
 import { Link } from "./net/link";
 import type { DeviceRow, Role } from "./model/door";
 
-/** The server's version while it is another one than this page's, although the page was loaded again. */
+/** The server's version while it is another one than this page's, and somebody writes here. */
+export const newVersion = signal("");
+/** The same, although the page was loaded again. */
 export const otherVersion = signal("");
 
 /** For so long the time goes on without being told. */
@@ -16,28 +19,48 @@ const MOST_UNTOLD_s = 1;
 
 const RELOADED_FOR = "hil.reloaded-for";
 
-/** Load the page again, once for a version of the server; a second time would not help. */
-function loadAgain(server: string): void {
-  if (sessionStorage.getItem(RELOADED_FOR) === server) {
-    otherVersion.value = server;
-    return;
-  }
-  sessionStorage.setItem(RELOADED_FOR, server);
-  window.location.reload();
+/** Load the page again where nobody writes in it. Once for a version of the server; a second time would not help. */
+function versionDiffers(server: string): void {
+  if (rememberedByTab(RELOADED_FOR) === server) otherVersion.value = server;
+  else if (unsaved.peek().length > 0 || isTyped(document.activeElement)) newVersion.value = server;
+  else loadVersion(server);
 }
 
-export const link = new Link(VERSION, loadAgain);
+/** Load the page of a version of the server; what is typed is kept. */
+export function loadVersion(server: string): void {
+  flush();
+  if (rememberByTab(RELOADED_FOR, server)) window.location.reload();
+  else otherVersion.value = server; // a tab that remembers nothing would load itself again and again
+}
+
+function isTyped(focused: Element | null): boolean {
+  return (focused instanceof HTMLInputElement || focused instanceof HTMLTextAreaElement) && focused.value !== "";
+}
+
+export const link = new Link(VERSION, versionDiffers);
 
 export const hello = link.hello;
+
+effect(() => {
+  if (hello.value) keptFor.value = hello.value.bench;
+});
 
 /** Devices of the bench, each with its first axis, and further axes, by name. */
 export const devices = computed<Map<string, DeviceRow>>(() => new Map((hello.value?.devices ?? []).map((device) => [device.name, device])));
 
 const RANK: Record<Role, number> = { viewer: 1, operator: 2, admin: 3 };
 
-/** Tell whether the user's role allows what needs `role`. */
+/** Whether the page shows the past: nothing can be done there. */
+export const isPast = signal(false);
+
+/** Tell whether the user's role allows what needs `role`, and the page shows the present. */
 export function may(role: Role): boolean {
-  return RANK[hello.value?.role ?? "viewer"] >= RANK[role];
+  return !isPast.value && RANK[hello.value?.role ?? "viewer"] >= RANK[role];
+}
+
+/** Say why something cannot be done that needs a role. */
+export function whyNot(role: Role): string {
+  return isPast.value ? "What you see is past: nothing can be done there." : `This needs the role ${role}.`;
 }
 
 export const status = signal<Status>({ devices: [] });

@@ -1,6 +1,7 @@
 /** Light and dark: what the system says, until the user chooses. */
 
 import { effect, signal } from "@preact/signals";
+import { remember, remembered } from "./kept";
 
 export type Theme = "light" | "dark";
 
@@ -8,7 +9,7 @@ const KEY = "hil.theme";
 const system = window.matchMedia("(prefers-color-scheme: dark)");
 
 function chosen(): Theme | null {
-  const kept = localStorage.getItem(KEY);
+  const kept = remembered(KEY);
   return kept === "light" || kept === "dark" ? kept : null;
 }
 
@@ -26,7 +27,7 @@ effect(() => {
 
 export function toggleTheme(): void {
   theme.value = theme.value === "dark" ? "light" : "dark";
-  localStorage.setItem(KEY, theme.value);
+  remember(KEY, theme.value);
 }
 
 /** Value of a colour of the style sheet, such as "--ink", for canvases. Read it again when `theme` changes. */

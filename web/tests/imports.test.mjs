@@ -36,7 +36,7 @@ describe("the rules of imports", () => {
   });
 
   it("lets a view import what all share", () => {
-    const shared = ["../view", "../../model/ring", "../../net/channels", "../../parts/notices", "../../store", "./path_state", "uplot"];
+    const shared = ["../view", "../../kept", "../../model/ring", "../../net/channels", "../../parts/notices", "../../store", "./path_state", "uplot"];
     expect(told("src/views/path/index.tsx", shared.map((from) => `import "${from}";`).join("\n"))).toBe("");
   });
 });

@@ -70,10 +70,10 @@ describe("pins", () => {
   });
 
   it("of a microcontroller are bits of one field", () => {
-    const pins = pinsOf(device({ D2: "", D13: "", A0: "" }, [field("pin_levels")]));
+    const pins = pinsOf(device({ D2: "pin_levels.2", LED: "pin_levels.13", A0: "pin_levels.14" }, [field("pin_levels")]));
     expect(pins.map(({ name, field, bit, isInput }) => [name, field, bit, isInput])).toEqual([
       ["D2", "pin_levels", 2, true],
-      ["D13", "pin_levels", 13, true],
+      ["LED", "pin_levels", 13, true],
       ["A0", "pin_levels", 14, true],
     ]);
     expect([levelOf(0b100, 2), levelOf(0b100, 3), levelOf(5, null)]).toEqual([1, 0, 5]);

@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from typing import Any
 
 from bridges.can.bus.bus_events import BusEvent
+from bridges.can.bus.bus_levels import event_levels
 from bridges.can.bus.can_bus import CanBus
 from bridges.can.bus.can_faults import CanFaults
 from bridges.can.cards.channel_node import MOST_NODES, ChannelNode
@@ -64,6 +65,7 @@ class BenchBus:
         self.bus = CanBus(clock, bit_rate)
         self.watchers: list[Callable[[BusEvent], None]] = self.bus.watchers
         self._faults = CanFaults(self.bus)
+        self._levels: list[tuple[int, int]] = []
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:
         """Statistics since the start, for JSON."""
@@ -107,6 +109,22 @@ class BenchBus:
 
     def clear(self, number: int, fault: Fault, station: str) -> None:
         self._faults.clear(number, fault, station)
+
+    # ---- levels, for pictures of the wire ----
+
+    def record_levels(self, on: bool) -> None:
+        if on and self._draw not in self.watchers:
+            self.watchers.append(self._draw)
+        elif not on and self._draw in self.watchers:
+            self.watchers.remove(self._draw)
+        self._levels.clear()
+
+    def take_levels(self, until_ns: int) -> list[tuple[int, int]]:
+        taken, self._levels = self._levels, []
+        return taken
+
+    def _draw(self, event: BusEvent) -> None:
+        self._levels += event_levels(event, self.bus.bit_rate)
 
     # ---- hil.sim.client_tap.HasChannels ----
 

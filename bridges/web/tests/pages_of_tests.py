@@ -33,8 +33,10 @@ FIELDS = (
 class Watching:
     """Watch that a test fills."""
 
-    def __init__(self, desk: "PagesDesk", call: Callable[..., object], interval_ns: int | Fraction) -> None:
-        self._desk, self.call, self.interval_ns = desk, call, interval_ns
+    def __init__(
+        self, desk: "PagesDesk", call: Callable[..., object], interval_ns: int | Fraction, points: int
+    ) -> None:
+        self._desk, self.call, self.interval_ns, self.points = desk, call, interval_ns, points
         self.waiting: list[bytes] = []
         self.lost = 0
 
@@ -68,8 +70,9 @@ class PagesDesk(RecordingDesk):
         call: Callable[..., object],
         *,
         interval_ns: int | Fraction = 0,
+        points: int = 1,
     ) -> Watch:
-        watching = Watching(self, call, interval_ns)
+        watching = Watching(self, call, interval_ns, points)
         self.watching.append((what, target, watching))
         return watching
 

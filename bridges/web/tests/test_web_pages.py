@@ -3,6 +3,7 @@
 import asyncio
 import gzip
 import json
+import re
 import struct
 from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack
@@ -12,7 +13,7 @@ from typing import Any
 
 import aiohttp
 import pytest
-from pages_of_tests import PACKED, Door, PagesDesk, blocks, frame, opened, raw_page
+from pages_of_tests import PACKED, Door, Page, PagesDesk, blocks, frame, opened, raw_page
 
 from bridges.web import open_pages, web_bridge, web_client
 from bridges.web.page_files import read_page
@@ -172,8 +173,28 @@ def test_samples_come_as_they_were_asked_for() -> None:
             ]
             (block,) = blocks(await page.until(lambda each: isinstance(each, bytes)))
             assert block == (1, 0, [(1.5, 2.25, 0.5), (2.0, -1.0, 1.5)])
+            assert watching(door).points == 1
             assert await page.ask("unwatch", watch=1) == await page.ask("unwatch", watch=1) == {}
             assert door.desk.watching == []
+
+    run(use)
+
+
+def test_extremes_are_asked_for_and_the_time_is_a_field() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            given = {
+                "what": "samples",
+                "target": "m1",
+                "fields": ["at_ns", "x", "x"],
+                "rate_Hz": 60,
+                "points": 12,
+            }
+            assert await page.ask("watch", **given) == {"watch": 1}
+            assert (watching(door).interval_ns, watching(door).points) == (Fraction(10**9, 60), 12)
+            watching(door).waiting = [PACKED.pack(1_500_000_000, 0.5, 7, 2.25)]
+            (block,) = blocks(await page.until(lambda each: isinstance(each, bytes)))
+            assert block == (1, 0, [(1.5, 1.5e9, 2.25, 2.25)])
 
     run(use)
 
@@ -183,6 +204,8 @@ def test_all_samples_of_a_turn_are_one_message() -> None:
         async with door.page() as page:
             for _ in range(3):
                 await page.ask("watch", what="samples", target="m1", fields=["n"])
+            watching(door, 2).waiting = [PACKED.pack(9, 0, 9, 0)]
+            await page.until(lambda each: isinstance(each, bytes))  # the turn in which the last one joins
             for number in range(3):
                 watching(door, number).waiting = [PACKED.pack(number, 0, number, 0)]
             found = blocks(await page.until(lambda each: isinstance(each, bytes)))
@@ -204,6 +227,11 @@ def test_all_samples_of_a_turn_are_one_message() -> None:
         ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 0}, "rate_Hz: write 0.01 to 100"),
         ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 101}, "rate_Hz: write 0.01 to 100"),
         ({"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 60}, "up to 100 samples a second"),
+        (
+            {"what": "samples", "target": "m1", "fields": ["x"], "rate_Hz": 30, "points": 2},
+            "up to 100 samples a second",
+        ),
+        ({"what": "samples", "target": "m1", "fields": ["x"], "points": 1.5}, "points: write a whole number"),
         ({"what": "samples", "target": "m2", "fields": ["y"], "rate_Hz": 1}, "m2 has no field 'y'"),
         ({"what": "status", "rate_Hz": 5}, "rate_Hz: write 0.01 to 4"),
         ({"what": "packets", "target": "bus0"}, "there is no segment 'bus0'; there are none"),
@@ -581,3 +609,39 @@ def test_a_verb_that_waits_does_not_move_what_another_page_has_stopped() -> None
         assert desk.done == [("m1", "stop"), ("m1", "wave")]
 
     run(use, desk)
+
+
+# ---- deadlines ----
+
+
+async def clock_ms(page: Page) -> float:
+    """Time of the door's clock, as a page is told it next."""
+    told: float = (await page.until(lambda each: isinstance(each, dict) and "value" in each))["value"]
+    return told
+
+
+def test_the_clock_is_told_although_nothing_else_is_new() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            await page.ask("watch", what="clock", rate_Hz=2)
+            first, second = await clock_ms(page), await clock_ms(page)
+            assert first + 300 < second <= asyncio.get_running_loop().time() * 1000 + 1
+            assert "rate_Hz: write" in (await page.ask("watch", what="clock", rate_Hz=100))["message"]
+
+    run(use)
+
+
+def test_what_would_begin_after_its_deadline_is_refused() -> None:
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            await page.ask("watch", what="clock")
+            now_ms = await clock_ms(page)
+            reset = {"operation": "do", "target": "m1", "given": {"name": "reset", "parameters": {}}}
+            assert "effective_at_ns" in await page.ask("ask", until_ms=now_ms + 60_000, **reset)
+            refused = await page.ask("ask", until_ms=now_ms - 11_000, **reset)
+            assert refused["code"] == "not_now"
+            assert re.match(r"its turn came 11\.\d s after its deadline, so it was not", refused["message"])
+            assert door.desk.done == [("m1", "reset")]
+            assert "until_ms: write" in (await page.ask("ask", until_ms="soon", **reset))["message"]
+
+    run(use)

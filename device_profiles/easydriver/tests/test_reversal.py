@@ -72,6 +72,7 @@ def test_the_manuals_motor_stalls_at_the_formulas_rate_under_half_its_load() -> 
     assert stall(*MANUAL, load=0.0) == pytest.approx(2.4, abs=0.2)
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("supply_V", "resistance_ohm", "by_decay"),
@@ -86,6 +87,7 @@ def test_how_a_current_falls_matters_where_the_coil_does_not_brake_it(
     assert seen == pytest.approx(by_decay, abs=0.06)
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_the_stall_goes_with_supply_inductance_and_current_as_the_formula_does() -> None:
     """Where resistance takes little of the supply, the coils' flux is about the magnets' or more, and all of

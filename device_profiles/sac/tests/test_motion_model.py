@@ -235,7 +235,7 @@ minutes."""
 
 
 @pytest.mark.long
-@settings(max_examples=int(os.environ.get("HIL_FUZZ", 250)))
+@settings(max_examples=int(os.environ.get("HIL_FUZZ", 60)))
 @given(setups, st.lists(acts, min_size=4, max_size=14))
 def test_pulse_times_are_the_models_to_the_half_microsecond(setup: Setup, given_acts: list[Act]) -> None:
     """Nine commands and interventions an example; `make fuzz` has 10,000 and more."""

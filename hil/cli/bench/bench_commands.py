@@ -1,10 +1,9 @@
-"""``hil list``, ``hil status``, ``hil replay`` and ``hil doctor``."""
+"""``hil list``, ``hil status``, ``hil reload`` and ``hil doctor``."""
 
 import json
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -121,35 +120,6 @@ def status(
             bench.ask("status")  # why it has ended, on the screen that stays
 
 
-def replay(
-    log: Annotated[Path, typer.Argument(help="A file that `hil serve --log` wrote.")],
-) -> CommandAnswer:
-    """Run a log again and compare every byte.
-
-    On the virtual clock; exits with 1 if a byte, a time or a state of an axis differs. A log that was
-    cut is compared up to where it ends.
-
-    Example: hil replay bench.log
-    """
-    from hil.compose.lanes import LanesRefused
-    from hil.compose.replay import replay as run
-    from hil.config import ConfigError
-    from hil.sim.inputs import InputLogError
-
-    try:
-        replayed = run(log)
-    except (InputLogError, LanesRefused) as error:
-        raise fail(f"hil: {error}", 2) from None
-    except ConfigError as error:
-        raise fail(f"hil: {log}:1: the configuration of this log is refused:\n{error}", 2) from None
-    except OSError as error:
-        raise fail(f"hil: {log}: {error.strerror or error}", 2) from None
-    if difference := replayed.difference():
-        raise fail(f"different: {difference}")
-    values = {"identical": True, "is_cut": bool(replayed.logged.cut), "summary": replayed.summary()}
-    return CommandAnswer(values, f"identical: {replayed.summary()}")
-
-
 def doctor(
     devices: Annotated[
         int, typer.Option("--devices", min=1, max=512, help="Number of devices of the bench.")
@@ -179,6 +149,27 @@ def doctor(
     benches = judge_benches(runtime, runtime_dir is not None)
     findings = worst_first([*findings, *benches, *judge_memories(state)])
     tell_findings(findings, as_json)
+
+
+def pause(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
+    """Let the time of a running bench stand.
+
+    Boards answer nothing, and what programs send to them waits. Verbs and faults take effect, at the time
+    that stands. A bench with something real in it cannot stand.
+
+    Example: hil pause
+    """
+    answer = bench.ask("pause")
+    return CommandAnswer(answer, f"paused at {answer['sim_ns'] / 1e9:.9f} s; `hil resume` lets it go on")
+
+
+def resume(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
+    """Let the time of a paused bench go on from where it stands.
+
+    Example: hil resume
+    """
+    answer = bench.ask("resume")
+    return CommandAnswer(answer, f"goes on from {answer['sim_ns'] / 1e9:.9f} s")
 
 
 def reload(

@@ -148,7 +148,7 @@ def _what_boards_say(bench: "BenchConfig") -> dict[str, list[str]]:
         profile, says = catalogue.profiles[device.profile], catalogue.boards[device.profile].says
         axes = DeviceParts(profile.axes)
         for axis, plan in device.axis_plans(profile, 0).items():
-            if lines := [*says(plan)]:
+            if lines := [*says(plan), *map(str, profile.warnings)]:
                 said[axes.label(name, axis)] = lines
     return said
 

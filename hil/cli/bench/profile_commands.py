@@ -95,7 +95,7 @@ def check(
 
     It loads and powers up, does the same with the same bytes whatever pieces they come in, survives garbage,
     starts again after a reset, and its log replays identically. With --sessions it also answers as recordings
-    of it say. Exits with 1 if one fails.
+    of it say. Exits with 1 if one fails. A warning is about what a real board might not do.
 
     Example: hil profile check boards/pinger
     """
@@ -108,8 +108,16 @@ def check(
     if failures:
         raise fail("\n".join(failures))
     also = f", and {played} recorded sessions are as they were" if sessions else ""
-    answer = {"folder": str(folder), "passes": True, "sessions": played}
-    return CommandAnswer(answer, f"{folder}: passes all checks{also}")
+    warnings = _warnings(folder)
+    answer = {"folder": str(folder), "passes": True, "sessions": played, "warnings": warnings}
+    return CommandAnswer(answer, "\n".join([*warnings, f"{folder}: passes all checks{also}"]))
+
+
+def _warnings(folder: Path) -> list[str]:
+    from hil.compose import find_catalogue
+
+    folder = folder.resolve()
+    return [*map(str, find_catalogue(path=[folder.parent]).profiles[folder.name].warnings)]
 
 
 def _played(folder: Path, sessions: Path, failures: list[str]) -> int:

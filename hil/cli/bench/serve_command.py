@@ -13,7 +13,7 @@ from hil.vocab.problem import not_text
 Config = Annotated[Path, typer.Argument(help="The bench's configuration (YAML).", show_default=False)]
 StateDir = Annotated[
     Path | None,
-    typer.Option("--state-dir", help="Folder of the boards' flash memories. [default: $XDG_STATE_HOME/hil]"),
+    typer.Option("--state-dir", help="Folder of memories and recordings. [default: $XDG_STATE_HOME/hil]"),
 ]
 
 
@@ -31,8 +31,11 @@ def serve(
     ] = None,
     log: Annotated[
         Path | None,
-        typer.Option("--log", help="Write every input and answer with its time, for `hil replay`."),
+        typer.Option(
+            "--log", help="Record the run in this file, packed if it ends in .gz, not in --state-dir."
+        ),
     ] = None,
+    no_log: Annotated[bool, typer.Option("--no-log", help="Do not record the run.")] = False,
     ready_file: Annotated[
         Path | None,
         typer.Option("--ready-file", help="Write a JSON object to this file when the boards answer."),
@@ -47,10 +50,13 @@ def serve(
 ) -> None:
     """Run a bench until Ctrl-C or SIGTERM.
 
-    With --detach it goes on in the background, and writes its log into its folder in --state-dir.
+    The run is recorded in its folder in --state-dir, for `hil recordings`. With --detach it goes on in the
+    background, and writes its log into its folder in --state-dir.
 
     Example: hil serve bench.yaml
     """
+    if no_log and log is not None:
+        raise fail("hil: --no-log records nothing, --log records in a file: give one", 2)
     if detached:
         given = {
             "--runtime-dir": runtime_dir,
@@ -60,19 +66,16 @@ def serve(
             "--ready-file": ready_file,
         }
         words = [word for flag, value in given.items() if value is not None for word in (flag, str(value))]
-        _detach(config, [*words, *(["--require-rt"] if require_rt else [])], state_dir, as_json)
+        words += [flag for flag, is_on in {"--require-rt": require_rt, "--no-log": no_log}.items() if is_on]
+        _detach(config, words, state_dir, as_json)
         return
-    import asyncio
     import os
 
-    from hil.cli.bench.ready import Telling
-    from hil.cli.bench.started import started
-    from hil.daemon import Daemon, Serving
+    from hil.cli.bench.served_until_stopped import serve_until_stopped
+    from hil.daemon import Daemon
     from hil.host.journal import start_log
     from hil.host.notify import Notifier
     from hil.host.paths import log_file, runtime_base, state_base
-    from hil.host.process import allow_many_files, give_large_blocks_back
-    from hil.live.refusals import StartError
 
     writer = start_log(sys.stderr, os.environ)
     notifier = Notifier(os.environ, os.getpid())
@@ -89,28 +92,12 @@ def serve(
         runtime_base=runtime,
         state_base=state_base(state_dir, bench.state_dir, os.environ, bench.bench),
         input_log=log_file(log, os.environ),
+        is_recorded=not no_log,
         require_rt=require_rt,
         port_group=port_group,
         notifier=notifier,
     )
-    allow_many_files()
-    give_large_blocks_back()
-    try:
-        telling = Telling(runtime / bench.bench, ready_file, writer if as_json else None)
-
-        def begun(serving: Serving) -> None:
-            if not as_json:
-                started(serving, writer, runtime)
-            telling.begin(serving)
-
-        try:
-            asyncio.run(daemon.run(begun))
-        finally:
-            telling.end()
-            writer.close()
-    except StartError as error:
-        notifier.status(str(error))
-        raise fail(f"hil: {error}", 2) from None
+    serve_until_stopped(daemon, runtime, bench.bench, writer, notifier, ready_file, as_json=as_json)
 
 
 def _detach(config: Path, words: list[str], state_dir: Path | None, as_json: bool) -> None:

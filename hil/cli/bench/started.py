@@ -57,12 +57,14 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
             speaks += ", packets" if uart == NETWORK else ""
             lines.append(f"  {name} at {place}{speaks}")
             continue
-        head = f"\n{name}: {device.profile} at {place}, answers {profile.ready_after_s:g} s after power-up"
-        keys = first_keys(profile.greeting)
+        has_program = serving.live.sim.devices[twin].has_program
+        greeting = "" if has_program else profile.greeting
+        ready = "runs its program" if has_program else f"answers {profile.ready_after_s:g} s after power-up"
+        keys, head = first_keys(greeting), f"\n{name}: {device.profile} at {place}, {ready}"
         lines.append(f"{head}, then is silent until you {keys}" if keys else head)
         if not is_held(kinds[name]):
             monitor = shlex.join([_hil(), *options, "monitor", name])
-            lines += client_lines(monitor, address, device.baud or 115200, profile.greeting)
+            lines += client_lines(monitor, address, device.baud or 115200, greeting)
     for name, each in serving.live.sim.devices.items():
         if not each.uarts:
             lines.append(f"\n{name}: {each.profile}, without a serial port; {axis} {name}")

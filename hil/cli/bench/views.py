@@ -74,10 +74,12 @@ def status_view(status: dict[str, Any]) -> ShownView:
         f"wake latency  {_histogram(status['wake_latency'])}\n"
         f"firmware lag  {_histogram(status['lag'])}"
     )
-    times = (
-        f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s at speed {status['speed']:g}\n"
+    pace = (
+        "paused; `hil resume` lets it go on" if status.get("is_paused") else f"at speed {status['speed']:g}"
     )
-    head = Line([(f"bench {status['bench']}", "bold"), (times, ""), *_health(status["health"]), (told, "")])
+    times = f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s {pasteable(pace)}\n"
+    health, recording = _health(status["health"]), _recording(status.get("recording") or {})
+    head = Line([(f"bench {status['bench']}", "bold"), (times, ""), *health, (told, ""), *recording])
     columns = ("device", "clients", "in", "out", "dropped", *MOTION, "state")
     rows = list[tuple[str, ...]]()
     for row in status["devices"]:
@@ -119,6 +121,18 @@ def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for problem in health["problems"]:
         about = f"{problem['about']}: " if problem["about"] else ""
         yield f"  {about}{problem['what']}; {problem['remedy']}\n", "red"
+
+
+def _recording(row: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    if row.get("forked_from"):
+        yield f"\na fork of      {pasteable(row['forked_from'])}", ""
+    if row.get("path") or row.get("problem"):
+        path = pasteable(row["path"] or "none")
+        yield f"\nrecording     {path}", ""
+        if row["problem"]:
+            yield f"; {row['problem']}", "red"
+    if before := row.get("before"):
+        yield f"\nthe run before {before['end']}; to see its end: {pasteable(before['show'])}", "red"
 
 
 def _bridge_line(row: dict[str, Any]) -> str:

@@ -13,10 +13,11 @@ _ROWS_LOOK_S = 0.1
 
 @contextmanager
 def watching(
-    bench: BenchOptions, device: str, signals: tuple[str, ...], interval_ms: float
+    bench: BenchOptions, device: str, signals: tuple[str, ...], interval_ns: int, points: int = 1
 ) -> Iterator[tuple[tuple[str, ...], Iterator[list[tuple[float, ...]]]]]:
-    """Watch signals: their names, and pieces of samples forever; the watch ends with the block."""
-    opened = bench.ask("watch", device=device, signals=signals, interval_ns=round(interval_ms * 1e6))
+    """Watch signals: their names, and pieces of samples forever; the watch ends with the block. ``points``
+    above 1: of so many looks in each interval two samples have the extremes."""
+    opened = bench.ask("watch", device=device, signals=signals, interval_ns=interval_ns, points=points)
 
     def pieces() -> Iterator[list[tuple[float, ...]]]:
         told = 0

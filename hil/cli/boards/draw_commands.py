@@ -1,6 +1,5 @@
 """``hil plot``, ``hil step`` and ``hil drive``: drawings of an axis."""
 
-import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
@@ -11,16 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hil.cli.boards.axis_samples import watching
+from hil.cli.boards.drawn_recordings import Output, check_output, shown_recording
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, pasteable, wants_json
 from hil.cli.framework.interrupts import noted
-from hil.cli.framework.problem_lines import has_colours
 from hil.host.journal import say
 from hil.host.shown_stream import own
 from hil.vocab.problem import not_text
-from hil.vocab.shown_text import printable, printable_lines
 
 if TYPE_CHECKING:
+    from hil.telemetry.step_response import StepResponse
     from hil.wire.step_dir import Train
 
 _PATIENCE_NS = 3_000_000_000
@@ -30,16 +29,12 @@ _LOOP, _LAG = ("r", "yw", "e"), ("commanded_deg", "position_deg", "lag_steps")
 _SETTLE_NS = 300_000_000
 """Time between switching the loop on and the step."""
 _STEP_INTERVAL_MS = 0.25
+_DRIVE_INTERVAL_NS = 1_000_000
+_LOOK_NS = 50_000
+"""Time between the looks of which a drawing has the extremes: the shortest that a bench gives."""
+_DRAWN_INTERVALS = 2000
+"""Intervals of a drawing: as many as a wide picture has columns."""
 
-Output = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Write a picture (.png, .svg, .pdf) or the numbers (.csv) instead of drawing in the terminal.",
-        show_default=False,
-    ),
-]
 Signals = Annotated[
     str,
     typer.Option(
@@ -54,22 +49,32 @@ def plot(
     device: DeviceName,
     signals: Signals = "",
     seconds: Annotated[float, typer.Option("--seconds", help="Simulated time to draw.", min=0.001)] = 2.0,
-    interval_ms: Interval = 1.0,
+    interval_ms: Annotated[
+        float | None,
+        typer.Option(
+            "--interval",
+            help="A sample at every so many simulated milliseconds, from 0.05 on. [default: the smallest and"
+            " the largest value of short intervals, looked at each 0.05 ms]",
+        ),
+    ] = None,
     output: Output = None,
     bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Record an axis from now on, and draw it.
 
-    One panel for each unit. Ctrl-C ends the recording and draws it.
+    One panel for each unit. What swings faster than the drawing's columns has its true size there; samples at
+    an interval show less. Ctrl-C ends the recording and draws it.
 
     Example: hil plot m1 --seconds 5
     """
     from hil.telemetry.recording import units_in
 
-    _check_output(output)
+    check_output(output)
     wanted = tuple(name.strip() for name in signals.split(",")) if signals else ()
-    with watching(bench, device, wanted, interval_ms) as (names, more):
-        recording = _recorded(names)
+    looks = max(round(seconds * 1e9 / _DRAWN_INTERVALS / _LOOK_NS), 1) if interval_ms is None else 1
+    interval_ns = looks * _LOOK_NS if interval_ms is None else round(interval_ms * 1e6)
+    with watching(bench, device, wanted, interval_ns, looks) as (names, more):
+        recording = _recorded(names, interval_ns, looks)
         if {"r", "e"} & {*names}:
             recording.units = units_in(bench.ask("state", device=device))
         say(f"{device}: recording {', '.join(names)} for {seconds:g} s; Ctrl-C ends it", sys.stderr)
@@ -81,8 +86,16 @@ def plot(
         except KeyboardInterrupt:
             pass
     recording.rows = [row for row in recording.rows if row[0] - recording.rows[0][0] <= seconds * 1e9]
-    text = _shown(recording, output, f"{device}: {', '.join(names)}")
-    return CommandAnswer({"signals": ["at_ns", *names], "rows": recording.rows}, text, is_harmless=True)
+    text = shown_recording(
+        recording, output, _title(bench, device, ", ".join(names), recording), recording.sampling
+    )
+    answer = {
+        "signals": ["at_ns", *names],
+        "interval_ns": interval_ns,
+        "points": looks,
+        "rows": recording.rows,
+    }
+    return CommandAnswer(answer, text, is_harmless=True)
 
 
 def step(
@@ -106,7 +119,7 @@ def step(
     """
     from hil.telemetry import other_motion, step_response
 
-    _check_output(output)
+    check_output(output)
     names = ("r", "yw", "u", "loop_on", "mode")
     if not {*names} <= bench.ask("state", device=device).keys():
         raise fail(
@@ -119,13 +132,13 @@ def step(
             f"hil: {device} has no terminal, at which `hil step` types the set-point, as at a Mechaduino's;"
             f" `hil axis {device} move-abs` turns it, `hil plot {device}` draws that"
         )
-    recording = _recorded(names)
+    recording = _recorded(names, interval_ns := round(interval_ms * 1e6))
 
     def send(text: str) -> int:
         answer = bench.ask("send", device=device, data=text.encode().hex())
         return int(answer["effective_at_ns"])
 
-    with watching(bench, device, names, interval_ms) as (_, more):
+    with watching(bench, device, names, interval_ns) as (_, more):
         sent_ns = send("xy")
         on = _until(more, recording, lambda row: row[0] > sent_ns and row[4:] == (1, ord("x")), device)
         if "move_rel" in verbs:  # a move by nothing: what keeps the board from moving is its own refusal
@@ -138,16 +151,17 @@ def step(
         end_ns = recording.rows[at][0] + seconds * 1e9
         _until(more, recording, lambda row: row[0] >= end_ns, device, seconds)
     first_ns = recording.rows[at][0] - min(seconds / 10, 0.05) * 1e9
-    shown = _recorded(names[:3])
+    shown = _recorded(names[:3], interval_ns)
     shown.rows = [row[:4] for row in recording.rows if first_ns <= row[0] <= end_ns]
     if other := other_motion(shown, degrees):
-        _tell(_shown(shown, output, f"{device}: not a step of {degrees:g} deg"))
+        _tell(shown_recording(shown, output, _title(bench, device, f"not a step of {degrees:g} deg", shown)))
         raise fail(f"hil: {device}: {other}; end it (`hil drive {device} --stop` a pulse train) and repeat")
     try:
         figures = step_response(shown)
     except ValueError as error:
         raise fail(f"hil: {device}: {error}") from None
-    text = _shown(shown, output, f"{device}: step of {degrees:g} deg", figures.line("deg"))
+    title = _title(bench, device, f"step of {degrees:g} deg", shown)
+    text = shown_recording(shown, output, title, figures.line("deg"), _seen_ns(figures))
     if abs(figures.final_error) > abs(figures.amplitude) / 2:
         _tell(text)
         raise fail(f"hil: the shaft of {device} did not follow: is its load too large?")
@@ -185,15 +199,15 @@ def drive(
 
     Example: hil drive m1 --steps 3200 --rate 1000
     """
-    _check_output(output)
+    check_output(output)
     if (steps is not None) + (file is not None) + stop != 1:
         raise fail("hil: give one of --steps, --file and --stop", 2)
     train = _train(file, steps, rate_Hz, acceleration)
     rows = [(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train]
     draws = draw or output is not None
     has_loop = not draws or "e" in bench.ask("state", device=device)
-    recording = _recorded(_LOOP if has_loop else _LAG)
-    watch = watching(bench, device, recording.signals, 1.0)
+    recording = _recorded(_LOOP if has_loop else _LAG, _DRIVE_INTERVAL_NS)
+    watch = watching(bench, device, recording.signals, _DRIVE_INTERVAL_NS)
     answer: dict[str, Any] = {}
     try:
         with watch if draws else nullcontext() as watched:
@@ -214,7 +228,9 @@ def drive(
         raise
     worst = max(abs(row[3]) for row in recording.rows)
     notes = f"largest following error {worst:.3f} {'deg' if has_loop else 'full steps'}"
-    text = _shown(recording, output, f"{device}: following a pulse train", notes)
+    text = shown_recording(
+        recording, output, _title(bench, device, "following a pulse train", recording), notes
+    )
     key = "following_error_max_deg" if has_loop else "lag_max_steps"
     return CommandAnswer({**answer, key: worst}, text, is_harmless=True)
 
@@ -240,10 +256,23 @@ def _length(answer: dict[str, Any], train: "Train") -> str:
     return f"{what}, from simulated {answer['effective_at_ns'] * 1e-9:.6f} s on"
 
 
-def _recorded(signals: tuple[str, ...]) -> Any:
+def _recorded(signals: tuple[str, ...], interval_ns: int, points: int = 1) -> Any:
     from hil.telemetry import Recording
 
-    return Recording(signals)
+    return Recording(signals, interval_ns=interval_ns, points=points)
+
+
+def _title(bench: BenchOptions, device: str, what: str, recording: Any) -> str:
+    """Title of a drawing: bench, axis, what it shows, and the simulated time at which that begins."""
+    begin = f", from {recording.rows[0][0] * 1e-9:.6f} s on" if recording.rows else ""
+    return f"{bench.meant().name}: {device}: {what}{begin}"
+
+
+def _seen_ns(figures: "StepResponse") -> float | None:
+    """Time up to which a response is worth drawing: twice that in which it settled, at least 20 ms of it."""
+    if figures.settling_ms is None:
+        return None
+    return figures.at_ns + max(2 * figures.settling_ms, 20.0) * 1e6
 
 
 def _until(
@@ -269,53 +298,6 @@ def _until(
     raise AssertionError("the pieces do not end")
 
 
-def _check_output(output: Path | None) -> None:
-    """Check, before anything moves or is recorded, that a file can be written."""
-    from hil.telemetry import picture
-
-    if output is None:
-        return
-    suffix = output.suffix.lower()
-    if suffix not in (*picture.FORMATS, ".csv"):
-        raise fail(f"hil: {output}: write a name that ends in {', '.join(picture.FORMATS)} or .csv", 2)
-    if not output.parent.is_dir():
-        raise fail(f"hil: {output}: there is no folder {output.parent}", 2)
-    if suffix in picture.FORMATS:
-        try:
-            picture.check_can_draw()
-        except picture.PictureError as error:
-            raise fail(f"hil: {error}", 2) from None
-
-
 def _tell(text: str) -> None:
-    """Write what ``_shown`` has made, which may have colours; beside JSON to the standard error."""
+    """Write what ``shown_recording`` has made, which may have colours; beside JSON to the standard error."""
     typer.echo(text, file=own(sys.stderr if wants_json() else sys.stdout))
-
-
-def _shown(recording: Any, output: Path | None, title: str, notes: str = "") -> str:
-    """Draw a recording; answers the drawing, or what was written where, with the notes."""
-    from hil.host.new_file import write_file
-    from hil.telemetry import picture, text_plot
-
-    if not recording.rows:
-        raise fail("hil: no sample came")
-    if output:
-        suffix = output.suffix.lower()
-        try:
-            if suffix == ".csv":
-                data = "".join(recording.csv()).encode()
-            else:
-                data = picture.drawn({"": recording}, suffix, title, notes)
-            write_file(output, data)
-        except picture.PictureError as error:
-            raise fail(f"hil: {error}") from None
-        except OSError as error:
-            raise fail(f"hil: {output}: {error.strerror}") from None
-        said = (
-            f"wrote {printable(str(output))}: {len(recording.rows)} samples of {', '.join(recording.signals)}"
-        )
-    else:
-        width = min(shutil.get_terminal_size((80, 24)).columns, 160)
-        colour = has_colours(sys.stdout)
-        said = text_plot.draw({"": recording}, width, colour=colour, title=printable(title))
-    return f"{said}\n{printable_lines(notes)}" if notes else said

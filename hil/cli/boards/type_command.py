@@ -22,6 +22,12 @@ from hil.vocab.verbs import VerbRefused
 _READ_BYTES = 4096
 _LOOK_S = 0.01
 """Shortest wait between two looks at the bench's clock."""
+_BOOTLOADER = "runs the bootloader"
+"""Note of a board that the opening of its port has reset: what is typed now is its bootloader's."""
+_OPENED_S, _LONGEST_S = 0.1, 10.0
+"""Wall time in which a bench has noted that its port was opened, and that after which nobody waits longer."""
+_STARTED_NS = 100_000_000
+"""Time in which a program is ready to hear something behind it: its processor's start, and its setup()."""
 
 
 def type_text(
@@ -57,7 +63,8 @@ def type_text(
     if enter:
         greeting = row.get("greeting", "")
         data += greeting[len(greeting.rstrip("\r\n")) :].encode() or b"\n"
-    came = _Conversation(bench, address, data, awaited).came(within_s)
+    talk = _Conversation(bench, address, data, awaited)
+    came = talk.came(within_s, device if not row.get("greeting") else "")
     said = came.decode("latin-1")
     has_come = awaited is None or awaited in came
     if not has_come and not wants_json():
@@ -81,15 +88,35 @@ class _Conversation:
         self._bench, self._address, self._data, self._awaited = bench, address, data, awaited
         self._speed = 1.0
 
-    def came(self, within_s: float) -> bytes:
-        """Type, and answer what comes in so much simulated time, or up to what is awaited."""
+    def came(self, within_s: float, programmed: str = "") -> bytes:
+        """Type, and answer what comes in so much simulated time, or up to what is awaited. ``programmed``: a
+        device that the opening of its port may reset."""
         from hil.net.port_client import PortUnreachable, opened_port
 
         try:
             with opened_port(self._address) as port:
+                if programmed:
+                    self._wait_for_program(programmed)
                 return self._copied(port, within_s)
         except PortUnreachable as error:
             raise fail(f"hil: {error}") from None
+
+    def _wait_for_program(self, device: str) -> None:
+        """Wait until a board that the opening of its port has reset runs its program."""
+        end_s = time.monotonic() + _LONGEST_S
+        time.sleep(_OPENED_S)
+        if not self._is_in_bootloader(device):
+            return
+        while self._is_in_bootloader(device) and time.monotonic() < end_s:
+            time.sleep(_LOOK_S)
+        end_ns = self._sim_ns() + _STARTED_NS
+        while self._sim_ns() < end_ns and time.monotonic() < end_s:
+            time.sleep(_LOOK_S)
+
+    def _is_in_bootloader(self, device: str) -> bool:
+        status: Any = self._bench.ask("status")
+        notes = {row["device"]: row["note"] for row in status["devices"]}
+        return _BOOTLOADER in (notes.get(device) or "")
 
     def _copied(self, port: int, within_s: float) -> bytes:
         os.set_blocking(port, False)  # the board may hold up what is typed until its answers have been read

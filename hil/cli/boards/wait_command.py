@@ -28,7 +28,8 @@ def wait(
     condition: Annotated[
         str,
         typer.Argument(
-            help="Comparisons of fields that `hil state` shows, with < <= > >= == !=; `and`, `or` between.",
+            help="Comparisons of fields that `hil state` shows, with < <= > >= == !=; `and`, `or`, `not`,"
+            " parentheses, + - * /, abs(), min(), max().",
             show_default=False,
         ),
     ],
@@ -53,7 +54,7 @@ def wait(
     if wanted.holds(begin):
         return _held(device, condition, wanted, begin, 0.0)
     interval_ms = max(_INTERVAL_MS, float(bench.ask("status")["speed"]) / _SAMPLES_PER_MS)
-    with watching(bench, device, wanted.fields, interval_ms) as (names, more):
+    with watching(bench, device, wanted.fields, round(interval_ms * 1e6)) as (names, more):
         first_ns: float | None = None
         for rows in more:
             for at_ns, *sample in rows:

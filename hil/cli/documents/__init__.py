@@ -5,6 +5,6 @@
 with the tables of ``surroundings.py``. ``help_commands.py`` has the commands that print them.
 
 May import: hil.cli.bench, hil.cli.captures, hil.cli.framework, hil.compose, hil.config, hil.core,
-hil.discovery, hil.gcode, hil.net, hil.operations, hil.runs, hil.sim, hil.toolpath, hil.vocab,
+hil.discovery, hil.gcode, hil.net, hil.operations, hil.recorded, hil.runs, hil.sim, hil.toolpath, hil.vocab,
 the standard library, typer.
 """

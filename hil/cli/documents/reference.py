@@ -23,7 +23,9 @@ from hil.operations.control_socket import CONTROL_VERSION
 from hil.operations.health import problem_kinds
 from hil.operations.metrics import metric_rows
 from hil.operations.table import OPERATIONS
+from hil.recorded.exports.export_formats import formats_table
 from hil.runs.run_document import run_reference
+from hil.sim.log_format import log_reference
 from hil.sim.twin_info import twin_info
 from hil.toolpath.machine import machine_reference
 from hil.vocab.desk_protocol import DeviceInfo
@@ -49,6 +51,7 @@ def reference(app: typer.Typer) -> str:
         *(bridge_reference(kind) for kind in sorted(find_catalogue().bridges)),
         _faults(),
         _fields(),
+        log_reference(),
         *(bus.reference(_twins()) for bus in find_catalogue().buses if bus.reference),
     ]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
@@ -92,6 +95,7 @@ def _surroundings() -> str:
     rows += ["With `--json`, for each packet, frame, line of bytes and event: one JSON object in a line.\n"]
     rows += ["| key | meaning |", "|---|---|"]
     rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in KEYS.items()]
+    rows += ["\n### Formats of `hil export`\n", formats_table()]
     rows += ["\n### Environment\n", "| variable | meaning |", "|---|---|"]
     rows += [f"| `{name}` | {_cell(meaning)} |" for name, meaning in ENVIRONMENT.items()]
     rows += ["\n### Files\n", "| file | what it is |", "|---|---|"]

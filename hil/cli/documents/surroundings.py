@@ -9,7 +9,9 @@ ENVIRONMENT = {
     " configuration says another folder. Without it: `hil-UID` in `$TMPDIR` or /tmp.",
     "XDG_STATE_HOME": "`hil` in it is where boards' memories are kept, unless --state-dir or the"
     " configuration says another folder. Without it: `$HOME/.local/state/hil`.",
-    "HOME": "place of the state without XDG_STATE_HOME.",
+    "XDG_CACHE_HOME": "`hil/sketch` in it is where `hil sketch build` keeps what it compiled of the Arduino"
+    " core and of libraries. Without it: `$HOME/.cache/hil/sketch`.",
+    "HOME": "place of the state without XDG_STATE_HOME, and of the cache without XDG_CACHE_HOME.",
     "RUNTIME_DIRECTORY": "of a systemd service: where its bench has ports and socket; a command in the"
     " unit looks for benches there only.",
     "STATE_DIRECTORY": "of a service: folder of its boards' memories.",
@@ -23,13 +25,15 @@ ENVIRONMENT = {
     "TERM": "`dumb`: no colours either.",
     "ARDUINO_DIRECTORIES_USER": "the sketchbook of the IDE 2 and of arduino-cli for `hil arduino`, unless"
     " --sketchbook names another.",
-    "PATH": "where `hil with-lines` finds the program, and `hil arduino` a portable IDE.",
+    "PATH": "where `hil with-lines` finds the program, `hil sketch build` the compiler, and `hil arduino` a"
+    " portable IDE.",
     "LD_PRELOAD": "`hil with-lines` adds its library to it, for the program that it starts.",
 }
 FILES = {
     "$XDG_RUNTIME_DIR/hil/BENCH/DEVICE": "a device's pseudo-terminal; the name stays from start to start",
     "$XDG_RUNTIME_DIR/hil/BENCH/control.sock": "the socket at which commands ask a running bench",
     "$XDG_STATE_HOME/hil/BENCH/DEVICE.nvm": "contents of a board's flash or EEPROM",
+    "$XDG_STATE_HOME/hil/BENCH/recordings/DATE.hil.gz": "the recording of a run, for `hil recordings`",
     "/etc/hil/bench.yaml": "the configuration of the service `hil.service`",
     "/etc/hil/NAME.yaml": "that of `hil@NAME.service`",
 }

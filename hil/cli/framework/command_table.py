@@ -4,8 +4,8 @@ imported when the command is used, or all are listed: each starts quickly."""
 from typing import NamedTuple
 
 BENCH, BOARD, MOTION = "Bench", "Board", "Motion"
-WIRE, FAULTS, SERVICE = "Wire", "Faults", "Service"
-PANELS = (BENCH, BOARD, MOTION, WIRE, FAULTS, SERVICE)
+RECORDINGS, WIRE, FAULTS, SERVICE = "Recordings", "Wire", "Faults", "Service"
+PANELS = (BENCH, BOARD, MOTION, RECORDINGS, WIRE, FAULTS, SERVICE)
 """Groups of commands in the order of `hil --help`."""
 
 
@@ -39,9 +39,10 @@ _ROWS = (
     CommandRow("stop", BENCH, "bench.stop_command:stop"),
     CommandRow("list", BENCH, "bench.bench_commands:list_benches"),
     CommandRow("status", BENCH, "bench.bench_commands:status"),
+    CommandRow("pause", BENCH, "bench.bench_commands:pause"),
+    CommandRow("resume", BENCH, "bench.bench_commands:resume"),
     CommandRow("reload", BENCH, "bench.bench_commands:reload"),
     CommandRow("benches", BENCH, "runs.run_command:benches"),
-    CommandRow("replay", BENCH, "bench.bench_commands:replay"),
     CommandRow("seeds", BENCH, about="Results of tests that ran at many seeds."),
     CommandRow("seeds merge", BENCH, "bench.seeds_command:merge"),
     CommandRow("monitor", BOARD, "boards.board_access:monitor"),
@@ -58,6 +59,21 @@ _ROWS = (
     CommandRow("profile list", BOARD, "bench.profile_commands:list_profiles"),
     CommandRow("profile new", BOARD, "bench.profile_commands:new"),
     CommandRow("profile check", BOARD, "bench.profile_commands:check"),
+    CommandRow(
+        "sketch",
+        BOARD,
+        about="Build sketches, and look into processors that run them; `hil monitor` is a serial monitor.",
+    ),
+    CommandRow("sketch build", BOARD, "sketch.build_command:build"),
+    CommandRow("sketch load", BOARD, "sketch.chip_commands:load"),
+    CommandRow("sketch reset", BOARD, "sketch.chip_commands:reset"),
+    CommandRow("sketch pins", BOARD, "sketch.chip_commands:pins"),
+    CommandRow("sketch registers", BOARD, "sketch.chip_commands:registers"),
+    CommandRow("sketch stack", BOARD, "sketch.chip_commands:stack"),
+    CommandRow("sketch cycles", BOARD, "sketch.time_commands:cycles"),
+    CommandRow("sketch profile", BOARD, "sketch.time_commands:profile"),
+    CommandRow("sketch plot", BOARD, "sketch.plot_command:plot"),
+    CommandRow("sketch gdb", BOARD, "sketch.gdb_command:gdb"),
     CommandRow("axis", MOTION, "boards.axis_command:axis", takes_negative=True),
     CommandRow("run", MOTION, "runs.run_command:run"),
     CommandRow(
@@ -75,6 +91,12 @@ _ROWS = (
     CommandRow("step", MOTION, "boards.draw_commands:step", takes_negative=True),
     CommandRow("drive", MOTION, "boards.draw_commands:drive"),
     CommandRow("plot", MOTION, "boards.draw_commands:plot"),
+    CommandRow("recordings", RECORDINGS, "recordings.recordings_command:recordings"),
+    CommandRow("export", RECORDINGS, "recordings.export_command:export"),
+    CommandRow("replay", RECORDINGS, "recordings.replay_command:replay"),
+    CommandRow("find", RECORDINGS, "recordings.find_command:find"),
+    CommandRow("diff", RECORDINGS, "recordings.diff_command:diff"),
+    CommandRow("bundle", RECORDINGS, "recordings.bundle_command:bundle"),
     CommandRow("capture", WIRE, "captures.capture_commands:capture"),
     CommandRow("decode", WIRE, "captures.capture_commands:decode"),
     CommandRow("play", WIRE, "captures.capture_commands:play"),
@@ -130,6 +152,8 @@ VALUES = {
     "state_dir": ValueRow(FOLDER, "FOLDER"),
     "sketchbook": ValueRow(FOLDER, "FOLDER"),
     "folders": ValueRow(FOLDER, "FOLDER"),
+    "libraries": ValueRow(FOLDER, "FOLDER"),
+    "sketch build output": ValueRow(FOLDER, "FOLDER"),
     "diff": ValueRow(FILE, "OLD"),
     "interval_ms": ValueRow("", "MS"),
     "rate_Hz": ValueRow("", "HZ"),
@@ -154,6 +178,19 @@ VALUES = {
     "bench": ValueRow("benches"),
     "device": ValueRow("axes"),
     "reset device": ValueRow("devices"),
+    "sketch load device": ValueRow("devices"),
+    "sketch reset device": ValueRow("devices"),
+    "sketch pins device": ValueRow("devices"),
+    "sketch registers device": ValueRow("devices"),
+    "sketch registers names": ValueRow("", "NAME"),
+    "sketch stack device": ValueRow("devices"),
+    "sketch cycles device": ValueRow("devices"),
+    "sketch profile device": ValueRow("devices"),
+    "sketch gdb device": ValueRow("devices"),
+    "sketch plot device": ValueRow("ports"),
+    "elf": ValueRow(FILE, "FILE"),
+    "length": ValueRow("", "TIME"),
+    "sketch gdb port": ValueRow("", "PORT"),
     "fault": ValueRow("faults"),
     "number": ValueRow("fault-numbers"),
     "target": ValueRow("targets"),

@@ -26,6 +26,7 @@ EXIT_CODES: dict[int, str] = {
     " of `hil seeds merge`: a test failed, or a shard is not there;"
     " of `hil capture`: the bench ended before it;"
     " of `hil type` and `hil wait`: what is awaited did not come in its time;"
+    " of `hil find`: the condition never holds;"
     " of `hil parity`: board and twin part, or the board stopped answering;"
     " of `hil mother`: a node refused a command, or none was found",
     Exit.MISTAKE: "a mistake, with which a retry does not help: an option or a name that does not exist, a"

@@ -134,7 +134,8 @@ def plotted(
     found = deviation(asked, followed)
     letters = "".join(axis.letter for axis in machine.axes)
     notes = f"largest deviation {found.largest:.3f} mm"
-    data = path_drawn(asked, followed, letters, plot.suffix.lower(), title=planned.plan.file, notes=notes)
+    more = {"title": f"{machine.name}: {Path(planned.plan.file).name}", "notes": notes}
+    data = path_drawn(asked, followed, letters, plot.suffix.lower(), course=found.course, **more)
     try:
         write_file(plot, data)
     except OSError as error:

@@ -30,6 +30,22 @@ VALUES = {"position_deg": 90.5, "velocity_rpm": -2.0, "loop_on": 1.0, "torque_Nm
         ("torque_Nm > 0", False),
         ("torque_Nm <= 0", False),
         ("torque_Nm != 0", False),
+        ("not torque_Nm > 0", False),
+        ("abs(torque_Nm) >= 0 or max(torque_Nm, 1) > 0 or min(1, torque_Nm) < 2", False),
+        ("torque_Nm / 2 < 1 or -torque_Nm < 1", False),
+        ("position_deg / 0 > 1 or not position_deg / 0 > 1", False),
+        ("abs(velocity_rpm) > 1", True),
+        ("abs(velocity_rpm + position_deg) - 88.5 == 0", True),
+        ("-velocity_rpm == 2", True),
+        ("position_deg -90 == .5", True),
+        ("position_deg - 2 * 40 == 10.5", True),
+        ("(position_deg - 2) * 2 / 4 == 44.25", True),
+        ("min(position_deg, velocity_rpm, 7) == -2 and max(position_deg, 7) == 90.5", True),
+        ("not loop_on == 1", False),
+        ("not (loop_on == 0 and position_deg > 89 or velocity_rpm > 0)", True),
+        ("not not loop_on == 1 and NOT velocity_rpm > 0", True),
+        ("(loop_on == 1 or velocity_rpm > 0) and position_deg > 91", False),
+        ("(loop_on) == 0x01", True),
     ],
 )
 def test_what_a_condition_means(text: str, holds: bool) -> None:
@@ -56,9 +72,29 @@ def test_its_fields_stand_once() -> None:
         ("position_deg > 89deg", "write 89, not 89deg: a field's name says its unit"),
         ("1 < position_deg < 89", "'<' is too much: write `and` or `or` between two comparisons"),
         ("position_deg > 89 loop_on == 1", "'loop_on' is too much"),
-        ("not loop_on == 1", "`not` means nothing here: write the opposite comparison"),
-        ("(loop_on == 1)", "'(' means nothing here"),
-        ("__import__('os')", "'(' means nothing here"),
+        ("(loop_on == 1", "a ) is missing"),
+        ("(loop_on == 1 loop_on", "a ) is missing where 'loop_on' stands"),
+        ("not loop_on", "write one of <= >= == != < > behind loop_on"),
+        ("loop_on and position_deg > 1", "behind loop_on, not 'and'"),
+        ("__import__('os')", "there is no function '__import__'; there are abs, max, min"),
+        ("ab(loop_on) > 1", """there is no function 'ab'; did you mean "abs"? there are"""),
+        ("abs(loop_on, 2) > 1", "abs() takes 1, not 2"),
+        ("min(loop_on) > 1", "min() takes 2 or more, not 1"),
+        ("abs() > 1", "in abs() a field or a number is missing where ')' stands"),
+        ("(loop_on > 1) + 2 > 1", "(loop_on > 1) is no number"),
+        ("abs(loop_on > 1) > 1", "a ) is missing where '>' stands"),
+        ("2 + (loop_on > 1) > 1", "(loop_on > 1) is no number"),
+        ("loop_on > (loop_on > 1)", "(loop_on > 1) is no number"),
+        ("loop_on % 2 == 1", "'%' means nothing here"),
+        ("(" * 60 + "loop_on > 1" + ")" * 60, "too deep; write at most 50"),
+        ("loop_on > 1" + " or loop_on > 1" * 200, "write at most 500"),
+        ("1" + "/2" * 60 + "> loop_on", "write at most 50 /"),
+        ('loop_on > 1 and m1.sent > "a"', 'm1.sent > "a": of words write has, == or !='),
+        ("m1.sent has loop_on", "behind m1.sent has, not 'loop_on'"),
+        ('m1.sent has ""', 'm1.sent has "": write what to look for'),
+        ("m1.sent has 0x123", "0x123 is half a byte"),
+        ('m1.sent has "Err', 'the words behind " have no end'),
+        ('2 == "Err"', 'as in `m1.sent has "Err"`'),
         ("1 < 2", "'1 < 2' has no field"),
     ],
 )
@@ -68,10 +104,40 @@ def test_what_is_no_condition(text: str, said: str) -> None:
     assert said in str(error.value)
 
 
+def test_words_in_quotes_and_bytes() -> None:
+    condition = parse_condition(
+        r"""m1.sent has "E\x1b\r\"é" or not bus0.text != 'a' and m1.sent has 0x0D0a"""
+    )
+    assert condition.fields == ()
+    assert [tuple(test) for test in condition.tests] == [
+        ("m1.sent", "has", b'E\x1b\r"\xc3\xa9'),
+        ("bus0.text", "==", b"a"),
+        ("m1.sent", "has", b"\r\n"),
+    ]
+    assert [
+        condition.function(*each) for each in ((True, None, None), (None, True, True), (None, True, False))
+    ] == [
+        True,
+        True,
+        False,
+    ]
+
+
+def test_of_a_text_that_is_not_there_neither_a_test_nor_its_opposite_holds() -> None:
+    condition = parse_condition('m1.sent has "a" and loop_on == 1')
+    assert [condition.function(1, each) for each in (True, False, None)] == [True, False, False]
+    opposite = parse_condition('not m1.sent has "a"')
+    assert [opposite.function(each) for each in (True, False, None)] == [False, True, False]
+    with pytest.raises(ConditionError, match="`hil find` looks for words in quotes"):
+        condition.check("m1", list(VALUES))
+
+
 def test_a_field_that_is_not_there() -> None:
     with pytest.raises(ConditionError) as error:
         parse_condition("positon_deg > 89").check("m1", list(VALUES))
     assert str(error.value).startswith("""m1 has no field 'positon_deg'; did you mean "position_deg"?""")
+    with pytest.raises(ConditionError, match=r"m1 has no field 'loop_on.__class__'"):
+        parse_condition("loop_on.__class__ == 1").check("m1", list(VALUES))
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ TELL_NOTHING = {
     "monitor": "it is a terminal: what it shows is the board's bytes, as they are",
     "with-lines": "it becomes another program",
     "virtual": "it becomes another program",
+    "sketch gdb": "it serves GDB until Ctrl-C",
     "schema": "what it prints is JSON",
     "completion": "what it prints is a shell's script",
 }

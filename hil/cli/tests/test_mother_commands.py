@@ -83,6 +83,7 @@ def test_scan_and_nodes(bench: ServedBench) -> None:
     ]
 
 
+@pytest.mark.thorough
 def test_a_queue_is_there_and_read_back(bench: ServedBench, tmp_path: Path) -> None:
     file = tmp_path / "queue.txt"
     file.write_text("".join(ROW.format(position) for position in range(1, 31)))

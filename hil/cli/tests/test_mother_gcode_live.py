@@ -50,6 +50,7 @@ def turned_mm(bench: ServedBench, name: str) -> float:
     return float(bench.ask("state", device=name)["position_deg"]) / DEG_PER_MM
 
 
+@pytest.mark.thorough
 def test_a_program_is_carried_out_and_tells_where_each_axis_stands(
     bench: ServedBench, tmp_path: Path
 ) -> None:
@@ -137,6 +138,7 @@ def drain(terminal: int, wait_s: float = 0.0) -> bytes:
     return seen
 
 
+@pytest.mark.thorough
 def test_a_node_that_does_not_answer_is_told_before_anything_moves(
     bench: ServedBench, tmp_path: Path
 ) -> None:

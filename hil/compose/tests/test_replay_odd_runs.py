@@ -19,7 +19,8 @@ from hil.config import ConfigError, from_dict
 from hil.runs import Execution
 from hil.sim.bench import BenchHooks, BenchRuntime
 from hil.sim.input_check import assert_taken_back
-from hil.sim.input_log import InputLogWriter, read_input_log
+from hil.sim.input_log import InputLogWriter
+from hil.sim.log_reading import read_input_log
 from hil.testing import Bench
 from hil.vocab.verbs import VerbRefused
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from hil.compose.replay import replay_log
-from hil.sim.input_log import InputLogWriter, read_input_log
+from hil.sim.input_log import InputLogWriter
+from hil.sim.log_reading import read_input_log
 
 OLD = sorted((Path(__file__).parent / "data").glob("*.log.gz"))
 
@@ -28,4 +29,5 @@ def test_what_an_old_log_has_is_written_as_it_was(path: Path) -> None:
     writer = InputLogWriter(text, "test", {}, {})
     for logged in read.inputs:
         writer.write(logged)
-    assert text.getvalue().splitlines(keepends=True)[1:] == [line for line in lines if '"input":' in line]
+    again = [line for line in text.getvalue().splitlines(keepends=True)[1:] if '"check":' not in line]
+    assert again == [line for line in lines if '"input":' in line]

@@ -1,5 +1,7 @@
 """Network ports, segments, real boards and faults in a configuration."""
 
+from pathlib import Path
+
 import pytest
 
 from hil.compose import find_catalogue
@@ -9,6 +11,7 @@ from hil.vocab.segment import speed_notes
 
 CATALOGUE = find_catalogue()
 SAC = {"profile": "sac"}
+PROGRAM = Path(__file__).parents[3] / "examples/own_sketch/bare/bare_node.hex"
 
 
 def problems(**top):
@@ -228,3 +231,16 @@ def test_speeds_on_a_segment_are_those_of_its_stations_nodes_and_taps():
     assert speeds == {"s1.network": 115200, "s2.network": 38400, "bus0.here": 115200, "bus0.real": 9600}
     (said,) = speed_notes(speeds)
     assert said.endswith("s1.network, bus0.here 115200 baud; s2.network 38400 baud; bus0.real 9600 baud")
+
+
+@pytest.mark.parametrize(("fast", "is_told"), [(38_462, False), (39_900, False), (40_000, True)])
+def test_a_processors_clock_is_no_speed_of_its_own(fast, is_told):
+    assert bool(speed_notes({"u1.main": fast, "s1.network": 38_400, "s2.network": 38_400})) == is_told
+
+
+def test_the_speed_of_a_program_is_not_known():
+    """Nor is it that of the line: a Uno's is 115200 while its program has set none."""
+    devices = {"u1": {"profile": "uno", "firmware": str(PROGRAM)}, "s1": SAC}
+    segment = {"stations": ["u1", "s1"], "taps": {"here": {}}}
+    made = from_dict({"bench": "t", "devices": devices, "segments": {"bus0": segment}}, CATALOGUE)
+    assert segment_speeds(made, "bus0", CATALOGUE.profiles) == {"s1.network": 38400, "bus0.here": 38400}

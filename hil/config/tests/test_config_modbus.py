@@ -54,7 +54,7 @@ def problem(segments: str) -> str:
         ),
         (
             "  b: {stations: [s1], format: 8E1}",
-            "1:31: segments.b.format: s1 speaks 8N1, as all boards' UARTs do (put it on a segment",
+            "1:31: segments.b.format: s1 speaks 8N1, as all boards' UARTs do but a processor's (put it",
         ),
         (
             "  b: {format: 8E1, taps: {x: {framing: sac}}}",

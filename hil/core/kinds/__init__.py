@@ -8,10 +8,24 @@ from collections.abc import Mapping
 
 from hil.core.axis_kind import AxisKind
 from hil.core.kinds.a3967.kind import KIND as A3967
+from hil.core.kinds.as5047d.kind import KIND as AS5047D
 from hil.core.kinds.mechaduino.kind import KIND as MECHADUINO
 from hil.core.kinds.pin_bank.kind import KIND as PIN_BANK
+from hil.core.kinds.pin_bank.named_pins import named_kind
 from hil.core.kinds.sac.kind import KIND as SAC
 from hil.core.kinds.walter.kind import KIND as WALTER
+from hil.vocab.axis_plan import ProcessorPlan
 
-KINDS: Mapping[str, AxisKind] = {kind.law.name: kind for kind in (MECHADUINO, SAC, WALTER, A3967, PIN_BANK)}
+KINDS: Mapping[str, AxisKind] = {
+    kind.law.name: kind for kind in (MECHADUINO, SAC, WALTER, A3967, PIN_BANK, AS5047D)
+}
 """Kinds of axis by their laws' names in ``profile.yaml``."""
+
+PROCESSOR_LAWS = (PIN_BANK.law.name,)
+"""Names of laws of pins that a processor can have."""
+
+
+def kind_of(law: str, processor: ProcessorPlan | None = None) -> AxisKind:
+    """Kind of axis by its law's name; pins of a processor have the names that their board gives them. Raises
+    KeyError: there is no such law."""
+    return named_kind(processor.pins) if processor and processor.pins else KINDS[law]

@@ -33,11 +33,16 @@ typedef enum hil_event_kind {
 } hil_event_kind;
 
 enum {
+#define MEMORY(name, value, python, meaning) HIL_MEMORY_##name = value,
+#include "abi.def"
+};
+
+enum {
 #define FAULT(name, value, python, meaning) HIL_FAULT_##name = value,
 #include "abi.def"
 };
 
-/* Pins: inputs of a servo, a stepper and a driver, those of a microcontroller, and a stepper's outputs. */
+/* Pins: inputs of a servo, a stepper and a driver, those of a microcontroller and of a chip on SPI, and a stepper's outputs. */
 enum {
 #define SERVO_INPUT(name, value, python, meaning) HIL_SERVO_IN_##name = value,
 #include "abi.def"
@@ -55,6 +60,15 @@ enum {
 #define BANK_PIN(name, value, python, meaning) HIL_PIN_##name = value,
 #include "abi.def"
     HIL_BANK_PINS /* after the last, which is the largest; there are less */
+};
+enum {
+#define SPI_INPUT(name, value, python, meaning) HIL_SPI_IN_##name = value,
+#include "abi.def"
+    HIL_SPI_INPUTS /* after the last, which is the largest */
+};
+enum {
+#define SPI_OUTPUT(name, value, python, meaning) HIL_SPI_OUT_##name = value,
+#include "abi.def"
 };
 enum {
 #define OUTPUT(name, value, python, meaning) HIL_OUT_##name = value,

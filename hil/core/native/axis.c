@@ -38,6 +38,7 @@ int64_t axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
         else if (a->law_next_ns == next_ns) {
             int64_t until_ns = a->source.next_ns <= t_ns ? a->source.next_ns - 1 : t_ns;
             work += a->law->step(c, a, a->watch_next_ns < until_ns ? a->watch_next_ns : until_ns);
+            if (a->has_stopped) return work;
         } else view_sample(a);
     }
     if (!a->is_pacing) law_plant(a, t_ns);
@@ -110,7 +111,8 @@ void axis_close(hil_axis *a)
 {
     (void)encoder_script(&a->encoder, 0, NULL, NULL, 0);
     (void)source_start(&a->source, 0, 0, NULL);
-    for (int i = 0; i < HIL_WATCHES; i++) (void)watch_start(&a->watches[i], 0, 0, 0, 0);
+    for (int i = 0; i < HIL_WATCHES; i++) (void)watch_start(&a->watches[i], 0, 0, 0, 1, 0, 0);
+    edges_forget(&a->inputs.edges);
     if (a->open) a->law->close(a);
     a->open = 0;
 }

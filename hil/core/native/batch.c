@@ -52,8 +52,11 @@ int hil_core_set_lanes(hil_core *c, hil_lanes lanes)
 hil_lanes hil_core_lanes(const hil_core *c) { return c->lanes; }
 
 #define CALL_ROUNDS 10 /* of one call of hil_groups_advance for several: between two calls signals are heard */
+#define FEW 4 /* axes, for which four wide lanes take three quarters of the time of eight */
+#define ROUND_NS 100000000 /* what a round counts; one that samples end counts as long as it was, and this at the least: */
+#define LEAST_ROUND_NS 100000
 #define AHEAD 8 /* groups that are fetched before they are needed */
-#define WORTH_IT 4 /* axes: all lanes together take the time of three or four axes alone */
+#define WORTH_IT 2 /* axes: all lanes together take the time of one and a half axes alone */
 
 /* Whether nothing but control steps is due to an axis until then: its encoder on its shaft, no step response to be
    printed, and nothing that a lane has no room for. The plant's node is at the latest control step. */
@@ -94,7 +97,7 @@ static void fetch_group(const hil_core *c, int group)
 
 /* Axes of either plant that wait for company. */
 typedef struct seating {
-    path path;
+    path path, few; /* few: for FEW axes or less */
     lane lanes[2][MOST_SEATS];
     int seated[2];
 } seating;
@@ -106,7 +109,8 @@ static void run(hil_core *c, seating *s, int is_full)
     int seated = s->seated[is_full], left = 0;
     int64_t steps = lanes[0].steps;
     for (int i = 1; i < seated; i++) steps = least(steps, lanes[i].steps);
-    (is_full ? s->path.full : s->path.simple)(c, lanes, seated, steps);
+    const path *path = seated <= FEW ? &s->few : &s->path;
+    (is_full ? path->full : path->simple)(c, lanes, seated, steps);
     for (int i = 0; i < seated; i++)
         if (lanes[i].steps - steps > 1) lanes[left++] = (lane){lanes[i].axis, lanes[i].steps - steps};
     s->seated[is_full] = left;
@@ -131,22 +135,44 @@ static void seat_group(hil_core *c, seating *s, int group, int64_t end_ns)
     }
 }
 
-void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
+/* Until the next sample of any of its axes: beyond it each would go on alone. */
+static int64_t until_sample(const hil_core *c, int group, int64_t end_ns)
+{
+    for (int i = c->groups[group].first_active; i >= 0; i = c->axes[i].next_active)
+        end_ns = least(end_ns, c->axes[i].watch_next_ns);
+    return end_ns;
+}
+
+/* Answers what the longest way of a group counts of a call's. */
+static int64_t advance_batch(hil_core *c, const int *groups, int n, int64_t until_ns, int ends_at_samples)
 {
     seating s;
     s.path = PATHS[c->lanes];
+    s.few = PATHS[c->lanes == HIL_LANES_AVX512 ? HIL_LANES_AVX2 : c->lanes];
     s.seated[0] = s.seated[1] = 0;
-    int64_t end_ns[BATCH_GROUPS];
+    int64_t end_ns[BATCH_GROUPS], longest_ns = 0;
     for (int k = 0; k < n && k < AHEAD; k++) fetch_group(c, groups[k]);
     for (int k = 0; k < n; k++) {
         if (k + AHEAD < n) fetch_group(c, groups[k + AHEAD]);
         end_ns[k] = group_begin(c, groups[k], until_ns);
+        if (end_ns[k] >= 0) {
+            int64_t free_ns = end_ns[k];
+            if (ends_at_samples) end_ns[k] = until_sample(c, groups[k], free_ns);
+            int64_t span_ns = end_ns[k] < free_ns ? end_ns[k] - hil_group_now(c, groups[k]) : ROUND_NS;
+            if (span_ns > longest_ns) longest_ns = span_ns;
+        }
         if (end_ns[k] >= 0 && s.path.seats) seat_group(c, &s, groups[k], end_ns[k]);
     }
     for (int kind = 0; kind < 2; kind++)
         while (s.seated[kind] >= WORTH_IT) run(c, &s, kind);
     for (int k = 0; k < n; k++)
         if (end_ns[k] >= 0) group_end(c, groups[k], end_ns[k]);
+    return longest_ns;
+}
+
+void batch_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
+{
+    (void)advance_batch(c, groups, n, until_ns, 0);
 }
 
 /* Fewer axes move than lanes are worth. */
@@ -170,10 +196,15 @@ void hil_groups_advance(hil_core *c, const int *groups, int n, int64_t until_ns)
         hil_group_advance(c, groups[0], until_ns);
         return;
     }
-    int goes_on = 1, rounds = n > 1 ? CALL_ROUNDS : 1;
-    for (int round = 0; round < rounds && goes_on; round++) {
-        for (int i = 0; i < n; i += BATCH_GROUPS)
-            batch_advance(c, groups + i, n - i < BATCH_GROUPS ? n - i : BATCH_GROUPS, until_ns);
+    int goes_on = 1;
+    for (int64_t left_ns = n > 1 ? CALL_ROUNDS * ROUND_NS : 1; left_ns > 0 && goes_on;) {
+        int64_t longest_ns = LEAST_ROUND_NS;
+        for (int i = 0; i < n; i += BATCH_GROUPS) {
+            int64_t span_ns =
+                advance_batch(c, groups + i, n - i < BATCH_GROUPS ? n - i : BATCH_GROUPS, until_ns, n > 1);
+            if (span_ns > longest_ns) longest_ns = span_ns;
+        }
+        left_ns -= longest_ns;
         goes_on = 0;
         for (int i = 0; i < n && !goes_on; i++) goes_on = can_go_on(c, groups[i], until_ns);
     }

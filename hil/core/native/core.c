@@ -13,7 +13,7 @@ void core_post(hil_core *c, int axis, int64_t at_ns, int kind, double value)
     hil_event e = {.at_ns = at_ns, .axis = axis, .kind = kind, .value = value};
     if (!ring_put(&g->events, &e)) atomic_store_explicit(&g->failed, 1, memory_order_relaxed);
     /* What a board sends then may reach another one of its group: time waits until the firmware has run. */
-    g->stops |= kind == HIL_EVENT_COMMAND_BEGUN || kind == HIL_EVENT_COMMAND_ENDED || kind == HIL_EVENT_PULSES_ENDED;
+    g->stops |= kind == HIL_EVENT_COMMAND_BEGUN || kind == HIL_EVENT_COMMAND_ENDED || kind >= HIL_EVENT_PULSES_ENDED;
 }
 
 /* Idle axes are left where they are, however many a group has: a plant at rest stands on the same grid of nodes

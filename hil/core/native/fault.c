@@ -5,6 +5,7 @@
 #include "core.h"
 #include "hil_core.h"
 #include "law.h"
+#include "law/pin_bank.h"
 
 int hil_axis_script_encoder(hil_core *c, int axis, int n, const int64_t *at_ns, const int64_t *raw, int linear)
 {
@@ -22,7 +23,7 @@ static int count_without_line(hil_axis *a, int64_t t_ns)
 {
     int is_open = a->fault.is_line_open;
     a->fault.is_line_open = 0;
-    int raw = shaft_raw(a, t_ns);
+    int raw = law_raw(a, t_ns);
     a->fault.is_line_open = is_open;
     return raw;
 }
@@ -66,6 +67,9 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
         break;
     case HIL_FAULT_OPEN_LINE: f->is_line_open = value != 0; break;
     case HIL_FAULT_SILENT: f->silent_rate = fmin(fmax(value, 0), 1); break;
+    case HIL_FAULT_CLOCK_ERROR:
+    case HIL_FAULT_STUCK_LOW:
+    case HIL_FAULT_STUCK_HIGH: return pin_bank_fault(c, a, what, value, now_ns);
     default: return -1;
     }
     a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0 ||

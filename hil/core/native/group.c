@@ -5,6 +5,7 @@
 
 #include "axis.h"
 #include "hil_core.h"
+#include "law.h"
 #include "rt/lock.h"
 #include "view.h"
 
@@ -13,6 +14,11 @@
 #define CALL_WORK 100000
 #define SLICE_NS 4000000
 #define MOST_NS 100000000 /* where it is not looked at */
+
+/* How far one processor goes ahead of the others of its group: less than a character of a line at 1 Mbaud takes from its
+   beginning to where a program can know of it. A cycle, where they are wired. */
+#define AHEAD_NS 8000
+#define AHEAD_WIRED_NS 62
 
 int hil_group_open(hil_core *c, int64_t now_ns)
 {
@@ -89,13 +95,14 @@ static void find_bound(hil_core *c, hil_group *g, int64_t until_ns)
     *link = -1;
 }
 
-/* The bound axis that others could hear of next, -1 when they hear of none up to and at until_ns; *at_ns is when, at the
+/* The bound axis, no processor, that others could hear of next, -1 when they hear of none up to and at until_ns; *at_ns is when, at the
    earliest. Of several at the same time, the one that was opened first. */
 static int next_bound(const hil_core *c, const hil_group *g, int64_t until_ns, int64_t *at_ns)
 {
     int next = -1;
     *at_ns = until_ns;
     for (int i = g->first_bound; i >= 0; i = c->axes[i].next_bound) {
+        if (c->axes[i].is_processor) continue;
         int64_t axis_ns = axis_tells_ns(&c->axes[i]);
         if (axis_ns > *at_ns || axis_ns == HIL_FOREVER) continue;
         if (next >= 0 && axis_ns == *at_ns && c->axes[next].order < c->axes[i].order) continue;
@@ -108,19 +115,97 @@ static int next_bound(const hil_core *c, const hil_group *g, int64_t until_ns, i
 /* Whether events are waiting that time does not go past. */
 static int has_to_wait(const hil_group *g) { return g->stops | ring_is_filling(&g->events); }
 
-/* All that happens to bound axes, in time's order: what is left is each axis's own. Answers how far that was: less
-   where events are waiting, or where it was as much as one call does. */
+static int next_processor(const hil_core *c, int axis)
+{
+    while (axis >= 0 && !c->axes[axis].is_processor) axis = c->axes[axis].next_bound;
+    return axis;
+}
+
+/* The first wire from an axis's outputs, from wire k on, that ends at another axis with outputs than one; -1: none does. */
+static int next_wire(const hil_core *c, int axis, int k, int than)
+{
+    hil_axis *a = &c->axes[axis];
+    const outputs *o = a->law->outputs(a);
+    for (; k < o->n_wires; k++)
+        if (o->wires[k].to_axis != than && c->axes[o->wires[k].to_axis].law->outputs) return k;
+    return -1;
+}
+
+/* What one of several processors does by its pins may come back to one of them later, by an axis that has outputs. One that is
+   passive, and the processor's alone, answers it at once. */
+static int is_wired_back(const hil_core *c, const hil_group *g)
+{
+    for (int i = next_processor(c, g->first_bound); i >= 0; i = next_processor(c, c->axes[i].next_bound)) {
+        const outputs *o = c->axes[i].law->outputs(&c->axes[i]);
+        for (int k = 0; (k = next_wire(c, i, k, -1)) >= 0; k++) {
+            int to = o->wires[k].to_axis;
+            if (!c->axes[to].law->is_passive || next_wire(c, to, 0, i) >= 0) return 1;
+        }
+    }
+    return 0;
+}
+
+static int64_t step_of_processors(const hil_core *c, const hil_group *g)
+{
+    int first = next_processor(c, g->first_bound);
+    if (first < 0 || next_processor(c, c->axes[first].next_bound) < 0) return HIL_FOREVER;
+    return is_wired_back(c, g) ? AHEAD_WIRED_NS : AHEAD_NS;
+}
+
+/* Where all processors are asleep, time goes to the first that wakes. */
+static int64_t processors_next_ns(const hil_core *c, const hil_group *g)
+{
+    int64_t next_ns = HIL_FOREVER;
+    for (int i = next_processor(c, g->first_bound); i >= 0; i = next_processor(c, c->axes[i].next_bound))
+        if (axis_next_ns(&c->axes[i]) < next_ns) next_ns = axis_next_ns(&c->axes[i]);
+    return next_ns;
+}
+
+/* Processors from now_ns on, up to until_ns, which is where another axis does something. A single one goes to where it has
+   done something that others may hear of; several go on together, step by step. Answers how far that was. */
+static int64_t run_processors(hil_core *c, const hil_group *g, int64_t now_ns, int64_t until_ns, int64_t step_ns, int64_t *work)
+{
+    int has_stopped = 0;
+    while (now_ns < until_ns && !has_stopped && *work < CALL_WORK) {
+        int64_t next_ns = processors_next_ns(c, g), end_ns = until_ns;
+        if (next_ns > until_ns) return until_ns;
+        if (next_ns > now_ns) now_ns = next_ns;
+        if (end_ns - now_ns > step_ns) end_ns = now_ns + step_ns;
+        for (int i = next_processor(c, g->first_bound); i >= 0; i = next_processor(c, c->axes[i].next_bound)) {
+            hil_axis *a = &c->axes[i];
+            do {
+                a->has_stopped = 0;
+                *work += axis_advance(c, a, i, end_ns);
+                has_stopped |= a->has_stopped;
+                if (a->has_stopped && step_ns == HIL_FOREVER) return a->stopped_ns;
+            } while (a->has_stopped);
+        }
+        now_ns = end_ns;
+    }
+    return now_ns;
+}
+
+/* All that happens to bound axes, in time's order: what is left is each axis's own. Processors run last: what they do next
+   is not known before. Answers how far that was: less where events are waiting, or where it was as much as one call does. */
 static int64_t run_bound(hil_core *c, hil_group *g, int64_t until_ns, int64_t *work)
 {
-    int64_t at_ns;
+    int64_t at_ns, come_ns = atomic_load_explicit(&g->now_ns, memory_order_relaxed);
     find_bound(c, g, until_ns);
     if (g->first_bound < 0) return until_ns;
-    for (int axis; (axis = next_bound(c, g, until_ns, &at_ns)) >= 0;) {
+    int64_t step_ns = step_of_processors(c, g);
+    int has_processors = next_processor(c, g->first_bound) >= 0;
+    for (;;) {
+        int axis = next_bound(c, g, until_ns, &at_ns);
+        if (has_processors && come_ns < at_ns) {
+            come_ns = run_processors(c, g, come_ns, at_ns, step_ns, work);
+            if (has_to_wait(g) || *work >= CALL_WORK) until_ns = come_ns;
+            if (come_ns < at_ns) continue;
+        }
+        if (axis < 0) return until_ns;
         *work += axis_advance(c, &c->axes[axis], axis, at_ns);
         /* What happens to the others at this time happens too. */
         if (has_to_wait(g) || *work >= CALL_WORK) until_ns = at_ns;
     }
-    return until_ns;
 }
 
 /* Less far where events are waiting. */

@@ -93,9 +93,17 @@ int hil_motion_xref(hil_core *c, int axis, int index);
    thread advances. */
 void hil_axis_record_edges(hil_core *c, int axis, int outputs);
 int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max);
+int hil_axis_output_levels(hil_core *c, int axis); /* a bit each; 0 of an axis without outputs */
+/* The same of inputs: first the levels of now, of those that were ever set; then what changes them. */
+void hil_axis_record_inputs(hil_core *c, int axis, int inputs);
+int hil_axis_take_inputs(hil_core *c, int axis, hil_edge *out, int max);
 /* A wire from an output of one axis to an input of another of the same group: from now on the input has the
    output's level, its edges at the same ns. -1: too many, or an axis without outputs. */
 int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin);
+/* A magnet on the shaft of another axis of its group, in front of an encoder's chip: from now on the chip reads that shaft,
+   0 where the shaft is at zero_deg, as its plant has it (hil_axis_set of position_deg moves nothing). is_reversed: it
+   counts down as the shaft's angle grows. -1: the axis is no such chip. */
+int hil_magnet(hil_core *c, int axis, int of_axis, int is_reversed, double zero_deg);
 
 /* ---- a microcontroller's pins ---- */
 
@@ -106,11 +114,60 @@ int hil_bank_read(const hil_core *c, int axis, int pin);
    -1: no memory. */
 int hil_bank_pulses(hil_core *c, int axis, int pin, int n, const hil_pulses *rows);
 
+/* ---- its processor, which runs a program instead ---- */
+
+/* After a power-up it stands still, its flash and EEPROM are empty, and the board drives the pins. */
+void hil_processor_load(hil_core *c, int axis, int at, int n, const uint8_t *data); /* into its flash */
+void hil_processor_load_eeprom(hil_core *c, int axis, int at, int n, const uint8_t *data);
+void hil_processor_set_fuses(hil_core *c, int axis, const uint8_t fuses[4], int has_boot); /* low, high, extended, lock; has_boot: law/bank_processor.h */
+/* A reset for these causes (bits of MCUSR; 0: MCUSR is 0). From now on it drives the pins, until hold or a power-up. */
+void hil_processor_reset(hil_core *c, int axis, int causes, int64_t start_up_cycles);
+void hil_processor_hold(hil_core *c, int axis);
+void hil_processor_clock(hil_core *c, int axis, int64_t hz);
+void hil_processor_supply(hil_core *c, int axis, double vcc_V, double aref_V);
+int64_t hil_processor_start_up(hil_core *c, int axis); /* clocks of its start after a reset, by its fuses */
+/* What its memories have: bytes that are there, of flash, EEPROM or the data space as reads without effects find it. */
+void hil_processor_read(hil_core *c, int axis, int memory, int at, int n, uint8_t *out); /* memory: HIL_MEMORY_* */
+int64_t hil_processor_cycles(hil_core *c, int axis); /* since its power came */
+int64_t hil_processor_baud(hil_core *c, int axis);   /* of its UART, to the nearest; 0: it is off */
+int hil_processor_framing(hil_core *c, int axis);    /* of its characters: avr_framing in mcu/avr/atmega328p.h */
+int hil_processor_pc(hil_core *c, int axis);         /* the byte address of the next instruction */
+/* What drives a pin from the chip (atmega328p.h: avr_drive) + 4 times its level; *duty: part of the time that its PWM is high, -1: it has none. */
+int hil_processor_pin(hil_core *c, int axis, int pin, double *duty);
+void hil_processor_poke(hil_core *c, int axis, int address, int value); /* of its data space, without what a write does */
+/* A character that comes to its RX, not before the group's time; atmega328p.h: avr_character. -1: there is no room. */
+int hil_processor_hear(hil_core *c, int axis, int64_t start_ns, double bit_ns, int bits, int length, int is_broken);
+void hil_processor_retract(hil_core *c, int axis, int64_t after_ns); /* characters that would begin after that do not come */
+/* The voltage at an analogue pin is gain times a field of an axis of its group, and volts, at the time of each sample. Without
+   that it is the field a0_V and so on. */
+void hil_processor_measure(hil_core *c, int axis, int channel, int of_axis, hil_field field, double gain, double volts);
+void hil_processor_volts(hil_core *c, int axis, int channel, double volts);
+/* The same of the mean level of a pin, 0 to 19, of a bank of its group, through an RC low-pass. -1: there are too many at that bank. */
+int hil_processor_smooth(hil_core *c, int axis, int channel, int of_axis, int pin, double rc_s, double gain, double volts);
+void hil_processor_drives_line(hil_core *c, int axis, int pin); /* changes of this output are events: it enables the driver of its line */
+/* Debugging: it halts before the instruction at a breakpoint, with an event at whose time its group stands, and goes on from there
+   as if it had not. mcu/avr/avr_debug.h says what each does. */
+void hil_processor_break(hil_core *c, int axis, int byte, int is_on);
+void hil_processor_halt(hil_core *c, int axis);
+void hil_processor_go(hil_core *c, int axis, int is_step);
+int hil_processor_is_halted(hil_core *c, int axis);
+void hil_processor_jump(hil_core *c, int axis, int byte);
+void hil_processor_stack_floor(hil_core *c, int axis, int address); /* below it its stack is noted; from a power-up on 100h */
+int hil_processor_stack_lowest(hil_core *c, int axis); /* since its reset, by what was put on it */
+/* Counts: AVR_FUNCTIONS and AVR_LAPS at the most. Those that read answer how many there are of n. */
+void hil_processor_count(hil_core *c, int axis, int n, const uint16_t *starts, int lap_at);
+int hil_processor_counted(hil_core *c, int axis, int n, uint64_t *spent, uint32_t *calls);
+int64_t hil_processor_counted_clocks(hil_core *c, int axis); /* since count */
+int hil_processor_laps(hil_core *c, int axis, int n, uint32_t *laps);
+
 /* Samples: watch `slot` of HIL_WATCHES takes a snapshot at each floor(k * num_ns / den), after all that happens at
    that time. Its ring keeps the first `capacity` that nobody has taken and counts the others as lost. num_ns at
    least den, both below 2^62; num_ns = 0 ends the watch. -1: no memory. The loop thread takes the samples, and need
    not own the axis. */
 int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int capacity);
+/* The extremes of each field instead: of every `points` snapshots, up to a k that is a multiple of it, a pair of samples has
+   the smallest and the largest value, in the order in which they came; at_ns is that of the first and of the last. */
+int hil_axis_watch_extremes(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int points, int capacity);
 int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, int max); /* how many */
 int64_t hil_axis_lost_samples(const hil_core *c, int axis, int slot);
 void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out);
@@ -118,7 +175,7 @@ void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out); /* any 
 
 /* The real-time thread. start: 0, or an errno when no thread could be made at all; what it was refused
    (FIFO priority, CPU, locked memory) is in the stats when start returns. */
-int hil_rt_start(hil_core *c, const hil_rt_options *options);
+int hil_rt_start(hil_core *c, const hil_rt_options *options); /* at speed 0 time stands */
 void hil_rt_stop(hil_core *c);
 int64_t hil_rt_now(const hil_core *c); /* any thread: the simulated time that the wall's time asks for */
 void hil_rt_stats_read(const hil_core *c, hil_rt_stats *out); /* any thread; ticks + missed = floor(elapsed / period) */

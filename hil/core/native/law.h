@@ -10,6 +10,7 @@
 struct law {
     size_t bytes; /* of its memory, which is locked with the axis */
     int kind;     /* HIL_KIND_*: of its fields */
+    int32_t pulled_up; /* inputs that are high where nothing drives them, a bit each; others are low */
     int events;   /* room in the ring of its group */
     double (*max_current_A)(const hil_axis_params *params); /* of a coil */
     void (*open)(hil_axis *a, const hil_axis_params *params); /* its memory is all zeros, its axis has its plant */
@@ -27,6 +28,8 @@ struct law {
     double (*act)(hil_core *c, hil_axis *a, int call, double x, double y, double z);
     void (*show)(hil_axis *a); /* into its view, after the plant has filled it. NULL: the plant shows all */
     outputs *(*outputs)(hil_axis *a); /* NULL: it has none */
+    int (*count)(hil_axis *a, int64_t t_ns); /* what its encoder reads of another axis's shaft. NULL: it reads its own axis's */
+    int is_passive; /* its outputs change at edges of its inputs, and at nothing else */
     void (*look)(hil_axis *a, int64_t now_ns); /* called before and after the watchers of its outputs change. NULL: need not know */
 };
 
@@ -43,6 +46,13 @@ static inline void law_plant(hil_axis *a, int64_t t_ns)
         a->is_turned = 0;
     }
     shaft_run(a, t_ns);
+}
+
+/* What its encoder reads, of whichever shaft. */
+static inline int law_raw(hil_axis *a, int64_t t_ns)
+{
+    int raw = a->law->count ? shaft_blind_raw(a, t_ns) : shaft_raw(a, t_ns);
+    return a->law->count && raw < 0 ? a->law->count(a, t_ns) : raw;
 }
 
 /* Where the memory of an axis's law is, whichever it has. */

@@ -3,8 +3,10 @@
 #define HIL_LAWS_H
 
 #include "law/a3967.h"
+#include "law/as5047d.h"
 #include "law/pin_bank.h"
 #include "law/servo.h"
+#include "law/smoothed_pin.h"
 #include "law/stepper.h"
 #include "law/walter.h"
 

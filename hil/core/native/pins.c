@@ -8,8 +8,11 @@ void pins_set(hil_core *c, int axis, int pin, int level, int64_t at_ns)
 {
     hil_axis *a = &c->axes[axis];
     core_stir(c, axis);
-    level = level != 0;
-    a->law->pin(c, a, pin, level, at_ns);
+    int32_t bit = 1 << pin, was = a->inputs.known & bit ? !!(a->inputs.high & bit) : OUTPUT_OPEN;
+    a->inputs.known = level == OUTPUT_OPEN ? a->inputs.known & ~bit : a->inputs.known | bit;
+    a->inputs.high = level > 0 ? a->inputs.high | bit : a->inputs.high & ~bit;
+    if (a->inputs.recorded & bit && level != was) edges_add(&a->inputs.edges, pin, level > 0, at_ns);
+    a->law->pin(c, a, pin, level == OUTPUT_OPEN ? a->law->pulled_up >> pin & 1 : level, at_ns);
 }
 
 void pins_take_edge(hil_core *c, int axis)
@@ -18,14 +21,14 @@ void pins_take_edge(hil_core *c, int axis)
     int64_t at_ns = s->next_ns;
     int pin, level;
     source_take(s, &pin, &level);
-    pins_set(c, axis, pin, level, at_ns);
+    pins_set(c, axis, pin, level != 0, at_ns);
 }
 
 void hil_axis_pin(hil_core *c, int axis, int pin, int level)
 {
     int64_t now_ns;
     core_axis(c, axis, &now_ns);
-    pins_set(c, axis, pin, level, now_ns);
+    pins_set(c, axis, pin, level != 0, now_ns);
 }
 
 int hil_axis_drive(hil_core *c, int axis, int n, const hil_edges *rows)
@@ -71,5 +74,30 @@ void hil_axis_record_edges(hil_core *c, int axis, int which)
 int hil_axis_take_edges(hil_core *c, int axis, hil_edge *out, int max)
 {
     hil_axis *a = &c->axes[axis];
-    return a->law->outputs ? outputs_take(a->law->outputs(a), out, max) : 0;
+    return a->law->outputs ? edges_take(&a->law->outputs(a)->edges, out, max) : 0;
 }
+
+int hil_axis_output_levels(hil_core *c, int axis)
+{
+    int64_t now_ns;
+    hil_axis *a = core_axis_stirred(c, axis, &now_ns);
+    int high = 0;
+    if (!a->law->outputs) return 0;
+    look(a, now_ns);
+    for (int pin = 0; pin < MOST_OUTPUTS; pin++) high |= (a->law->outputs(a)->levels[pin] > 0) << pin;
+    return high;
+}
+
+void hil_axis_record_inputs(hil_core *c, int axis, int which)
+{
+    int64_t now_ns;
+    hil_axis *a = core_axis(c, axis, &now_ns);
+    a->inputs.recorded = which;
+    a->inputs.edges.first = a->inputs.edges.len = 0;
+    for (int pin = 0; pin < 32; pin++) {
+        int32_t bit = (int32_t)(1u << pin);
+        if (which & a->inputs.known & bit) edges_add(&a->inputs.edges, pin, !!(a->inputs.high & bit), now_ns);
+    }
+}
+
+int hil_axis_take_inputs(hil_core *c, int axis, hil_edge *out, int max) { return edges_take(&c->axes[axis].inputs.edges, out, max); }

@@ -4,6 +4,7 @@
 
 #include "state.h"
 
+/* level: 0, 1; OUTPUT_OPEN: nothing drives it any more. */
 void pins_set(hil_core *c, int axis, int pin, int level, int64_t at_ns);
 void pins_take_edge(hil_core *c, int axis); /* the source's edge at its next_ns */
 

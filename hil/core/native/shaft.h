@@ -45,6 +45,12 @@ static inline void shaft_set_load(hil_axis *a)
 
 static inline double shaft_load_Nm(const hil_axis *a) { return a->is_full ? a->full.load_torque_Nm : a->plant.load_torque_Nm; }
 
+/* The angle at a time that is not before the plant's last node. */
+static inline double shaft_rev(const hil_axis *a, int64_t t_ns)
+{
+    return a->is_full ? full_at(&a->full, t_ns).moving.state.rev : plant_at(&a->plant, t_ns).rev;
+}
+
 /* The count at an angle. */
 static inline int shaft_count(double rev)
 {

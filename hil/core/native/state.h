@@ -1,7 +1,7 @@
 /* What a core, its groups and its axes hold: data alone.
 
    The core's files are layers: what they include and call makes no circle (hil/core/tests checks it). From below:
-   what knows no axis (motion/, plant/, control/, encoder, source, follow, outputs, watch), this, core, shaft, law, the laws (law/),
+   what knows no axis (mcu/, motion/, plant/, control/, encoder, source, follow, outputs, extremes, watch), this, core, shaft, law, the laws (law/),
    pins and view, axis, group and fault, batch, rt/thread, arena; beside them replay. */
 #ifndef HIL_STATE_H
 #define HIL_STATE_H
@@ -11,6 +11,7 @@
 
 #include "control/mechaduino.h"
 #include "encoder.h"
+#include "outputs.h"
 #include "plant/full.h"
 #include "plant/simple.h"
 #include "rt/ring.h"
@@ -51,6 +52,9 @@ typedef struct hil_axis {
     int is_pacing;       /* its next step is the plant's next node: who looks before steps a copy */
     int is_turned;       /* it has other currents since the plant's last node, which come with the next */
     int is_telling;      /* it may post events when it steps */
+    int is_processor;    /* it runs a program: what it does next cannot be known beforehand */
+    int has_stopped;     /* it has gone no further than stopped_ns: it has done something that others may hear of */
+    int64_t stopped_ns;
     int is_full;   /* which of the two plants moves */
     int is_faulty; /* something of fault is set: no lane has room for it */
     int64_t watch_next_ns; /* of the sample to come, HIL_FOREVER: none */
@@ -67,6 +71,10 @@ typedef struct hil_axis {
         int32_t raw;
     } view; /* filled for a snapshot */
     watch watches[HIL_WATCHES];
+    struct {
+        int32_t recorded, known, high; /* inputs, a bit each: kept in edges, set at all, set to 1 */
+        edge_list edges;
+    } inputs;
 } hil_axis;
 
 enum { GROUP_FREE, GROUP_LOOP_THREAD, GROUP_RT_THREAD };
@@ -89,7 +97,8 @@ typedef struct rt_state {
     pthread_t thread;
     _Atomic int running, stop;
     hil_rt_options options;
-    int64_t anchor_ns; /* wall's time of simulated time 0 */
+    int64_t anchor_ns; /* wall's time of the start */
+    int64_t begin_ns;  /* simulated time then */
     seqlock stats_lock;
     _Atomic uint64_t stats[(sizeof(hil_rt_stats) + 7) / 8];
     hil_rt_stats live; /* the thread's own */

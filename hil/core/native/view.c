@@ -64,6 +64,11 @@ static int step_dir_level(const hil_axis *a, int pin)
     return pin == HIL_DRIVER_IN_STEP ? s->pins.step : pin == HIL_DRIVER_IN_DIR ? s->pins.dir : s->pins.enable;
 }
 
+static int clk_level(const hil_axis *a, int64_t now_ns)
+{
+    return a->law == &as5047d_law ? as5047d_view(a)->pins[HIL_SPI_IN_CLK] : stepper_out(a, HIL_OUT_CLK, now_ns);
+}
+
 static double reversal_us(const hil_axis *a)
 {
     const a3967 *d = driver_of(a);
@@ -100,6 +105,7 @@ static void fill_view(hil_axis *a, int64_t now_ns)
         a->view.raw = shaft_faulty_raw(a, shaft_count(s.rev), now_ns);
     }
     if (a->law->show) a->law->show(a);
+    if (a->law->count) a->view.raw = a->law->count(a, now_ns);
     int blind = shaft_blind_raw(a, now_ns);
     if (blind >= 0) a->view.raw = blind;
 }
@@ -109,6 +115,16 @@ static void fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
     memset(out, 0, sizeof *out);
     fill_view(a, now_ns);
 #define X(name, type, kind, access, unit, expression, meaning) out->name = expression;
+#include "fields.def"
+#undef X
+}
+
+/* As fill, of the fields that its kind of axis has. */
+static void look(hil_axis *a, int64_t now_ns, hil_snapshot *out)
+{
+    int kind = a->law->kind;
+    fill_view(a, now_ns);
+#define X(name, type, kind_, access, unit, expression, meaning) if (EXTREMES_HAVE(kind, kind_)) out->name = expression;
 #include "fields.def"
 #undef X
 }
@@ -123,7 +139,7 @@ void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out)
 /* Groups of hundreds are published often, and most axes of a line of boards stand still. */
 void view_publish(hil_axis *a, int64_t now_ns)
 {
-    int stays = !a->is_active && !a->encoder.script_len && a->fault.noise_counts == 0;
+    int stays = !a->is_active && !a->encoder.script_len && a->fault.noise_counts == 0 && !a->law->count;
     if (stays && a->is_shown) {
         uint64_t word = (uint64_t)now_ns;
         seqlock_write(&a->published_lock, a->published + offsetof(hil_snapshot, at_ns) / sizeof word, &word, 1);
@@ -142,10 +158,9 @@ void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out)
     *out = u.s;
 }
 
-double hil_axis_get(hil_core *c, int axis, hil_field field)
+double view_field(hil_core *c, int axis, hil_field field, int64_t now_ns)
 {
-    int64_t now_ns;
-    hil_axis *a = core_axis(c, axis, &now_ns);
+    hil_axis *a = &c->axes[axis];
     if (field <= HIL_FIELD_raw || (field >= HIL_FIELD_voltage_a_V && field <= HIL_FIELD_lag_steps)) fill_view(a, now_ns);
     switch (field) {
 #define X(name, type, kind, access, unit, expression, meaning) case HIL_FIELD_##name: return (double)(expression);
@@ -155,10 +170,23 @@ double hil_axis_get(hil_core *c, int axis, hil_field field)
     }
 }
 
+double hil_axis_get(hil_core *c, int axis, hil_field field)
+{
+    int64_t now_ns;
+    (void)core_axis(c, axis, &now_ns);
+    return view_field(c, axis, field, now_ns);
+}
+
 int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int capacity)
 {
+    return hil_axis_watch_extremes(c, axis, slot, num_ns, den, 1, capacity);
+}
+
+int hil_axis_watch_extremes(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int points, int capacity)
+{
     hil_axis *a = &c->axes[axis];
-    if (watch_start(&a->watches[slot], hil_group_now(c, a->group), num_ns, den, capacity)) return -1;
+    if (watch_start(&a->watches[slot], hil_group_now(c, a->group), num_ns, den, points, a->law->kind, capacity))
+        return -1;
     core_stir(c, axis);
     a->watch_next_ns = watch_soonest_ns(a->watches);
     return 0;
@@ -170,7 +198,8 @@ void view_sample(hil_axis *a)
     for (int i = 0; i < HIL_WATCHES; i++) {
         hil_snapshot *place = watch_place(&a->watches[i], at_ns);
         if (!place) continue;
-        fill(a, at_ns, place);
+        if (a->watches[i].extremes) look(a, at_ns, place);
+        else fill(a, at_ns, place);
         watch_keep(&a->watches[i]);
     }
     a->watch_next_ns = watch_soonest_ns(a->watches);

@@ -5,6 +5,7 @@
 #include "state.h"
 
 void view_publish(hil_axis *a, int64_t now_ns);
+double view_field(hil_core *c, int axis, hil_field field, int64_t at_ns); /* of an axis that nothing happens to before */
 void view_sample(hil_axis *a); /* the samples at watch_next_ns */
 
 #endif

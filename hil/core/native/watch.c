@@ -10,8 +10,8 @@ int64_t watch_soonest_ns(const watch *watches)
     return next_ns;
 }
 
-/* The grid's first point after now_ns. */
-static void begin_grid(watch *w, int64_t now_ns, int64_t num_ns, int64_t den)
+/* The grid's first point after now_ns; answers its number. */
+static int64_t begin_grid(watch *w, int64_t now_ns, int64_t num_ns, int64_t den)
 {
     __int128 k = (((__int128)now_ns + 1) * den + num_ns - 1) / num_ns, at_ns = k * num_ns / den;
     w->whole_ns = num_ns / den;
@@ -19,6 +19,7 @@ static void begin_grid(watch *w, int64_t now_ns, int64_t num_ns, int64_t den)
     w->den = den;
     w->rest = (int64_t)(k * num_ns % den);
     w->next_ns = at_ns < HIL_FOREVER ? (int64_t)at_ns : HIL_FOREVER;
+    return (int64_t)k;
 }
 
 static void step_grid(watch *w)
@@ -34,20 +35,27 @@ static void step_grid(watch *w)
     w->next_ns++;
 }
 
-int watch_start(watch *w, int64_t now_ns, int64_t num_ns, int64_t den, int capacity)
+int watch_start(watch *w, int64_t now_ns, int64_t num_ns, int64_t den, int points, int kind, int capacity)
 {
+    int is_pairs = num_ns && points > 1;
     hil_snapshot *ring = num_ns ? malloc((size_t)capacity * sizeof *ring) : NULL;
-    if (num_ns && !ring) return -1;
+    extremes *seen = is_pairs ? malloc(sizeof *seen) : NULL;
+    if ((num_ns && !ring) || (is_pairs && !seen)) {
+        free(ring);
+        free(seen);
+        return -1;
+    }
     free(w->ring);
-    *w = (watch){.ring = ring, .capacity = capacity};
-    if (num_ns) begin_grid(w, now_ns, num_ns, den);
+    free(w->extremes);
+    *w = (watch){.ring = ring, .extremes = seen, .capacity = capacity};
+    int64_t k = num_ns ? begin_grid(w, now_ns, num_ns, den) : 0;
+    if (seen) *seen = (extremes){.kind = kind, .points = points, .left = points - (int)((k - 1) % points)};
     return 0;
 }
 
-hil_snapshot *watch_place(watch *w, int64_t at_ns)
+/* Where the next sample goes; NULL: there is no room, it is lost. */
+static hil_snapshot *room(watch *w)
 {
-    if (!w->ring || w->next_ns != at_ns) return NULL;
-    step_grid(w);
     int64_t made = atomic_load_explicit(&w->made, memory_order_relaxed);
     int64_t waiting = made - atomic_load_explicit(&w->taken, memory_order_acquire);
     if (waiting == 0) w->first = made; /* memory beyond what ever waits is not touched */
@@ -56,7 +64,38 @@ hil_snapshot *watch_place(watch *w, int64_t at_ns)
     return NULL;
 }
 
-void watch_keep(watch *w) { atomic_fetch_add_explicit(&w->made, 1, memory_order_release); }
+hil_snapshot *watch_place(watch *w, int64_t at_ns)
+{
+    if (!w->ring || w->next_ns != at_ns) return NULL;
+    step_grid(w);
+    return w->extremes ? &w->extremes->now : room(w);
+}
+
+/* Put the first or the last extreme of each field into the ring. */
+static void put(watch *w, int is_last)
+{
+    const extremes *e = w->extremes;
+    hil_snapshot *place = room(w);
+    if (!place) return;
+    *place = e->now;
+    extremes_put(e, is_last, place);
+    atomic_fetch_add_explicit(&w->made, 1, memory_order_release);
+}
+
+void watch_keep(watch *w)
+{
+    extremes *e = w->extremes;
+    if (!e) {
+        atomic_fetch_add_explicit(&w->made, 1, memory_order_release);
+        return;
+    }
+    extremes_widen(e);
+    if (--e->left) return;
+    put(w, 0);
+    put(w, 1);
+    e->left = e->points;
+    e->is_begun = 0;
+}
 
 int watch_take(watch *w, hil_snapshot *out, int max)
 {

@@ -80,7 +80,7 @@ def test_what_is_compiled_is_of_this_table() -> None:
     with pytest.raises(IndexError, match=f"0 to {abi.MOTION_SLOTS - 1}"):
         core.motion_read(axis, abi.MOTION_SLOTS)
     with pytest.raises(ValueError, match=f"of {abi.WATCHES}"):
-        core.watch(axis, abi.WATCHES, 1, 1, 1)
+        core.watch(axis, abi.WATCHES, 1, 1, 1, 1)
 
 
 def test_firmware_and_core_mean_the_same_slots() -> None:

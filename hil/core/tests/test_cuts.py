@@ -181,6 +181,21 @@ def a_banks(random: Random) -> Do:
     )
 
 
+def an_encoders(random: Random) -> Do:
+    gaps_ns = [random.choice((0, 100, 500, 30_000)) for _ in range(random.choice((3, 40)))]
+    rows = [
+        (
+            sum(gaps_ns[: i + 1]),
+            random.choice(("CLK", "CLK", "CLK", "MOSI", "CSn")),
+            random.randrange(2),
+            0,
+            0,
+        )
+        for i in range(len(gaps_ns))
+    ]
+    return lambda axis: axis.drive(rows)
+
+
 def anybodys(random: Random, axis: CoreAxis) -> Do:
     pin, level = random.choice([*axis.pins]), random.randrange(2)
     what, value = random.choice(FAULTS)
@@ -205,6 +220,7 @@ COMMANDS_OF: dict[str, Callable[[Random], Do]] = {
     "sac": a_steppers,
     "a3967": a_drivers,
     "pin_bank": a_banks,
+    "as5047d": an_encoders,
 }
 
 
@@ -221,7 +237,7 @@ class Group:
                 random.choice(("simple", "full")),
                 random.choice(LOADS),
                 random.randrange(100),
-                law=random.choice(("sac", "sac", "mechaduino", "a3967", "pin_bank")),
+                law=random.choice(("sac", "sac", "mechaduino", "a3967", "pin_bank", "as5047d")),
             )
             for _ in range(random.choice((1, 1, 2, 3)))
         ]
@@ -230,6 +246,11 @@ class Group:
         for axis in self.axes:
             if axis.kind.law == Law.mechaduino:
                 axis.write_table(IDENTITY)
+        shafts = [axis for axis in self.axes if axis.kind.has_motor]
+        for axis in self.axes:
+            if axis.kind.reads_magnet and shafts:
+                zero_deg, is_reversed = random.choice((0.0, 200.0)), bool(random.randrange(2))
+                axis.place_magnet(random.choice(shafts), zero_deg=zero_deg, is_reversed=is_reversed)
         for _ in range(random.choice((0, 0, 1, 3)) if self.unwatched else 0):
             sender, receiver = random.choice(self.unwatched), random.choice(self.axes)
             ends = random.choice([*sender.kind.outputs]), random.choice([*receiver.pins])
@@ -261,7 +282,10 @@ class Group:
                 self.core.native.acquire(self.id)
                 axis.published()
             case 3:
-                axis.watch(random.randrange(3), random.choice((0, 300, 77_777, 1_000_001)), 50)
+                interval_ns, points = random.choice(
+                    ((0, 1), (300, 1), (77_777, 1), (77_777, 7), (1_000_001, 3))
+                )
+                axis.watch(random.randrange(3), interval_ns, 50, points)
             case 4:
                 axis.take_samples(random.randrange(3))
             case 5 if axis in self.unwatched:
@@ -294,6 +318,7 @@ def test_every_law_has_commands() -> None:
     assert COMMANDS_OF.keys() == KINDS.keys() - {"walter"}  # joints move together: test_joint_cuts
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_neither_cuts_nor_looks_change_anything(seed: int) -> None:
     whole, cut = run(seed, None), run(seed, Random(-seed))

@@ -18,14 +18,15 @@ PUBLIC = "hil/core/native/hil_core"
 CORE = "hil/core/native/"
 ORDER = (
     "abi fields types",
-    "motion/ plant/ control/ encoder source follow outputs watch hil_core",  # they know no axis
+    "mcu/avr/",  # a processor knows nothing but itself
+    "motion/ plant/ control/ encoder source follow outputs extremes watch hil_core",  # they know no axis
     "rt/ring rt/seqlock",
     "state",
     "core",
     "shaft",
     "law",
     "law/",
-    "laws pins view rt/lock replay joint_replay rt/watchdog",
+    "laws pins magnet view processor rt/lock replay joint_replay rt/watchdog",
     "axis",
     "group fault",
     "lanes batch batch_any batch_avx2 batch_avx512 batch_lanes",

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.firmware.runtime import FirmwareStuck, Runtime, RxBuffer
-from hil.vocab.firmware import ByteAvailable, Commit, Delay, Main
+from hil.vocab.firmware import ByteAvailable, Commit, Delay, EventAvailable, Main
 from hil.vocab.time import FOREVER, SimTimeNs
 
 SECOND = 1_000_000_000
@@ -134,6 +134,27 @@ def test_a_commit_waits_for_its_answer() -> None:
     board.runtime.commit_done(False)
     assert board.at(700) == 707
     assert board.log == [True, False]
+
+
+def listens(board: Board) -> Main:
+    for number in range(3):
+        yield EventAvailable()
+        board.log.append(number)
+        yield Delay(10)
+    yield EventAvailable()
+
+
+def test_an_interrupt_ends_a_wait_for_it_alone() -> None:
+    board = Board(listens)
+    assert board.at(0) == FOREVER
+    board.uart.feed(b"bytes do not wake it")
+    assert (board.at(50), board.log) == (FOREVER, [])
+    board.runtime.interrupted(SimTimeNs(60))
+    assert board.runtime.due_ns == 60
+    assert (board.at(60), board.log) == (70, [0])
+    board.runtime.interrupted(SimTimeNs(65))  # while it waits for something else
+    assert board.runtime.due_ns == 70
+    assert (board.at(70), board.log) == (FOREVER, [0])
 
 
 def test_a_commit_may_be_answered_while_it_is_made() -> None:

@@ -24,6 +24,15 @@ OWN_WAY = {
     "virtual_ports/usb/vhci.py": {"open"},  # a file of sysfs
     "hil/host/journal.py": {"open"},  # standard streams
     "bridges/zenoh/site_keys.py": {"open"},  # exclusively
+    "hil/compose/recordings_folder.py": {"open"},  # exclusively, and written to while the run goes on
+    "hil/live/run_recording.py": {"write_text"},  # a mark in the bench's own folder
+    "hil/lookback/look_process.py": {"write_text"},  # a file of procfs
+    "hil/lookback/standing.py": {"open"},  # a pipe
+    "hil/compose/bundles.py": {"open"},  # a temporary folder of its own, exclusively
+    "hil/recorded/bundling.py": {"open"},  # files within a zip
+    "hil/toolchain/kept_objects.py": {"rename"},  # a folder of its own, whole
+    "hil/toolchain/sketch_build.py": {"write_text", "replace"},  # in a temporary folder, and out of it
+    "hil/toolchain/arduino_cli.py": {"replace"},  # out of a temporary folder
     "hil/testing/serving.py": {"open", "write_text"},  # in a test's own folder
     "hil/testing/live_traffic.py": {"open"},  # a test's own file
     "hil/testing/failures/bench_capture.py": {"write_bytes"},  # the same

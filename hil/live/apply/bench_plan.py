@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil.compose.build import TableFileError, named_sections, start_sections
+from hil.compose.build import TableFileError, named_sections, start_sections, with_programs
 from hil.config import BenchConfig, Catalogue, Change, diff, parse
 from hil.firmware.nvm import Content
 from hil.host.regular_file import read_text
@@ -55,7 +55,7 @@ class BenchPlan:
         board = self.boards[config.profile]
         if config.flash.table in ("stored", "empty"):
             return start_sections(config, board, stored, Path())
-        return named_sections(board, stored) | dict(self.tables[name])
+        return with_programs(config, named_sections(board, stored)) | dict(self.tables[name])
 
 
 def plan_start(config: BenchConfig, folder: Path, catalogue: Catalogue, files: NvmStore) -> BenchPlan:

@@ -102,8 +102,6 @@ class Reloader:
     def _check(self, plan: BenchPlan) -> None:
         """Check what only the running bench knows."""
         problems = self.reservations.problems(plan.named("remove", "restart"))
-        if self.bench.log:
-            problems.append("the run is being logged (--log), and a log holds one bench from its start")
         begun, catalogue = plan.tables, self.configured.catalogue
         needed = sum(places_of(plan.config.devices[name], catalogue) for name in begun)
         taken = sum(max(len(device.axes), 1) for device in self.bench.devices.values())

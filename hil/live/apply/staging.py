@@ -19,6 +19,7 @@ from hil.live.devices.drive_device import DriveDevice
 from hil.live.devices.twin_device import TwinDevice, TwinHome
 from hil.live.places import Places
 from hil.live.port_link import PortLink
+from hil.live.program_watch import ProgramWatch
 from hil.live.refusals import Refused
 from hil.sim.bench import BenchRuntime
 from hil.sim.group import Group
@@ -133,9 +134,11 @@ class Stage:
         seed = axis_seed(plan.config, staged.seeds[name])
         group = staged.twins[partner][0] if partner else self.bench.open_group()
         catalogue = self.configured.catalogue
-        twin = make_device(self.bench, name, config, catalogue, {}, seed, group)
+        twin = make_device(self.bench, name, config, catalogue, {}, seed, group, plan.config.speed)
         staged.twins[name] = group, twin
-        staged.makers[name] = partial(TwinDevice, self.home, twin, catalogue.boards[config.profile])
+        programs = ProgramWatch((config.firmware, config.bootloader))
+        board = catalogue.boards[config.profile]
+        staged.makers[name] = partial(TwinDevice, self.home, twin, board, programs)
 
     def _board(self, name: str, config: DeviceConfig, speed: float) -> BoardDevice:
         return BoardDevice(

@@ -4,7 +4,8 @@ fault of the configuration."""
 import logging
 from dataclasses import dataclass
 
-from hil.compose.build import join_devices
+from hil.compose.build import axis_seed, join_devices
+from hil.compose.simulated_config import as_simulated
 from hil.live.apply.bench_plan import BenchPlan
 from hil.live.apply.staging import Stage, Staged
 from hil.live.board_backend import BoardBackend
@@ -15,13 +16,16 @@ from hil.live.lines import PacedLines
 from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.refusals import Refused
+from hil.live.run_recording import RunRecording
 from hil.live.sim_backends import TapBackend, UartBackend
 from hil.live.watches import Watches
 from hil.sim.bench import BenchRuntime
+from hil.sim.reloads import Begun, Reloaded
 from hil.vocab.address import address_of, owner_of
 from hil.vocab.device import Device
 from hil.vocab.faults import FaultRefused
 from hil.vocab.ports import Port
+from hil.vocab.time import SimTimeNs
 
 log = logging.getLogger("hil")
 
@@ -40,6 +44,7 @@ class Swap:
     faults: FaultRegistry
     watches: Watches
     notes: dict[str, str]
+    recording: RunRecording
 
     def carry_out(
         self, plan: BenchPlan, staged: Staged, asides: dict[str, str]
@@ -47,6 +52,7 @@ class Swap:
         """Put the new in the old's place; answers the ports that have gone, still open, and devices that
         are to be closed."""
         own = {name: dict(device.nvm) for name, device in self.bench.devices.items() if name in plan.tables}
+        twins = set(self.bench.devices)
         gone: list[Port] = []
         leaving: list[Device] = []
         for name in plan.named("remove", "restart"):
@@ -54,7 +60,7 @@ class Swap:
             gone += self._take_away(plan, staged, leaving[-1])
         self.configured.config = plan.config
         self.stage.done(plan, staged)
-        for name, (group, device) in staged.twins.items():
+        for name, (_, device) in staged.twins.items():
             stored = own.get(name, {})
             if memory := plan.memories.get(name):
                 stored = dict(memory.content.sections)
@@ -63,6 +69,10 @@ class Swap:
                     self.notes[name] = note
                     log.warning("%s: %s", name, note)
             device.nvm.update(plan.sections(name, stored))
+        now_ns = self.bench.now_ns
+        if not plan.is_start:
+            self._record(plan, staged, [each.name for each in leaving if each.name in twins], now_ns)
+        for group, device in staged.twins.values():
             self.bench.add(group, device)
         if plan.is_start:
             join_devices(self.bench, plan.config, self.configured.catalogue)
@@ -70,10 +80,18 @@ class Swap:
         self._add(plan, staged)
         if not plan.is_start:  # then all are set going together
             for _, device in staged.twins.values():
-                self.bench.set_going(device)
+                self.bench.set_going(device, now_ns)
         self._inject(plan)
         self.watches.exchanged(plan.named("remove", "restart", "add"))
         return gone, leaving
+
+    def _record(self, plan: BenchPlan, staged: Staged, left: list[str], now_ns: SimTimeNs) -> None:
+        """Put the reload into the recording of the run. ``left``: twins that were removed."""
+        begun = (
+            Begun(name, axis_seed(plan.config, staged.seeds[name]), group.now_ns, dict(device.nvm))
+            for name, (group, device) in staged.twins.items()
+        )
+        self.recording.reload(Reloaded(now_ns, as_simulated(plan.config), tuple(left), tuple(begun)))
 
     def _take_away(self, plan: BenchPlan, staged: Staged, device: Device) -> list[Port]:
         """Remove a device; answers its ports that have gone. Ports that the new one keeps are vacated."""

@@ -114,7 +114,9 @@ class DriveDevice(RealDevice):
             was_cut_short, drive.now_ns, effective_at_ns, at_most_s, lambda: _END_LOOK_S
         )
 
-    def watch(self, part: str, interval_ns: int | Fraction, call: Callable[[bytes], object]) -> Watch:
+    def watch(
+        self, part: str, interval_ns: int | Fraction, points: int, call: Callable[[bytes], object]
+    ) -> Watch:
         return DriveSamples(self._control, float(interval_ns), call)
 
     def signals(self, part: str, names: object) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 from hil.vocab.axis import AxisNow
 from hil.vocab.desk_protocol import AxisLook, Done, Watch
+from hil.vocab.device import DeviceProcessor
 from hil.vocab.ports import Port, PortStats
 from hil.vocab.verbs import VerbRefused
 
@@ -53,6 +54,9 @@ class RealDevice(ABC):
     def pin(self, part: str, pin: str, level: int) -> Done:
         self._refuse()
 
+    def processor(self) -> DeviceProcessor:
+        raise VerbRefused("cannot", f"{self.name} is real: what is in its processor cannot be seen")
+
     def drive(self, part: str, train: Sequence[Any]) -> Done:
         self._refuse()
 
@@ -78,7 +82,9 @@ class RealDevice(ABC):
     ) -> dict[str, bool]:
         self._refuse()
 
-    def watch(self, part: str, interval_ns: int | Fraction, call: Callable[[bytes], object]) -> Watch:
+    def watch(
+        self, part: str, interval_ns: int | Fraction, points: int, call: Callable[[bytes], object]
+    ) -> Watch:
         self._refuse()
 
     def signals(self, part: str, names: Sequence[str]) -> tuple[str, ...]:

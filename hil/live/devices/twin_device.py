@@ -11,10 +11,12 @@ from hil.core import CoreAxis
 from hil.core.axis_kind import ANGLE
 from hil.core.fields import packed
 from hil.live.devices.real_device import NO_PORT, port_counters, port_row
+from hil.live.devices.twin_processor import TwinProcessor
 from hil.live.memory_commits import Commits
 from hil.live.motion_wait import motion_ended
 from hil.live.places import Places
 from hil.live.port_link import PortLink
+from hil.live.program_watch import NO_PROGRAMS, ProgramWatch
 from hil.live.sim_backends import UartBackend
 from hil.runs.twin_axes import TwinAxis
 from hil.sim.bench import BenchRuntime
@@ -61,9 +63,11 @@ class TwinDevice:
     is_talking = False
     where = ""
 
-    def __init__(self, home: TwinHome, device: Twin, profile: Profile) -> None:
+    def __init__(
+        self, home: TwinHome, device: Twin, profile: Profile, programs: ProgramWatch = NO_PROGRAMS
+    ) -> None:
         self.name = device.name
-        self._home, self._sim, self._device = home, home.sim, device
+        self._home, self._sim, self._device, self._programs = home, home.sim, device, programs
         axes = ["", *(axis for axis in device.axes if axis != device.axes.first)]
         self._infos = {axis: info_of(device, axis, profile) for axis in axes}
 
@@ -122,6 +126,11 @@ class TwinDevice:
         if pin not in pins:
             raise VerbRefused("bad_parameter", "; ".join(no_input(self._at(part), pin, pins)))
         return self._give(part, Pin(pin, level))
+
+    def processor(self) -> TwinProcessor:
+        if not self._device.processors:
+            raise VerbRefused("cannot", f"{self.name} has no processor that runs a program of yours")
+        return TwinProcessor(self._sim, self._device)
 
     def drive(self, part: str, train: Sequence[Edges]) -> Done:
         inputs = self._axis(part).pins
@@ -187,8 +196,10 @@ class TwinDevice:
     def _motion(self, part: str) -> AxisState:
         return self._axis(part).kind.motion(self._sim.snapshot(self._at(part)))
 
-    def watch(self, part: str, interval_ns: int | Fraction, call: Callable[[bytes], object]) -> Watch:
-        return Samples(self._home.sampler, self._at(part), interval_ns, call)
+    def watch(
+        self, part: str, interval_ns: int | Fraction, points: int, call: Callable[[bytes], object]
+    ) -> Watch:
+        return Samples(self._home.sampler, self._at(part), interval_ns, points, call)
 
     def signals(self, part: str, names: Sequence[str]) -> tuple[str, ...]:
         kind = self._axis(part).kind
@@ -240,6 +251,7 @@ class TwinDevice:
         shots = {axis: each.published().as_dict() for axis, each in motors.items()}
         own = home.notes.get(self.name)
         notes = [*([own] if own else []), *device.notes.values(), *self._load_notes(shots)]
+        notes += self._programs.notes()
         first = device.axes.first
         return {
             **port_counters(place.port.stats() if place else NO_PORT),
@@ -285,10 +297,15 @@ class Samples:
     """Watch on samples of an axis, which wait in the core until they are taken."""
 
     def __init__(
-        self, sampler: Sampler, axis: str, interval_ns: int | Fraction, call: Callable[[bytes], object]
+        self,
+        sampler: Sampler,
+        axis: str,
+        interval_ns: int | Fraction,
+        points: int,
+        call: Callable[[bytes], object],
     ) -> None:
         self._sampler = sampler
-        self._subscription = sampler.subscribe(axis, (), interval_ns)
+        self._subscription = sampler.subscribe(axis, (), interval_ns, points)
         self._call = call
 
     @property

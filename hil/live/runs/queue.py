@@ -10,7 +10,6 @@ for: they have to be free when a run is submitted and when it starts.
 """
 
 import asyncio
-import hashlib
 import logging
 from collections.abc import Callable, Collection, Coroutine, Iterable, Mapping
 from dataclasses import replace
@@ -29,6 +28,7 @@ from hil.runs.run_document import DOCUMENT_BYTES
 from hil.vocab.axis import Axes, AxisNow, How
 from hil.vocab.desk_protocol import Source
 from hil.vocab.near_words import meant
+from hil.vocab.text_digest import text_digest
 from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")
@@ -73,8 +73,6 @@ class RunQueue:
         self._starts_soon = False
         self.progress: dict[str, Progress] = {}
         """Progress of all runs that are remembered, by name, in the order of their submission."""
-        self._digests: dict[str, bytes] = {}
-        """Digests of the runs' texts, by name."""
         self.listeners: list[Callable[[Progress], None]] = []
         """Called when a run's state or step changes, and ten times a second while it moves."""
 
@@ -189,7 +187,7 @@ class RunQueue:
         known = self.progress.get(name)
         if known is None or fresh:
             return None
-        if self._digests[name] != _digest(text):
+        if known.digest != text_digest(text):
             why = f"the run {name} has another text, and is {known.state}"
             raise VerbRefused("not_now", f"{why}: give this one another name")
         known.submissions += 1
@@ -229,7 +227,7 @@ class RunQueue:
         self.progress.pop(entry.name, None)
         self._entries[entry.name], self.progress[entry.name] = entry, entry.progress
         self._reservations.reserve(entry.name, entry.devices)
-        self._digests[entry.name] = _digest(entry.text)
+        entry.progress.digest = text_digest(entry.text)
 
     # ---- beginning and ending ----
 
@@ -271,7 +269,7 @@ class RunQueue:
         self._reservations.release(entry.name)
         ended = [name for name, progress in self.progress.items() if progress.is_over]
         for name in ended[: max(len(ended) - KEPT, 0)]:
-            del self.progress[name], self._digests[name]
+            del self.progress[name]
         self._tell(entry.progress)
         if not self._starts_soon:  # not here: of hundreds that wait each may fail as it starts
             self._starts_soon = True
@@ -295,7 +293,3 @@ def _refuse(text: str, waiting: Collection[QueuedRun]) -> None:
     characters = sum(len(entry.text) for entry in waiting)
     if len(waiting) >= WAITING or characters + len(text) > WAITING_CHARACTERS:
         raise VerbRefused("not_now", f"{len(waiting)} runs wait already; submit it again later")
-
-
-def _digest(text: str) -> bytes:
-    return hashlib.sha256(text.encode(errors="surrogatepass")).digest()

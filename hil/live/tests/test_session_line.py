@@ -12,9 +12,10 @@ from hil.live.port_link import BACKLOG_HOLD_BYTES, PortLink
 from hil.live.sim_backends import UartBackend
 from hil.sim.bench import BenchHooks
 from hil.sim.inputs import Bytes, Reset
+from hil.sim.processor_line import ProcessorLine
 from hil.sim.twin import Twin
 from hil.sim.uart import USB_HELD_BYTES
-from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main
+from hil.vocab.firmware import Board, ByteAvailable, CoreEvent, Delay, Main, UartFrame
 from hil.vocab.line_format import LineFormat, format_named
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.serial_line import character_ns, resample
@@ -293,6 +294,68 @@ def test_a_client_is_told_of_errors_in_what_it_reads() -> None:
     link.backend.release(FOREVER)
     assert bytes(port.got) == b"up"
     assert port.errors == [(False, True)]  # u and p have five and three ones
+
+
+class FormattedProcessor:
+    """Processor that runs, and whose program has set a format. It hears nothing."""
+
+    is_running = True
+    baud = 9600
+
+    def __init__(self, name: str) -> None:
+        found = format_named(name)
+        assert found
+        self.line_format = found
+        self.heard: list[tuple[int, int]] = []
+
+    def hear(self, start_ns: int, bit_ns: float, bits: int, length: int, *, is_broken: bool) -> bool:
+        self.heard.append((bits, length))
+        return True
+
+    def retract(self, after_ns: int) -> None:
+        """Ignored: it hears nothing."""
+
+
+@pytest.mark.parametrize(
+    ("sent", "read", "got", "errors"),
+    [
+        ("8E1", "8E1", b"ae", []),
+        ("8E1", "8N1", b"ae", [(True, False)]),  # the parity bit of e is 0 where a stop bit is looked for
+        ("8E1", "8O1", b"ae", [(False, True)]),
+        ("7E1", "8N1", b"\xe1e", []),
+        ("7E1", "7E1", b"ae", []),
+    ],
+)
+def test_frames_of_a_program_have_its_format(
+    sent: str, read: str, got: bytes, errors: list[tuple[bool, bool]]
+) -> None:
+    bench = Bench()
+    device, port = bench.add("m1", Echo, 9600), UsbPort(9600, read)
+    link = joined(bench, device, port)
+    processor = FormattedProcessor(sent)
+    uart = device.uarts[""]
+    uart.processor = ProcessorLine(processor)
+    for number, byte in enumerate(b"ae"):
+        at_ns = SimTimeNs(number * 2_000_000)
+        uart.send_frame(at_ns, UartFrame(byte, processor.line_format, 9600))
+        link.backend.send(at_ns, bytes((byte,)))  # as it is handed on
+    link.backend.flush()
+    link.backend.release(FOREVER)
+    assert (bytes(port.got), port.errors) == (got, errors)
+
+
+@pytest.mark.parametrize("port", [MemoryPort(9600), UsbPort(9600, "8E1"), UsbPort(9600, "8N1")])
+def test_a_program_hears_a_client_in_the_clients_format(port: MemoryPort) -> None:
+    bench = Bench()
+    device = bench.add("m1", Echo, 9600)
+    link = joined(bench, device, port)
+    processor = FormattedProcessor("8E1")
+    device.uarts[""].processor = ProcessorLine(processor)
+    link.received(b"e")
+    is_8n1 = (
+        isinstance(port, UsbPort) and port.name == "8N1"
+    )  # another port does not say: as the program has it
+    assert processor.heard == [(0x65, 8 if is_8n1 else 9)]
 
 
 # ---- broken firmware ----

@@ -1,5 +1,6 @@
 """Watches of clients that do not come back for their samples."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
@@ -15,8 +16,11 @@ class _Bench:
     def __init__(self) -> None:
         self.new: dict[str, int] = {}
 
-    def watch(self, axis: str, slot: int, interval_ns: Any, capacity: int) -> None:
+    def watch(self, axis: str, slot: int, interval_ns: Any, capacity: int, points: int) -> None:
         """Nothing has to be done."""
+
+    def table_names(self, axis: str, fields: Iterable[str]) -> list[str]:
+        return list(fields)
 
     def take_samples(self, axis: str, slot: int) -> tuple[list[bytes], int]:
         return [bytes(8)] * self.new.pop(axis, 0), 0

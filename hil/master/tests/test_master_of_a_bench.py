@@ -60,6 +60,7 @@ def at(bench: ServedBench, tap: str, latency_ms: int | None = None):
     return open_line(tap, runtime_dir=bench.folder / "run", latency_ns=latency_ns)
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name)")  # pyserial's rfc2217://
 @pytest.mark.parametrize("tap", ["bus0.master", "bus0.net", "bus0.far"])
 def test_nodes_are_commanded_and_found(bench: ServedBench, tap: str) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from hil.host.real_time import Grant
 from hil.live.places import Places
+from hil.live.run_recording import RunRecording
 from hil.operations.health import Health
 from hil.operations.reports import Reports, SharedReport
 from hil.vocab.monitoring import HealthProblem
@@ -126,7 +127,13 @@ def bench_of(devices: dict[str, Any]) -> Reports:
     rt = dict.fromkeys(("elapsed_ns", "ticks", "missed", "overruns"), 0) | {"wake_latency": []}
     sim: Any = SimpleNamespace(
         core=SimpleNamespace(native=SimpleNamespace(rt_stats=lambda: rt)),
-        **{"wires": {}, "cards": {}, "now_ns": 0, "real_time": SimpleNamespace(lag=[])},
+        **{
+            "devices": {},
+            "wires": {},
+            "cards": {},
+            "now_ns": 0,
+            "real_time": SimpleNamespace(lag=[], is_held=False),
+        },
     )
     config = SimpleNamespace(profile="p", hardware=None, port=None, ports_by_uart=dict)
     configured: Any = SimpleNamespace(
@@ -142,7 +149,7 @@ def bench_of(devices: dict[str, Any]) -> Reports:
     known: Any = devices
     grant, places = Grant(80, 1, {}), Places()
     health = Health(sim, known, places, commits, vitals, grant, Path(), False, {})
-    return Reports(sim, configured, places, known, nothing, {}, grant, health, nothing)
+    return Reports(sim, configured, places, known, nothing, {}, grant, health, nothing, RunRecording())
 
 
 @pytest.mark.parametrize("is_reloaded", [False, True])

@@ -32,8 +32,16 @@ NO_KEYWORD = {
     ),
     **dict.fromkeys(("status", "health", "metrics", "segments", "buses", "benches"), "reports of a daemon"),
     **dict.fromkeys(("watch", "samples", "unwatch", "capture", "wait"), "streams and waits of a connection"),
-    **dict.fromkeys(("reload", "stop", "part"), "the daemon itself"),
+    **dict.fromkeys(("reload", "stop", "part", "pause", "resume"), "the daemon itself"),
+    **dict.fromkeys(
+        ("past", "past_state", "past_samples", "past_bytes", "past_packets", "past_find"),
+        "a daemon's recording",
+    ),
     **dict.fromkeys(("run", "runs", "cancel_run", "pace_run", "drawing"), "runs: the kit has them"),
+    **dict.fromkeys(
+        ("processor", "load_program", "count", "counted", "debug"),
+        "a program is in the configuration: `firmware:`; the others are for `hil sketch`",
+    ),
     **dict.fromkeys(("drive", "play", "attach", "detach", "transmit"), "rows of times or frames"),
 }
 """Operations without a keyword, and why."""

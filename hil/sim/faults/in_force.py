@@ -105,6 +105,7 @@ class Faults:
         """Begin a fault now or later, as an input. ``check`` has found it good."""
         place = self._parts.place(fault.target)
         assert place
+        self._count = max(self._count, number)  # one of a log: new ones come behind it
         self.active[number] = fault
         begin_ns = SimTimeNs(now_ns + round(fault.number("start_s") * NS_PER_S))
         self.begin_ns[number] = begin_ns

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from hil.sim.bench_parts import FaultPlace
+from hil.sim.faults import processor_faults
 from hil.sim.inputs import Reset
 from hil.vocab.faults import Fault
 from hil.vocab.time import SimTimeNs
@@ -22,6 +23,11 @@ def happen(fault: Fault, place: FaultPlace, now_ns: SimTimeNs) -> None:
     if fault.kind == "steps_lost":
         assert place.axis
         place.axis.fault("shift_rev", fault.number("turn_deg") / 360)
+        return
+    if fault.layer == "chip":
+        assert place.axis
+        assert place.axis.processor
+        processor_faults.happen(fault, place.axis.processor)
         return
     place.device.apply(Reset(), now_ns)
     run(place, now_ns)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hil.core import CoreAxis
+from hil.vocab import faults as faults_of
 from hil.vocab.faults import Fault
 
 COUNTS = 16384
@@ -44,6 +45,11 @@ def axis_state(
                 state |= {"noise_seed": fault.number("seed"), "noise_counts": fault.number("counts")}
             case "encoder_freeze":
                 state["freeze"] = 1
+            case "chip_eeprom_worn":
+                state["eeprom_worn"] = 1
+            case faults_of.PIN_STUCK:
+                name = "stuck_high" if fault.number("level") else "stuck_low"
+                state[name] = int(state[name]) | 1 << int(fault.number("pin"))
             case "encoder_disconnect":
                 state["open_line"] = 1
             case kind:

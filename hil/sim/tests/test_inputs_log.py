@@ -8,11 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.sim.input_log import InputLogWriter, read_input_log
+from hil.sim.input_log import InputLogWriter
 from hil.sim.input_reading import LATEST_NS, decode, read_line
 from hil.sim.inputs import (
+    KINDS,
     Bytes,
     CommitDone,
+    Inject,
     Input,
     InputLogError,
     Logged,
@@ -23,6 +25,9 @@ from hil.sim.inputs import (
     Stopped,
     encode_line,
 )
+from hil.sim.log_format import CHECK, END, HEADER, LINES, RELOAD, SENT, input_lines
+from hil.sim.log_reading import read_input_log
+from hil.sim.reloads import Begun, Reloaded, decode_reload, encode_reload
 from hil.vocab.time import SimTimeNs
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=10)
@@ -118,7 +123,7 @@ def test_a_last_line_that_was_cut_is_left_out() -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [("hil-inputs", "hil-nothing"), ('"version":2', '"version":99'), ('"nvm"', '"mvn"'), ("{", "[")],
+    [("hil-inputs", "hil-nothing"), ('"version":3', '"version":99'), ('"nvm"', '"mvn"'), ("{", "[")],
 )
 def test_another_file_is_refused(change: tuple[str, str]) -> None:
     with pytest.raises(InputLogError):
@@ -131,8 +136,47 @@ def test_the_header_names_format_version_and_program() -> None:
     header = json.loads(written({"bench": "b"}, {"m1": {"lookup": b"\0\1"}}, []))
     assert header == {
         "format": "hil-inputs",
-        "version": 2,
+        "version": 3,
         "program": "test",
+        "begun": None,
+        "speed": 1.0,
         "config": {"bench": "b"},
         "nvm": {"m1": {"lookup": "AAE="}},
     }
+
+
+def test_the_table_of_the_format_has_what_is_written_and_read() -> None:
+    for _, _, fields in input_lines():
+        assert all(each.type for each in fields)
+    assert [name for name, _, _ in input_lines()] == list(KINDS)
+    file = io.StringIO()
+    about = {"ports": {"m1": "pty"}, "forked_from": "run.hil at 5s"}
+    clock = lambda: (5, "2026-11-29T00:09:16.000000Z")  # noqa: E731
+    writer = InputLogWriter(file, "test", {}, {}, clock=clock, about=about)
+    writer.write(Logged(SimTimeNs(5), "m1", Inject(1, "byte_flip", ())))
+    writer.checks.check()
+    writer.end()
+    header, _, check, end = map(json.loads, file.getvalue().splitlines())
+    for line, fields in ((header, HEADER), (check, CHECK), (end, END)):
+        assert list(line) == [each.name for each in fields] or set(line) == {each.name for each in fields}
+    assert set(LINES.values()) == {HEADER, SENT, RELOAD, CHECK, END}
+    assert list(json.loads(encode_reload(Reloaded(5, {}, (), ())))) == [each.name for each in RELOAD]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"begun": 5}, {"begun": [["m1", 5]]}, {"removed": "m1"}, {"reload": []}, {"nvm": {"m1": {"a": 5}}}],
+)
+def test_what_is_no_reload_is_refused(change: dict[str, Any]) -> None:
+    good = Reloaded(5, {"bench": "b"}, ("m1",), (Begun("m1", 7, 4, {"lookup": b"\1"}),))
+    assert decode_reload(json.loads(encode_reload(good))) == good
+    with pytest.raises(InputLogError):
+        decode_reload(json.loads(encode_reload(good)) | change)
+
+
+@given(LOGGED)
+def test_an_inputs_line_has_the_fields_of_the_table(logged: Logged) -> None:
+    values = json.loads(encode_line(logged))
+    table = {name: fields for name, _, fields in input_lines()}[values["input"]]
+    needed = {each.name for each in table if not each.is_optional}
+    assert needed <= set(values) - {"at_ns", "device", "input"} <= {each.name for each in table}

@@ -163,6 +163,27 @@ def test_csv() -> None:
     assert "".join(recording.csv()) == "at_ns,r,loop_on\n1000,0.5,1\n2000,1.5,0\n"
 
 
+def test_csv_of_extremes_says_so() -> None:
+    recording = Recording(("r",), [(1000, 0.5), (2000, 1.5)], interval_ns=2_500_000, points=50)
+    assert "".join(recording.csv()) == (
+        "at_ns,r,sampling\n1000,0.5,min/max of each 2.5 ms\n2000,1.5,min/max of each 2.5 ms\n"
+    )
+    assert Recording(("r",), interval_ns=250_000).sampling == "a sample each 0.25 ms"
+    assert Recording(("r",)).sampling == ""
+
+
+def test_lines_and_axes_of_a_picture_have_words() -> None:
+    pytest.importorskip("matplotlib")
+    rows = [(at * 1e6, 60.0, at * 0.1, 0.2) for at in range(50)]
+    recording = Recording(("velocity_rpm", "yw", "torque_Nm"), rows)
+    svg = picture.drawn({"": recording}, ".svg", "rack: m1", "a sample each 1 ms").decode()
+    for words in (
+        "shaft speed [rpm]", "velocity_rpm [rpm]", "shaft speed", "yw [deg]", "calibrated angle with",
+        "turns", "torque [Nm]", "simulated time [s]", "rack: m1", "a sample each 1 ms",
+    ):  # fmt: skip
+        assert f"<!-- {words} -->" in svg, words
+
+
 def test_a_set_point_that_is_a_velocity_is_not_drawn_as_an_angle() -> None:
     recording = Recording(("r", "yw", "velocity_rpm"))
     assert recording.panels() == [["r", "yw"], ["velocity_rpm"]]

@@ -89,6 +89,62 @@ def test_who_goes_takes_nothing_from_the_others() -> None:
     assert sampler.period_ns is None
 
 
+def test_extremes_are_those_of_what_was_seen() -> None:
+    bench, sampler = bench_of("m1")
+    bench.parts.axis("m1").set("load_torque_Nm", 0.4)  # it swings
+    points = 12
+    interval_ns = Fraction(NS_PER_S, 60)
+    pairs = sampler.subscribe("m1", ("position_deg", "current_a_A"), interval_ns, points)
+    every = sampler.subscribe("m1", ("position_deg", "current_a_A"), interval_ns / points)
+    bench.advance(SimTimeNs(NS_PER_S // 2))
+    sampler.poll()
+    seen, told = every.drain(), pairs.drain()
+    assert len(seen) == 30 * points
+    assert len(told) == 2 * 30
+    for number in range(30):
+        interval = seen[number * points : (number + 1) * points]
+        first, last = told[2 * number : 2 * number + 2]
+        assert (first[0], last[0]) == (interval[0][0], interval[-1][0])
+        for column in (1, 2):
+            values = [row[column] for row in interval]
+            assert sorted((first[column], last[column])) == [min(values), max(values)]
+            if first[column] != last[column]:
+                assert values.index(first[column]) < values.index(last[column])
+
+
+def test_extremes_and_samples_of_an_interval_stand_beside_each_other() -> None:
+    bench, sampler = bench_of("m1")
+    samples = sampler.subscribe("m1", (), 10**6)
+    pairs = sampler.subscribe("m1", (), 10**6, 4)
+    assert sampler.period_ns == 4096 * 500_000
+    bench.advance(SimTimeNs(10**7))
+    assert times_of(sampler, samples) == grid(10**6, 0, 10**7)
+    assert len(pairs.drain()) == 20
+    sampler.unsubscribe(samples)
+    bench.advance(SimTimeNs(2 * 10**7))
+    assert len(times_of(sampler, pairs)) == 20
+    sampler.unsubscribe(pairs)
+    assert sampler.period_ns is None
+
+
+@pytest.mark.parametrize("points", [0, -1, 21, 10**9])
+def test_looks_are_apart(points: int) -> None:
+    _, sampler = bench_of("m1")
+    with pytest.raises(
+        ValueError, match=f"{points} points in 1000000 ns; write 1 to 20: they are 50000 ns apart"
+    ):
+        sampler.subscribe("m1", (), 10**6, points)
+
+
+def test_looks_for_extremes_count() -> None:
+    bench, _ = bench_of("m1", "m2")
+    sampler = Sampler(bench, 1000)
+    sampler.subscribe("m1", (), 10**7, 20)  # 200 samples a second, 2000 looks
+    sampler.subscribe("m1", (), 10**7, 20)  # and 200 more of the same looks
+    with pytest.raises(ValueError, match="1,000 samples a second"):
+        sampler.subscribe("m2", (), 10**7, 20)
+
+
 @pytest.mark.parametrize(
     ("interval_ns", "why"),
     [

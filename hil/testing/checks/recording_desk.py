@@ -82,6 +82,7 @@ class RecordingDesk:
         call: Callable[..., object],
         *,
         interval_ns: int | Fraction = 0,
+        points: int = 1,
     ) -> Watch:
         watching = _Watching(self)
         self.watches.add(watching)

@@ -1,6 +1,7 @@
 """Files of a test that failed, for who looks later: ``pytest --hil-artifacts DIR``."""
 
 import re
+import time
 import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -25,6 +26,8 @@ MOST_PICTURES = 12
 """Maximum number of axes of a bench that are drawn, some 0.3 s each: first those with faults, then those that
 move."""
 PAGE = "failure.html"
+FLUSHED_S = 0.3
+"""Time after which a daemon's recording has what has happened."""
 
 
 def folder_name(node_id: str) -> str:
@@ -82,7 +85,7 @@ class FailureFolder:
             self._files[-1].path.write_bytes(picture)
 
     def add_live(self, bench: "ServedBench") -> Iterator[Section]:
-        """Keep what the daemon of a live bench has said, and its traffic."""
+        """Keep what the daemon of a live bench has said, its traffic, and its recording."""
         mark, name = self._next_mark(), bench.info.get("bench", "live")
         if bench.log_file.exists():
             log = self._new(f"hil{mark}.log", f"log of hil serve {name}")
@@ -91,6 +94,10 @@ class FailureFolder:
             capture = bench.capture_file.read_bytes()
             kept = self._new(f"capture{mark}.pcapng", f"traffic of {name}: hil decode, Wireshark")
             kept.write_bytes(capture[: whole_blocks(capture)])
+        if bench.recording_file.exists():
+            time.sleep(FLUSHED_S)  # what led to the failure has to be in it
+            recording = self._new(f"run{mark}.hil.gz", f"recording of {name}: hil replay runs it again")
+            recording.write_bytes(bench.recording_file.read_bytes())
         yield from ()
 
     def write_page(self, failure: str) -> Path:

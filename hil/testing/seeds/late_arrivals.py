@@ -46,9 +46,13 @@ class LateArrivals:
         drawn_ns = self._runtime.now_ns + self._chance.randrange(self._window_ns + 1)
         at_ns = SimTimeNs(max(drawn_ns, self._last_ns.get(target, 0)))
         self._last_ns[target] = at_ns
+        self.arrive(at_ns, target, given)
+        return True
+
+    def arrive(self, at_ns: SimTimeNs, target: str, given: Input) -> None:
+        """Let an input come at a time."""
         self._count += 1
         insort(self._waiting, (at_ns, self._count, target, given), key=lambda each: each[:2])
-        return True
 
     def passed(self, now_ns: SimTimeNs) -> None:
         """Let those take effect whose time has come."""

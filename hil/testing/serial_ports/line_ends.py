@@ -6,7 +6,7 @@ from typing import Protocol
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.flight import heard, joined
-from hil.sim.inputs import Bytes, Reset
+from hil.sim.inputs import Bytes, LineOpened, Reset
 from hil.sim.segment_tap import Tap
 from hil.sim.twin import Twin
 from hil.sim.uart import DeviceUart
@@ -42,6 +42,9 @@ class LineEnd(Protocol):
 
     def set_line(self, baud: int, line_format: LineFormat) -> None:
         """Set the client's speed and format from now on."""
+
+    def opened(self) -> None:
+        """Note that a first client has opened the port, or that its DTR has come on."""
 
     def closed(self) -> None:
         """Note that the last client has closed the port."""
@@ -121,6 +124,10 @@ class UartEnd:
         self._flush()  # what is on the line was heard at the speed of then
         self._client_baud, self._format = baud or None, line_format
 
+    def opened(self) -> None:
+        if self._device.resets_when_opened:
+            self._runtime.apply_to(self._device, LineOpened(self._name))
+
     def closed(self) -> None:
         if self._resets and self._client_baud == TOUCH_BAUD:
             self.reset()
@@ -166,6 +173,9 @@ class TapEnd:
     def set_line(self, baud: int, line_format: LineFormat) -> None:
         """Set the speed; the segment says the format."""
         self._client_baud = baud or None
+
+    def opened(self) -> None:
+        """Wake nothing: a tap has no RESET."""
 
     def closed(self) -> None:
         """Leave the tap on its wire."""

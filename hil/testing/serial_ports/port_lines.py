@@ -32,7 +32,9 @@ class PortLines:
 
     def set(self, lines_on: int, now_ns: SimTimeNs) -> None:
         """Set the client's lines."""
-        self.on = lines_on
+        was_on, self.on = self.on, lines_on
+        if lines_on & ~was_on & termios.TIOCM_DTR:
+            self._end.opened()
         if self._touched:
             self._end.is_heard = bool(lines_on & AT_OPENING)
             self._watch_touch(now_ns)

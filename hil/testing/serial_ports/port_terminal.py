@@ -63,6 +63,8 @@ class PortTerminal:
             self._set_line(now_ns)
             if self.lines:
                 self.lines.set(AT_OPENING, now_ns)
+            else:
+                self.end.opened()
         self.opens += 1
 
     def close(self, now_ns: SimTimeNs) -> None:

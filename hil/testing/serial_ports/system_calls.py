@@ -80,7 +80,8 @@ class SystemCalls:
         if path not in self.terminals:
             raise _error(errno.ENOENT, f"no such port in this bench; {meant(path, self.terminals)}", path)
         terminal = self.terminals[path]
-        terminal.open(self.passing.now_ns)
+        with self.passing.inside():
+            terminal.open(self.passing.now_ns)
         return self._add(OpenTerminal(terminal))
 
     def _add(self, file: OpenTerminal | Abort) -> int:
@@ -123,8 +124,9 @@ class SystemCalls:
         pyserial would wait for each of them by itself."""
         now_ns = self.passing.now_ns
         if (missing := count - terminal.waiting(now_ns)) > 0:
-            until_ns = min(terminal.end.time_of(missing), until_ns)
-            if now_ns < until_ns < FOREVER:
+            last_ns = terminal.end.time_of(missing)  # FOREVER: none is on the line
+            until_ns = min(last_ns, until_ns)
+            if now_ns < until_ns and last_ns < FOREVER:
                 others = [each for each in fds if each != fd]
                 self.passing.wait(lambda: bool(self._found(others)), until_ns, "bytes", None)
 
@@ -222,7 +224,8 @@ class SystemCalls:
         terminal = self.terminal(fd)
         if request == termios.FIONREAD:
             return UINT.pack(self._poll(terminal))
-        return answer_request(terminal, request, argument, self.passing.now_ns)
+        with self.passing.inside():
+            return answer_request(terminal, request, argument, self.passing.now_ns)
 
     def tcgetattr(self, fd: int) -> list[Any]:
         """Settings of a terminal."""

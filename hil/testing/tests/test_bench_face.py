@@ -278,6 +278,7 @@ def test_frames_go_out_on_a_can_bus_and_come_back(kind: str) -> None:
                 bus.drives()
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_modbus_client_reads_at_the_door_of_a_served_bench() -> None:
     door = {"listen": "127.0.0.1:0"}

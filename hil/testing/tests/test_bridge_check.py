@@ -287,6 +287,7 @@ def test_a_good_bridge_passes() -> None:
     check_bridge(Lines, request=REQUEST)
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda broken: broken.__name__)
 def test_a_broken_one_is_found_by_the_word_for_it(broken: Callable[[Desk], Bridge]) -> None:

@@ -56,6 +56,7 @@ def specimen(folder: Path, mistake: str, old: str = "%s") -> Path:
     return board
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "board", sorted(path.parent for path in BOARDS.glob("*/board.py")), ids=lambda b: b.name
 )

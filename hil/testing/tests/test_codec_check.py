@@ -163,10 +163,12 @@ BROKEN: dict[Callable[[], Decode], tuple[str, str]] = {
 }
 
 
+@pytest.mark.thorough
 def test_a_good_codec_passes() -> None:
     check_codec(Lengths, MESSAGES, encode=encode)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda broken: broken.__name__)
 def test_a_broken_one_is_found_by_the_word_for_it(broken: Callable[[], Decode]) -> None:
     word, said = BROKEN[broken]

@@ -109,6 +109,7 @@ def of_test(said: str, name: str) -> str:
     return str(text)
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_report_says_where_the_bench_stands(ran: tuple[str, Path]) -> None:
     text = of_test(ran[0], "test_jammed[a/b c]")
@@ -169,8 +170,13 @@ def test_each_failure_has_a_folder(ran: tuple[str, Path]) -> None:
     two = {path.name for path in folders["test_cell.py-test_two_benches"].iterdir()}
     assert {"inputs.jsonl", "inputs-2.jsonl", "traffic-2.pcapng", "m1-2.svg"} <= two
     live = folders["test_cell.py-test_live"]
-    assert {path.name for path in live.iterdir()} == {"failure.html", "hil.log", "capture.pcapng"}
+    assert {path.name for path in live.iterdir()} == {
+        *("failure.html", "hil.log", "capture.pcapng", "run.hil.gz")
+    }
     assert next(each.data for each in read((live / "capture.pcapng").read_bytes())) == b"v\r"
+    recorded = replay(live / "run.hil.gz")
+    assert recorded.difference() is None
+    assert b"v\r" in [each.input.data for each in recorded.logged.inputs if isinstance(each.input, Bytes)]
 
 
 @pytest.mark.long

@@ -127,6 +127,7 @@ def test_in_memory_all_are_carried_out_but_the_rigs(tmp_path: Path) -> None:
     assert "hil: 1 test skipped at --hil=virtual:\n  1: kind=virtual: pytest --hil=FILE.yaml" in done.stdout
 
 
+@pytest.mark.thorough
 def test_live_what_needs_memory_is_skipped_and_counted(tmp_path: Path) -> None:
     done = run_tests(tmp_path, "--hil=live")
     assert "12 passed, 2 skipped" in done.stdout, done.stdout + done.stderr
@@ -137,6 +138,7 @@ def test_live_what_needs_memory_is_skipped_and_counted(tmp_path: Path) -> None:
     assert "SKIPPED [1] test_inner.py:" in said  # at the test's own line, not in the plugin
 
 
+@pytest.mark.thorough
 def test_at_a_real_board_what_it_cannot_do_is_skipped_with_the_reason(
     tmp_path: Path, desk: ServedBench
 ) -> None:

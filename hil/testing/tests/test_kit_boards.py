@@ -62,7 +62,7 @@ def test_a_board_of_hils_own_name_is_refused(tmp_path: Path) -> None:
     [
         ("[nowhere]", "profile_path.0: there is no folder nowhere (a relative one is looked up from this"),
         ("[boards, boards/namer]", "profile_path.1: boards/namer is a board itself (name the folder it"),
-        ("[empty]", "profile_path.0: there is no board in empty (a board is a folder with board.py and"),
+        ("[empty]", "profile_path.0: there is no board in empty (a board is a folder with profile.yaml and"),
         ("boards", "profile_path: "),
         ("[1]", "profile_path.0: YAML takes this for the number 1; text is wanted"),
         ("[~/boards]", "profile_path.0: no shell expands ~ here"),

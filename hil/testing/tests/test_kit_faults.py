@@ -6,7 +6,7 @@ from device_profiles.sac.packet import Malformed, PacketDecoder, encode
 from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
-from hil.vocab.faults import BUS_PART, CAN_NODE, FAULT_KINDS, MODBUS_NODE, FaultRefused
+from hil.vocab.faults import BUS_PART, CAN_NODE, FAULT_KINDS, MODBUS_NODE, PROCESSOR, FaultRefused
 
 CONFIG = {
     "bench": "f",
@@ -173,8 +173,8 @@ SEEN = {
 
 def test_each_kind_of_the_table_has_its_test():
     # Those of Modbus nodes are seen in test_kit_modbus_faults.py, those of CAN nodes in test_kit_canbus.py,
-    # those of parts on an arm's bus in test_walter_arm.py.
-    others = (MODBUS_NODE, CAN_NODE, BUS_PART)
+    # those of parts on an arm's bus in test_walter_arm.py, those of processors in test_processor.py.
+    others = (MODBUS_NODE, CAN_NODE, BUS_PART, PROCESSOR)
     assert set(SEEN) == {kind.name for kind in FAULT_KINDS.values() if kind.target not in others}
 
 

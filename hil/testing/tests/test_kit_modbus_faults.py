@@ -12,6 +12,7 @@ from bridges.modbus.registers import layout
 from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Play
+from hil.sim.log_checks import without_checks
 from hil.testing import Bench, replay
 from hil.vocab.faults import FAULT_KINDS, MODBUS_NODE, FaultRefused
 
@@ -208,7 +209,7 @@ def test_a_log_is_the_same_again() -> None:
     assert len(answers) >= 3
     assert replayed.runtime.segments["bus0"].counters(0)["collisions"] > 0
     spoiled = text.replace(answers[-1].data.hex(), "00" * len(answers[-1].data), 1)
-    assert "m1, piece" in str(replay(spoiled.splitlines(keepends=True)).difference())
+    assert "m1, piece" in str(replay(without_checks(spoiled)).difference())
 
 
 def test_the_same_session_is_the_same_text() -> None:

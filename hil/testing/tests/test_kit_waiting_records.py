@@ -6,8 +6,9 @@ import random
 import pytest
 
 from hil.sim.bench import BenchHooks
-from hil.sim.input_log import InputLogWriter, read_input_log
+from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Bytes, Reset
+from hil.sim.log_reading import read_input_log
 from hil.testing import Bench
 
 CONFIG = {

@@ -92,7 +92,9 @@ def test_it_leaves_nothing_behind(tmp_path: Path) -> None:
         assert len(made.info["control"]) < 100
     assert not folder.exists()
     assert not Path(f"/proc/{pid}").exists()
-    assert {path.name for path in (tmp_path / "kept").iterdir()} == {"hil.log", "capture.pcapng"}
+    assert {path.name for path in (tmp_path / "kept").iterdir()} == {
+        *("hil.log", "capture.pcapng", "run.hil.gz")
+    }
     assert dict(os.environ) == before
 
 
@@ -128,6 +130,7 @@ def test_boards_that_are_late_are_no_endless_wait() -> None:
     assert time.monotonic() - begun_s < 15
 
 
+@pytest.mark.thorough
 def test_reports_of_tests_that_fail(tmp_path: Path) -> None:
     (tmp_path / "test_inner.py").write_text(INNER)
     env = os.environ | {

@@ -315,10 +315,12 @@ BROKEN: dict[Callable[[Path], Port], tuple[str, str]] = {
 }
 
 
+@pytest.mark.thorough
 def test_a_good_port_passes() -> None:
     check_port(Small, held_bytes=HELD_BYTES)
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda broken: broken.__name__)
 def test_a_broken_one_is_found_by_the_word_for_it(broken: Callable[[Path], Port]) -> None:

@@ -63,6 +63,7 @@ def off(text, machine):
     return deviation(asked_path(motions_of(text), machine), places)
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_circle_of_50_mm_at_1200_mm_per_min():
     found = off("G21 G90\nG0 X50\nG3 I-50 F1200", mill("xy", tolerance_mm=0.05))
@@ -86,6 +87,7 @@ def test_each_way_of_a_tiny_engraving():
     assert found.rest <= 0.02
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["engraving.ngc", "mixed_units.ngc", "expressions.ngc"])
 def test_programs_of_other_programs_stay_within_the_tolerance(name):

@@ -114,6 +114,7 @@ def test_three_axes_at_50_ms_keep_up_at_38400_baud():
     assert 40 <= load.needed_per_s <= 75 < 94 < load.possible_per_s
 
 
+@pytest.mark.thorough
 def test_ten_thousand_motions_in_a_second():
     motions = [
         Straight(TextPlace(n, 1), False, Point(x=n % 100 * 0.5, y=n % 7 * 0.3), Feed("per_minute", 1200.0))

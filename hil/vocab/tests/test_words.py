@@ -26,6 +26,7 @@ FORMS = {
     "typed_bytes": {"typed"},  # how bytes are spelled where people type them
     "shown_text": {"printable", "printable_lines", "_escaped"},  # how a text from outside is shown
     "verbs": {"checked", "described", "table_of"},
+    "text_digest": {"text_digest"},  # what a run or a drawing is known by
     "late_dataclass": {"make_later"},  # when the dataclasses of all words are made
     "wire": {"one_of", "errors_of", "counted"},  # how a wire tells its counters, for all buses
 }

@@ -185,3 +185,22 @@ def test_a_binary_flood_both_ways_arrives_whole(tmp_path: Path) -> None:
         assert port.stats().dropped_bytes == 0
 
     run(tmp_path, scenario)
+
+
+def test_the_first_client_opens_the_line_before_its_bytes_come(tmp_path: Path) -> None:
+    async def scenario(port: Port, board: RecordingHost) -> None:
+        first = client(port)
+        os.write(first, b"abc")
+        await until(lambda: len(board.got) == 3)
+        second = client(port)
+        os.write(second, b"d")
+        await until(lambda: len(board.got) == 4)
+        assert board.openings == [0]
+        os.close(first)
+        os.close(second)
+        await until(lambda: port.stats().clients == 0)
+        third = client(port)
+        await until(lambda: board.openings == [0, 4])
+        os.close(third)
+
+    run(tmp_path, scenario)

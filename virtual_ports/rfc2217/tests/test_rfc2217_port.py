@@ -261,3 +261,29 @@ def test_any_bytes_in_any_pieces_mean_the_same(data, cuts):
 def test_what_is_encoded_is_decoded(data):
     telnet = Telnet("x")
     assert telnet.decode(telnet.encode(data)) == (data, b"")
+
+
+def test_dtr_that_comes_on_opens_the_line() -> None:
+    def script(client: serial.Serial) -> None:
+        client.write(b"ab")
+        client.dtr = False
+        client.dtr = True
+        client.write(b"c")
+        client.dtr = True
+        client.write(b"d")
+
+    host = with_client(script)
+    assert host.got == b"abcd"
+    assert host.openings[0] == 0
+    assert len(host.openings) == 2
+    assert host.openings[1] <= 2  # before what is sent after it
+
+
+def test_dtr_of_one_of_two_clients_opens_nothing() -> None:
+    def script(client: serial.Serial) -> None:
+        with serial.serial_for_url(client.portstr, 38400, timeout=10) as other:
+            other.dtr = False
+            other.dtr = True
+            other.write(b"a")
+
+    assert with_client(script).openings == [0]

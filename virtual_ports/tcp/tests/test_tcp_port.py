@@ -325,3 +325,18 @@ def test_options_that_mean_nothing_are_refused(options: dict[str, object]) -> No
 
 def test_every_option_is_described() -> None:
     assert all("description" in field for field in Options.model_json_schema()["properties"].values())
+
+
+def test_the_first_client_opens_the_line() -> None:
+    async def scenario(port: Port, host: RecordingHost) -> None:
+        with connect(port) as first:
+            first.send(b"a")
+            await until(lambda: host.got == b"a")
+            with connect(port) as second:
+                second.send(b"b")
+                await until(lambda: host.got == b"ab")
+        await until(lambda: port.stats().clients == 0)
+        with connect(port):
+            await until(lambda: host.openings == [0, 2])
+
+    run(scenario)

@@ -356,3 +356,12 @@ def test_a_driver_that_leaves_takes_all_with_it(wire: Wire) -> None:
         False,
         1,
     )
+
+
+def test_dtr_that_comes_on_is_counted() -> None:
+    wire = Wire()
+    seen = []
+    for lines in (3, 1, 0, 2, 3, 3):
+        wire.control(request(0x21, 0x22, lines, 0))
+        seen.append(wire.device.rises)
+    assert seen == [1, 1, 1, 1, 2, 2]

@@ -2,6 +2,8 @@
 
 import type { Ring } from "./ring";
 
+const SAME_MOMENT_s = 1e-9;
+
 /** Make the arrays for `decimate`: one for each column. */
 export function display(ring: Ring, points: number): Float64Array[] {
   return Array.from({ length: ring.width }, () => new Float64Array(points));
@@ -45,14 +47,30 @@ function bucketRows(ring: Ring, first: number, end: number, size: number, out: F
   return made;
 }
 
+/** Fill `out` with a column of another ring beside rows that were made at `times`, of which `made` count: of each two of them
+ * the extremes of what lies from the first of them to the next two; where nothing does, what was before. */
+export function beside(ring: Ring, column: number, times: Float64Array, made: number, out: Float64Array): void {
+  for (let at = 0; at < made; at += 2) {
+    const end_s = at + 2 < made ? times[at + 2]! : times[made - 1]! + SAME_MOMENT_s;
+    const high = ring.indexAt(end_s);
+    const low = Math.min(ring.indexAt(times[at]!), high - 1);
+    if (column < 1 || column >= ring.width || low < ring.first) out[at] = out[at + 1] = NaN;
+    else extremes(ring, column, low, high, out, at);
+  }
+  out.fill(made ? out[made - 1]! : NaN, made);
+}
+
 /** Put minimum and maximum of rows in the order in which they came; a row without values makes both NaN, which is
  * a gap in the line. */
 function extremes(ring: Ring, column: number, low: number, high: number, out: Float64Array, to: number): void {
+  const values = ring.columns[column]!;
   let least = Infinity;
   let most = -Infinity;
   let isMostFirst = false;
+  let place = low % ring.capacity;
   for (let index = low; index < high; index++) {
-    const value = ring.at(column, index);
+    const value = values[place]!;
+    if (++place === ring.capacity) place = 0;
     if (value !== value) {
       least = most = NaN;
       break;
@@ -70,12 +88,16 @@ function extremes(ring: Ring, column: number, low: number, high: number, out: Fl
   out[to + 1] = isMostFirst ? least : most;
 }
 
-/** Copy values to `out` where all that stand beside them, of another column, pass; NaN elsewhere. Values of a bucket are
- * two, beside one another: both count. */
+/** Copy values to `out` where those of another column beside them pass; NaN elsewhere. Extremes are two beside one another,
+ * and either may be the first: the one before and the one behind count, too. */
 export function copyWhere(values: ArrayLike<number>, others: ArrayLike<number>, passes: (other: number) => boolean, out: Float64Array): void {
+  let isBefore = true;
+  let isHere = passes(others[0]!);
   for (let at = 0; at < out.length; at++) {
-    const mate = others[at ^ 1] ?? others[at]!;
-    out[at] = passes(others[at]!) && passes(mate) ? values[at]! : NaN;
+    const isBehind = at + 1 === out.length || passes(others[at + 1]!);
+    out[at] = isBefore && isHere && isBehind ? values[at]! : NaN;
+    isBefore = isHere;
+    isHere = isBehind;
   }
 }
 
@@ -86,6 +108,13 @@ export function widen(values: ArrayLike<number>, made: number, out: [number, num
     if (value < out[0]) out[0] = value;
     if (value > out[1]) out[1] = value;
   }
+}
+
+/** Move a window into what there is, from `first_s` to `last_s`; one that is longer becomes all of it. */
+export function windowWithin(from_s: number, to_s: number, first_s: number, last_s: number): [number, number] {
+  const length_s = Math.min(to_s - from_s, last_s - first_s);
+  const moved_s = Math.min(Math.max(from_s, first_s), last_s - length_s);
+  return [moved_s, moved_s + length_s];
 }
 
 const NICE = [1, 2, 2.5, 5, 10];

@@ -13,6 +13,8 @@ export interface DrawingAxis {
 /** One run of the drawing. `timeline`: at which second each line of the program begins. */
 export interface DrawingPart {
   text: string;
+  /** Digest of the text, which its run has too. */
+  digest: string;
   duration_s: number;
   timeline: [number, number][];
   /** Line of the pause after it; null: the drawing ends. */
@@ -20,6 +22,8 @@ export interface DrawingPart {
 }
 
 export interface Drawing {
+  /** What it is known by: that of program, machine and runs. */
+  digest: string;
   machine: string;
   axes: DrawingAxis[];
   parts: DrawingPart[];
@@ -57,6 +61,7 @@ export function readDrawing(raw: unknown): Drawing | DrawingProblems | null {
   if (!axes.length || !Array.isArray(path["places"])) return null;
   const places = Float64Array.from(path["places"] as number[], Number);
   return {
+    digest: textOf(told["digest"]) ?? "",
     machine: String(told["machine"] ?? ""),
     axes,
     parts: list(told["runs"]).map(readPart),
@@ -94,6 +99,7 @@ function readPart(raw: unknown): DrawingPart {
   const told = object(raw);
   return {
     text: String(told["text"] ?? ""),
+    digest: textOf(told["digest"]) ?? "",
     duration_s: numberOf(told["duration_s"]),
     timeline: list(told["timeline"]).map(pair),
     pause_line: typeof told["pause_line"] === "number" ? told["pause_line"] : null,
@@ -101,13 +107,9 @@ function readPart(raw: unknown): DrawingPart {
 }
 
 /** Number of the drawing's part that a run is, from 0; null: it is no run of this drawing. */
-export function partOf(run: string, machine: string): number | null {
-  const match = /^(.*?)(?:_(\d+))?(?:-\d+)?$/.exec(run);
-  if (run === machine) return 0;
-  const rest = run.startsWith(machine) ? run.slice(machine.length) : "";
-  if (/^-\d+$/.test(rest)) return 0;
-  if (!match?.[2] || !machine.startsWith(match[1] ?? "?")) return null;
-  return Number(match[2]) - 1;
+export function partOf(run: { digest: string }, made: Drawing): number | null {
+  const number = run.digest === "" ? -1 : made.parts.findIndex((part) => part.digest === run.digest);
+  return number < 0 ? null : number;
 }
 
 /** Line of the program at a time of a part's plan. */

@@ -32,6 +32,11 @@ export class Ring {
     return this.columns[column]![index % this.capacity]!;
   }
 
+  /** Time of the oldest row. */
+  get first_s(): number {
+    return this.total ? this.at(0, this.first) : NaN;
+  }
+
   get last_s(): number {
     return this.total ? this.at(0, this.total - 1) : NaN;
   }
@@ -85,9 +90,9 @@ export class Ring {
     return low;
   }
 
-  /** Value of a column at a time, of the nearest row; NaN where there are no rows. */
+  /** Value of a column at a time, of the nearest row; NaN where there are no rows, or no such column. */
   nearest(column: number, time_s: number): number {
-    if (!this.total) return NaN;
+    if (!this.total || column >= this.width) return NaN;
     let index = Math.min(this.indexAt(time_s), this.total - 1);
     if (index > this.first && time_s - this.at(0, index - 1) < this.at(0, index) - time_s) index--;
     return this.at(column, index);

@@ -10,6 +10,8 @@ export interface AxisReport {
 
 export interface RunProgress {
   run: string;
+  /** Digest of its text: what it is known by; empty: it is not told. */
+  digest: string;
   state: string;
   step: number;
   steps: number;
@@ -32,6 +34,7 @@ export function readRun(raw: unknown): RunProgress | null {
   if (typeof told["run"] !== "string") return null;
   return {
     run: told["run"],
+    digest: typeof told["digest"] === "string" ? told["digest"] : "",
     state: String(told["state"] ?? ""),
     step: numberOf(told["step"]) ?? 0,
     steps: numberOf(told["steps"]) ?? 0,

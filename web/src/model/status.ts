@@ -25,6 +25,8 @@ export interface Status {
   elapsed_ns?: number;
   speed?: number;
   health?: Health;
+  /** Digest of the bench's drawing; empty: it has none. */
+  drawing?: string;
   devices: DeviceStatus[];
 }
 
@@ -40,6 +42,7 @@ export function readStatus(raw: unknown): Status {
     const value = told[name];
     if (typeof value === "number" && Number.isFinite(value)) status[name] = value;
   }
+  if ("drawing" in told) status.drawing = typeof told["drawing"] === "string" ? told["drawing"] : "";
   const health = object(told["health"]);
   if (typeof health["state"] === "string") {
     status.health = { state: health["state"], late_ms: number(health["late_ms"]), problems: list(health["problems"]).map(problemText) };

@@ -9,6 +9,11 @@ const DELETE = 0x7f;
 /** Characters that turn or hide what stands beside them. */
 const HIDING = /[\u0080-\u009f\u00ad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]/u;
 
+/** Bytes of hexadecimal digits. */
+export function bytesOf(hex: string): Uint8Array {
+  return Uint8Array.from(hex.match(/../g) ?? [], (digits) => parseInt(digits, 16));
+}
+
 export class TerminalText {
   private waiting: number[] = [];
 

@@ -25,6 +25,8 @@ export interface WatchRequest {
   target?: string;
   fields?: string[];
   rate_Hz?: number;
+  /** Looks in each interval of which two samples have the smallest and the largest value; 1: samples of moments. */
+  points?: number;
 }
 
 export interface WatchHandle {

@@ -26,9 +26,15 @@ interface Terminal extends TerminalHandle {
 
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 4000;
-/** The status comes twice a second: after this long without anything the connection is dead. */
+/** The door tells its clock so often. */
+const CLOCK_RATE_HZ = 2;
+/** After this long without anything the connection is dead. */
 const SILENCE_MS = 8000;
-const GONE = () => new Refused("gone", "the connection was lost before the answer came");
+/** What the door has not begun so long after it was asked for is not carried out: nobody expects it any more. */
+const DEADLINE_MS = 3000;
+const AGE_EVERY_MS = 250;
+const GONE = () =>
+  new Refused("gone", `the connection was lost before the answer came; what the bench has not begun within ${DEADLINE_MS / 1000} s is dropped, but for a stop`);
 
 export class Link {
   readonly state = signal<LinkState>("connecting");
@@ -41,12 +47,17 @@ export class Link {
   readonly lostAt = signal(0);
   /** Frames that were no message of the protocol. */
   readonly garbage = signal(0);
+  /** Age of the last news while there is a connection, in s: what is shown is as old. */
+  readonly age_s = signal(0);
 
   private socket: WebSocket | null = null;
   private nextId = 1;
   private waitMs = FIRST_WAIT_MS;
   private timer = 0;
   private heardAt = 0;
+  private newsAt = 0;
+  /** The door's clock, and this page's when it was told. */
+  private clock: { door_ms: number; at_ms: number } | null = null;
   private isTrying = false;
   private readonly pending = new Map<number, Pending>();
   private readonly watches = new Set<Watching>();
@@ -67,12 +78,29 @@ export class Link {
       if (!document.hidden) this.tryNow();
     });
     window.setInterval(() => this.endIfSilent(), 1000);
+    window.setInterval(() => this.tellAge(), AGE_EVERY_MS);
+    this.watch({ what: "clock", rate_Hz: CLOCK_RATE_HZ }, { value: (told) => this.takeClock(told) });
     void this.connect();
   }
 
-  /** Ask the bench for an operation of its table. Throws Refused. */
+  /** Ask the bench for an operation of its table, now or not at all. Throws Refused. */
   ask<Name extends keyof Operations>(operation: Name, target = "", given?: Operations[Name]["given"]): Promise<Operations[Name]["answer"]> {
-    return this.request({ do: "ask", operation, target, given: given ?? {} });
+    const until = isStop(operation, { ...given }) ? {} : this.soon();
+    return this.request({ do: "ask", operation, target, given: given ?? {}, ...until });
+  }
+
+  /** Part of a request that is made now: by when it has to begin, by the door's clock; empty where it has told none. */
+  soon(): { until_ms?: number } {
+    return this.clock ? { until_ms: this.clock.door_ms + (performance.now() - this.clock.at_ms) + DEADLINE_MS } : {};
+  }
+
+  private takeClock(told: unknown): void {
+    if (typeof told === "number" && Number.isFinite(told)) this.clock = { door_ms: told, at_ms: performance.now() };
+  }
+
+  private tellAge(): void {
+    const age_s = this.state.peek() === "open" ? (performance.now() - this.newsAt) / 1000 : 0;
+    this.age_s.value = Math.max(Math.round(age_s * 10) / 10, 0);
   }
 
   /** Send a request of the protocol; answers its answer. Throws Refused, also where the connection goes. */
@@ -188,7 +216,7 @@ export class Link {
     let isGreeted = false;
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
       if (socket !== this.socket) return;
-      this.heardAt = performance.now();
+      this.heardAt = this.newsAt = performance.now();
       if (typeof event.data !== "string") this.takeBinary(event.data);
       else isGreeted = this.takeText(event.data) || isGreeted;
     };
@@ -205,6 +233,7 @@ export class Link {
 
   /** The connection is gone: requests fail, watches and terminals wait for the next one. */
   private forget(): void {
+    this.clock = null; // of another door, perhaps
     for (const request of this.pending.values()) request.reject(GONE());
     this.pending.clear();
     this.byNumber.clear();
@@ -365,4 +394,10 @@ export class Link {
       else this.byNumber.get(part.watch)?.sink.samples?.(part.values, part.rows, part.columns, part.lost);
     }
   }
+}
+
+/** True for what stops something: it is right at any time, and has no deadline. */
+function isStop(operation: string, given: Record<string, unknown>): boolean {
+  if (operation === "do") return given["name"] === "stop";
+  return operation === "cancel_run" || operation === "pause" || (operation === "pace_run" && given["pace"] === 0);
 }

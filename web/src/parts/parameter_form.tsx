@@ -10,13 +10,15 @@ interface FormProps {
   /** Called with the values that were typed, checked; what was left out is not among them. */
   onSubmit(values: Record<string, unknown>): unknown;
   /** Values to begin with, by name. */
-  given?: Record<string, string>;
+  given?: Readonly<Record<string, string>>;
+  /** Called with the texts of all fields when one of them is typed at. */
+  onType?(texts: Record<string, string>): void;
   isDisabled?: boolean;
   why?: string;
   isDanger?: boolean;
 }
 
-function initial(rows: ParameterRow[], given: Record<string, string>): Record<string, string> {
+function initial(rows: ParameterRow[], given: Readonly<Record<string, string>>): Record<string, string> {
   const texts: Record<string, string> = {};
   for (const row of rows) {
     const isGiven = row.default !== null && row.default !== undefined;
@@ -25,13 +27,15 @@ function initial(rows: ParameterRow[], given: Record<string, string>): Record<st
   return texts;
 }
 
-export function ParameterForm({ rows, action, onSubmit, given = {}, isDisabled = false, why, isDanger }: FormProps) {
+export function ParameterForm({ rows, action, onSubmit, given = {}, onType, isDisabled = false, why, isDanger }: FormProps) {
   const [typed, setTyped] = useState(() => initial(rows, given));
   const [problems, setProblems] = useState<Record<string, string>>({});
   const [isBusy, setBusy] = useState(false);
   const form = useId();
   const change = (row: ParameterRow, text: string) => {
-    setTyped({ ...typed, [row.name]: text });
+    const texts = { ...typed, [row.name]: text };
+    setTyped(texts);
+    onType?.(texts);
     const checked = check(row, text);
     const { [row.name]: _, ...others } = problems;
     setProblems("problem" in checked && text !== "" ? { ...others, [row.name]: checked.problem } : others);

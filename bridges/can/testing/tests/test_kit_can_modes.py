@@ -75,6 +75,7 @@ SWITCHES = {
 FULL_STEP_DEG = 1.8
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("profile", "method", "home_deg"),

@@ -17,6 +17,7 @@ def test_units_that_cannot_be_are_refused_without_a_check_of_the_configuration(u
         asyncio.run(bridge.open())
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_it_keeps_to_what_bridges_keep_to() -> None:
     options = Options(listen="127.0.0.1:0")

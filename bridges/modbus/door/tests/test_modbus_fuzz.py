@@ -1,6 +1,6 @@
 """Mutated requests: each gets an answer of its function, and the units stay in order.
 
-``HIL_FUZZ`` sets how many are tried over TCP (100,000; ``make fuzz``: 10,000,000), with a tenth of it on a
+``HIL_FUZZ`` sets how many are tried over TCP (25,000; ``make fuzz``: 10,000,000), with a tenth of it on a
 serial line, in simulated time; ``HIL_FUZZ_SEED`` where they start.
 """
 
@@ -25,7 +25,7 @@ from hil.vocab.desk_protocol import AxisField
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Verb, table_of
 
-CASES = int(os.environ.get("HIL_FUZZ", "100000"))
+CASES = int(os.environ.get("HIL_FUZZ", "25000"))
 SEED = int(os.environ.get("HIL_FUZZ_SEED", "1"))
 AT_ONCE = 64
 CODES = {1, 2, 3, 4, 6, 10, 11}

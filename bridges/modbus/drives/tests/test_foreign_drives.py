@@ -181,6 +181,7 @@ def test_a_drive_that_only_follows_is_moved_by_ramps_of_the_daemon() -> None:
     with_drives(doing, 1)
 
 
+@pytest.mark.thorough
 def test_why_a_run_fails() -> None:
     async def doing(world: ModbusWorld, foreign: ForeignDrives, at: str) -> None:
         x = await world.there(world.add("x", f"{at}1"))

@@ -106,6 +106,7 @@ HOSTILE = (nothing, late, garbage, flood, other_transaction, other_unit, other_p
 HOSTILE += (other_function, no_function, too_few, cut_off, half_an_answer, no_position)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("answer", HOSTILE, ids=lambda answer: answer.__name__)
 def test_what_is_no_answer_is_not_believed_and_holds_nothing_up(answer: Answering) -> None:
     async def doing(world: ModbusWorld, hostile: HostileDrive, at: str) -> None:
@@ -147,6 +148,7 @@ async def hostile_port(hostile: HostileDrive) -> int:
     return int(hostile._server.sockets[0].getsockname()[1])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("code", [1, 2, 3, 4, 5, 6, 11, 99])
 def test_a_drive_that_refuses_to_be_read_says_why(code: int) -> None:
     async def refuse(request: bytes, writer: asyncio.StreamWriter) -> None:

@@ -204,6 +204,7 @@ def test_a_refusal_says_why() -> None:
         assert str(refused.value) == why
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.one_of(st.binary(max_size=300), NEARLY), st.booleans())

@@ -92,6 +92,7 @@ def shape(reply: tuple[str | None, str, bytes]) -> Any:
     return key, encoding, skeleton(content)
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_each_key_answers_as_over_a_real_session(b: Bench, live_bench: Any) -> None:
     live: AnyBench = live_bench(CONFIG | {"bridges": {"zenoh": {"listen": ["tcp/127.0.0.1:17452"]}}})

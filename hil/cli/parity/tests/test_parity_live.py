@@ -92,6 +92,7 @@ def test_a_board_like_its_twin_is_equal_and_its_recording_too(boards: ServedBenc
     assert kept["tolerance_ms"] == 400
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["s3", "s4"])
 def test_a_board_at_a_device_server(boards: ServedBench, tmp_path: Path, name: str) -> None:
     answer = parity(session_file(tmp_path, *[typed("vd\r")] * 8), "--at", boards.port(name))
@@ -114,6 +115,7 @@ def test_a_motion_has_its_end(boards: ServedBench, tmp_path: Path) -> None:
     assert row["end_of_motion"]["board_ms"] == pytest.approx(500, abs=400)
 
 
+@pytest.mark.thorough
 def test_steps_of_a_shaft_that_stands_elsewhere_are_equal(boards: ServedBench, tmp_path: Path) -> None:
     record = tmp_path / "steps.json"
     for _ in range(2):
@@ -122,6 +124,7 @@ def test_steps_of_a_shaft_that_stands_elsewhere_are_equal(boards: ServedBench, t
     assert check("mechaduino", record).returncode == 0
 
 
+@pytest.mark.thorough
 def test_a_frozen_encoder_parts_where_the_shaft_is_asked(boards: ServedBench, tmp_path: Path) -> None:
     boards.hil("fault", "inject", "encoder_freeze", "m2")
     record = tmp_path / "frozen.json"
@@ -135,6 +138,7 @@ def test_a_frozen_encoder_parts_where_the_shaft_is_asked(boards: ServedBench, tm
     assert "frozen: command 2, byte " in done.stderr
 
 
+@pytest.mark.thorough
 def test_another_gain_parts_at_the_menu_that_shows_it(boards: ServedBench) -> None:
     boards.hil("set", "m2", "pKp", "14")
     answer = parity("mechaduino/menu", "--at", boards.port("m2"), code=1)
@@ -146,11 +150,13 @@ def test_another_gain_parts_at_the_menu_that_shows_it(boards: ServedBench) -> No
     assert 95 < row["bytes_percent"] < 100
 
 
+@pytest.mark.thorough
 def test_a_noisy_encoder_parts(boards: ServedBench) -> None:
     boards.hil("fault", "inject", "encoder_noise", "m2", "counts=1000")
     assert set(parted(parity("mechaduino/angle", "--at", boards.port("m2"), code=1))) <= {"p", "ppp"}
 
 
+@pytest.mark.thorough
 def test_lost_bytes_part_and_the_rest_is_equal(boards: ServedBench) -> None:
     boards.hil("fault", "inject", "byte_drop", "s2", "rate=0.003", "seed=3")
     answer = parity("sac/identify", "--at", boards.port("s2"), code=1)
@@ -215,6 +221,7 @@ def test_ctrl_c_stops_the_board_and_keeps_the_recording(boards: ServedBench, tmp
     assert [step["types"] for step in json.loads(record.read_text())["steps"]] == ["vd\r"]
 
 
+@pytest.mark.thorough
 def test_a_board_that_goes_away(tmp_path: Path) -> None:
     file = session_file(tmp_path, *[typed("vd\r")] * 50)
     with live({"bench": "gone", "devices": {"s1": {"profile": "sac"}}}, capture=False) as bench:

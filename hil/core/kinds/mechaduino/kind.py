@@ -1,5 +1,7 @@
 """A servo: all that hil asks of it."""
 
+from fractions import Fraction
+
 from hil.core._native import axis_bytes
 from hil.core.abi import Kind, Law, ServoInput
 from hil.core.axis_kind import ANGLE, AROUND, LOAD, MOTOR, AxisKind, Settable, numbers
@@ -60,5 +62,6 @@ KIND = AxisKind(
     },
     board_angles=("yw", "y", "r"),
     encoder_counts=16384,
+    control_step_ns=Fraction(7385 * 10**9, 48_000_000),  # native/control/mechaduino.h
     make=CoreAxis,
 )

@@ -7,6 +7,9 @@
 
 enum { EIGHTHS = 8, HOME = 4, CYCLE = 32 }; /* of a full step: a cycle of the translator turns the rotor by a tooth */
 
+/* On the board. */
+enum { PULLED_UP = 1 << HIL_DRIVER_IN_MS1 | 1 << HIL_DRIVER_IN_MS2 | 1 << HIL_DRIVER_IN_SLEEP | 1 << HIL_DRIVER_IN_RESET };
+
 /* Data sheet, timing at 5 V. */
 enum { PULSE_NS = 1000, SETUP_NS = 200, WAKE_NS = 1000000 };
 #define LONG_AGO (-HIL_FOREVER / 4)
@@ -244,8 +247,7 @@ static void open_driver(hil_axis *a, const hil_axis_params *params)
     d->ambient_degC = d->junction_degC = params->ambient_degC;
     double start_teeth = params->start_deg / 360 * d->teeth;
     d->origin_rev = nearbyint(start_teeth - (double)HOME / CYCLE) / d->teeth;
-    d->pins[HIL_DRIVER_IN_MS1] = d->pins[HIL_DRIVER_IN_MS2] = 1; /* pulled up on the board, as are SLEEP and RESET */
-    d->pins[HIL_DRIVER_IN_SLEEP] = d->pins[HIL_DRIVER_IN_RESET] = 1;
+    for (int pin = 0; pin < HIL_DRIVER_INPUTS; pin++) d->pins[pin] = PULLED_UP >> pin & 1;
     d->position = HOME;
     d->heated_ns = HIL_FOREVER; /* until the power is on */
     if (!a->is_full) plant_halve(&a->plant);
@@ -278,6 +280,7 @@ static int set(hil_axis *a, hil_field field, double value, int64_t now_ns)
 const law a3967_law = {
     .bytes = sizeof(a3967),
     .kind = HIL_KIND_DRIVER,
+    .pulled_up = PULLED_UP,
     .events = 1,
     .max_current_A = max_current_A,
     .open = open_driver,

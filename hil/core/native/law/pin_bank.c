@@ -5,6 +5,7 @@
 
 #include "../core.h"
 #include "../hil_core.h"
+#include "smoothed_pin.h"
 
 const pin_bank *pin_bank_view(const hil_axis *a)
 {
@@ -12,7 +13,11 @@ const pin_bank *pin_bank_view(const hil_axis *a)
     return a->law == &pin_bank_law ? a->own : &none;
 }
 
-static int level_of(const pin_bank *b, int pin) { return b->driven >> pin & 1 ? b->out.levels[pin] : b->outside[pin]; }
+static int level_of(const pin_bank *b, int pin)
+{
+    if (b->processor.is_running) return avr_level(&b->processor.chip, pin);
+    return b->driven >> pin & 1 ? b->out.levels[pin] > 0 : b->outside[pin];
+}
 
 int pin_bank_levels(const pin_bank *b)
 {
@@ -21,11 +26,18 @@ int pin_bank_levels(const pin_bank *b)
     return levels;
 }
 
-static void plan(hil_axis *a)
+void pin_bank_plan(hil_axis *a)
 {
     const pin_bank *b = a->own;
-    a->law_next_ns = b->fall_ns < b->rise_ns ? b->fall_ns : b->rise_ns;
+    if (b->processor.is_running) a->law_next_ns = bank_processor_next_ns(&b->processor);
+    else a->law_next_ns = b->fall_ns < b->rise_ns ? b->fall_ns : b->rise_ns;
     a->is_telling = a->law_next_ns != HIL_FOREVER;
+}
+
+static void put(hil_core *c, pin_bank *b, int pin, int level, int64_t at_ns)
+{
+    outputs_set(c, &b->out, pin, level, at_ns);
+    smoothed_look(b, at_ns);
 }
 
 /* ---- a train ---- */
@@ -55,7 +67,7 @@ static void end_train(pin_bank *b)
 
 static void rise(hil_core *c, pin_bank *b, int64_t at_ns)
 {
-    outputs_set(c, &b->out, b->pin, 1, at_ns);
+    put(c, b, b->pin, 1, at_ns);
     b->fall_ns = at_ns + b->rows[b->row].high_ns;
     b->sent++;
     b->left--;
@@ -66,17 +78,22 @@ static void rise(hil_core *c, pin_bank *b, int64_t at_ns)
 static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
 {
     pin_bank *b = a->own;
+    if (b->processor.is_running) {
+        int64_t work = bank_processor_run(c, a, until_ns);
+        pin_bank_plan(a);
+        return work;
+    }
     for (int64_t edges = 0;; edges++) {
         int64_t at_ns = a->law_next_ns;
         if (b->fall_ns == at_ns) {
-            outputs_set(c, &b->out, b->pin, 0, at_ns);
+            put(c, b, b->pin, 0, at_ns);
             b->fall_ns = HIL_FOREVER;
             if (b->rise_ns == HIL_FOREVER) {
                 end_train(b);
                 core_post(c, (int)(a - c->axes), at_ns, HIL_EVENT_PULSES_ENDED, b->pin);
             }
         } else rise(c, b, at_ns);
-        plan(a);
+        pin_bank_plan(a);
         if (a->law_next_ns > until_ns || a->law_next_ns == HIL_FOREVER) return edges;
     }
 }
@@ -95,7 +112,7 @@ int hil_bank_pulses(hil_core *c, int axis, int pin, int n, const hil_pulses *row
     pin_bank *b = a->own;
     hil_pulses *copy = pulses ? malloc((size_t)n * sizeof *copy) : NULL;
     if (pulses && !copy) return -1;
-    if (b->fall_ns != HIL_FOREVER) outputs_set(c, &b->out, b->pin, 0, now_ns);
+    if (b->fall_ns != HIL_FOREVER) put(c, b, b->pin, 0, now_ns);
     end_train(b);
     free(b->rows);
     b->rows = copy;
@@ -108,11 +125,18 @@ int hil_bank_pulses(hil_core *c, int axis, int pin, int n, const hil_pulses *row
         enter_row(b);
         find_next(b, now_ns);
     }
-    plan(a);
+    pin_bank_plan(a);
     return 0;
 }
 
 /* ---- levels ---- */
+
+/* Of one that the board does not drive. */
+static int level_of_input(const hil_axis *a, int pin)
+{
+    const pin_bank *b = a->own;
+    return a->inputs.known >> pin & 1 ? b->outside[pin] : OUTPUT_OPEN;
+}
 
 void hil_bank_write(hil_core *c, int axis, int pin, int level)
 {
@@ -121,7 +145,7 @@ void hil_bank_write(hil_core *c, int axis, int pin, int level)
     pin_bank *b = a->own;
     if (level < 0) b->driven &= ~(1 << pin);
     else b->driven |= 1 << pin;
-    outputs_set(c, &b->out, pin, level < 0 ? b->outside[pin] : level != 0, now_ns);
+    put(c, b, pin, level < 0 ? level_of_input(a, pin) : level != 0, now_ns);
 }
 
 int hil_bank_read(const hil_core *c, int axis, int pin) { return level_of(pin_bank_view(&c->axes[axis]), pin); }
@@ -130,7 +154,37 @@ static void set_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
 {
     pin_bank *b = a->own;
     b->outside[pin] = level;
-    if (!(b->driven >> pin & 1)) outputs_set(c, &b->out, pin, level, at_ns);
+    if (b->processor.is_running) {
+        bank_processor_pin(c, a, pin, at_ns);
+        pin_bank_plan(a);
+    } else if (!(b->driven >> pin & 1)) put(c, b, pin, level_of_input(a, pin), at_ns);
+}
+
+int pin_bank_fault(hil_core *c, hil_axis *a, int what, double value, int64_t now_ns)
+{
+    if (a->law != &pin_bank_law) return -1;
+    pin_bank *b = a->own;
+    bank_processor *p = &b->processor;
+    int32_t pins = (int32_t)value, low = p->stuck & ~p->stuck_high;
+    switch (what) {
+    case HIL_FAULT_CLOCK_ERROR:
+        if (value < -50 || value > 50) return -1;
+        bank_processor_set_zero(p, now_ns);
+        p->clock_error_pct = value;
+        bank_processor_set_clock(p);
+        break;
+    case HIL_FAULT_STUCK_LOW:
+        p->stuck = pins | p->stuck_high;
+        break;
+    default:
+        p->stuck_high = pins;
+        p->stuck = pins | low;
+        break;
+    }
+    if (p->is_running)
+        for (int pin = 0; pin < HIL_BANK_PINS; pin++) bank_processor_pin(c, a, pin, now_ns);
+    pin_bank_plan(a);
+    return 0;
 }
 
 /* ---- its life ---- */
@@ -146,6 +200,7 @@ static void open_bank(hil_axis *a, const hil_axis_params *params)
     (void)params;
     pin_bank *b = a->own;
     b->rise_ns = b->fall_ns = HIL_FOREVER;
+    bank_processor_open(&b->processor);
 }
 
 static void close_bank(hil_axis *a)
@@ -161,24 +216,39 @@ static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
 {
     pin_bank *b = a->own;
     end_train(b);
+    bank_processor_power_up(a, &b->processor);
     b->driven = 0;
     b->sent = 0;
-    for (int pin = 0; pin < HIL_BANK_PINS; pin++) outputs_set(c, &b->out, pin, b->outside[pin], now_ns);
-    plan(a);
+    for (int pin = 0; pin < HIL_BANK_PINS; pin++) put(c, b, pin, level_of_input(a, pin), now_ns);
+    pin_bank_plan(a);
 }
 
 static void drive(hil_axis *a) { (void)a; }
 
 static int set(hil_axis *a, hil_field field, double value, int64_t now_ns)
 {
-    (void)a, (void)field, (void)value, (void)now_ns;
-    return -1;
+    pin_bank *b = a->own;
+    bank_processor *p = &b->processor;
+    if (field >= HIL_FIELD_a0_V && field <= HIL_FIELD_a7_V) {
+        p->analog[field - HIL_FIELD_a0_V].volts = value;
+        return 0;
+    }
+    if (field != HIL_FIELD_vcc_V) return -1;
+    bank_processor_supply(p, value, p->aref_V == p->vcc_V ? value : p->aref_V); /* a reference of its own stays */
+    smoothed_look(b, now_ns);
+    return 0;
 }
 
 static outputs *outputs_of(hil_axis *a)
 {
     pin_bank *b = a->own;
     return &b->out;
+}
+
+static void look(hil_axis *a, int64_t now_ns)
+{
+    pin_bank *b = a->own;
+    if (b->processor.is_running) bank_processor_look(a, now_ns);
 }
 
 const law pin_bank_law = {
@@ -194,4 +264,5 @@ const law pin_bank_law = {
     .pin = set_pin,
     .set = set,
     .outputs = outputs_of,
+    .look = look,
 };

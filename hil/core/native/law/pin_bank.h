@@ -3,22 +3,13 @@
 #ifndef HIL_LAW_PIN_BANK_H
 #define HIL_LAW_PIN_BANK_H
 
-#include "../law.h"
-
-typedef struct pin_bank {
-    outputs out;
-    int32_t driven;                 /* pins that are outputs, a bit each */
-    int32_t outside[HIL_BANK_PINS]; /* levels that come from outside */
-    hil_pulses *rows;               /* of the latest train */
-    int n_rows, row, pin;
-    int64_t row_left;        /* pulses of the row that are to come */
-    int64_t rise_ns, fall_ns; /* of the next pulse, and of the one that is high; HIL_FOREVER: none */
-    int64_t sent, left;
-} pin_bank;
+#include "bank_processor.h"
 
 extern const law pin_bank_law;
 
 const pin_bank *pin_bank_view(const hil_axis *a); /* of another law: all zeros */
 int pin_bank_levels(const pin_bank *b);
+int pin_bank_fault(hil_core *c, hil_axis *a, int what, double value, int64_t now_ns); /* as hil_axis_fault */
+void pin_bank_plan(hil_axis *a); /* after its processor has come, gone, or been told something */
 
 #endif

@@ -38,9 +38,9 @@ static int64_t monotonic_ns(void)
 static int64_t sim_ns(const rt_state *rt, int64_t wall_ns)
 {
     int64_t elapsed = wall_ns - rt->anchor_ns;
-    if (rt->options.speed == 1.0) return elapsed;
+    if (rt->options.speed == 1.0) return rt->begin_ns + elapsed;
     double sim = (double)elapsed * rt->options.speed;
-    return sim < 0x1p62 ? (int64_t)sim : INT64_C(1) << 62;
+    return sim < 0x1p62 - (double)rt->begin_ns ? rt->begin_ns + (int64_t)sim : INT64_C(1) << 62;
 }
 
 int64_t hil_rt_now(const hil_core *c) { return sim_ns(&c->rt, monotonic_ns()); }
@@ -228,11 +228,18 @@ static int spawn(hil_core *c)
     return error;
 }
 
+/* Time goes on from where it was left, or from where groups were taken without the thread. */
+static void begin(hil_core *c)
+{
+    for (int i = 0; i < atomic_load(&c->groups_used); i++)
+        if (c->groups[i].open && hil_group_now(c, i) > c->rt.begin_ns) c->rt.begin_ns = hil_group_now(c, i);
+}
+
 int hil_rt_start(hil_core *c, const hil_rt_options *options)
 {
     rt_state *rt = &c->rt;
     if (atomic_load(&rt->running)) return EALREADY;
-    if (options->period_ns < 1 || options->period_ns > 1000000000 || !(options->speed > 0)) return EINVAL;
+    if (options->period_ns < 1 || options->period_ns > 1000000000 || !(options->speed >= 0)) return EINVAL;
     rt->stack = mmap(NULL, STACK_LEN, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
     if (rt->stack == MAP_FAILED) return errno;
     rt->stack_len = STACK_LEN;
@@ -240,6 +247,7 @@ int hil_rt_start(hil_core *c, const hil_rt_options *options)
     memset(&rt->live, 0, sizeof rt->live);
     rt->live.lock_errno = lock_memory(c);
     /* Not before: to lock the memory takes its time, and no period is missed by it. */
+    begin(c);
     rt->anchor_ns = monotonic_ns();
     atomic_store(&rt->stop, 0);
     int error = spawn(c);
@@ -257,6 +265,8 @@ void hil_rt_stop(hil_core *c)
     if (!atomic_load(&rt->running)) return;
     atomic_store(&rt->stop, 1);
     pthread_join(rt->thread, NULL);
+    rt->begin_ns = hil_rt_now(c);
+    rt->anchor_ns = monotonic_ns();
     munmap(rt->stack, rt->stack_len);
     atomic_store(&rt->running, 0);
 }

@@ -159,6 +159,44 @@ static void each_watch_has_its_own_grid(void)
     hil_core_free(c);
 }
 
+/* Against all that was seen: of each seven times a pair with the two extremes, in their order. */
+static void extremes_are_those_of_what_was_seen(void)
+{
+    enum { POINTS = 7, SEEN = 1400 };
+    hil_core *c = new_bench();
+    static hil_snapshot all[SEEN + POINTS], pairs[SEEN];
+    hil_axis_set(c, 0, HIL_FIELD_mode, 'x');
+    hil_axis_loop(c, 0, 1);
+    hil_axis_drive(c, 0, 2, (hil_edges[]){{.at_ns = 0, .steps = 600, .duration_ns = 60000000},
+                                          {.at_ns = 70000000, .pin = 2, .level = 1}});
+    hil_group_advance(c, 0, 1000000); /* the first interval is cut: 10 of its 14.0 ms / 20 have gone */
+    hil_axis_watch(c, 0, 0, 100000, 1, SEEN + POINTS);
+    hil_axis_watch_extremes(c, 0, 1, 100000, 1, POINTS, SEEN);
+    hil_group_advance(c, 0, 1000000 + (SEEN - 10 % POINTS) * INT64_C(100000));
+    int n = hil_axis_take_samples(c, 0, 0, all, SEEN + POINTS), kept = hil_axis_take_samples(c, 0, 1, pairs, SEEN), pair = 0;
+    CHECK_INT(kept, 2 * (SEEN / POINTS));
+    for (int i = 0; i < n && pair < kept; pair += 2) {
+        int first = i;
+        hil_snapshot least = all[i], most = all[i];
+        int is_most_last = 0;
+        for (; i < n && (i == first || all[i - 1].at_ns / 100000 % POINTS); i++) {
+            if (all[i].current_a_A < least.current_a_A) least = all[i], is_most_last = 0;
+            if (all[i].current_a_A > most.current_a_A) most = all[i], is_most_last = 1;
+        }
+        CHECK_INT(pairs[pair].at_ns, all[first].at_ns);
+        CHECK_INT(pairs[pair + 1].at_ns, all[i - 1].at_ns);
+        CHECK(pairs[pair + is_most_last].current_a_A == most.current_a_A);
+        CHECK(pairs[pair + !is_most_last].current_a_A == least.current_a_A);
+        CHECK(pairs[pair].control_steps == all[first].control_steps);
+    }
+    CHECK_INT(pair, kept);
+    hil_axis_watch_extremes(c, 0, 1, 100000, 1, POINTS, 1); /* a pair for which there is no room is lost, or its second */
+    hil_group_advance(c, 0, hil_group_now(c, 0) + 2 * POINTS * 100000);
+    CHECK_INT(hil_axis_take_samples(c, 0, 1, pairs, SEEN), 1);
+    CHECK_INT(hil_axis_lost_samples(c, 0, 1), 3);
+    hil_core_free(c);
+}
+
 static void a_grid_that_begins_late_stands_where_it_would(void)
 {
     hil_core *c = new_bench();
@@ -213,8 +251,33 @@ static void idle_axes_cost_no_time(void)
     hil_core_free(c);
 }
 
+/* First the levels that inputs have, of those that were ever set; then what changes, at the source's own times. */
+static void edges_of_inputs_are_kept(void)
+{
+    hil_core *c = new_bench();
+    hil_edge edges[8];
+    const hil_edges rows[] = {{.at_ns = 5, .steps = 2, .duration_ns = 40}, {.at_ns = 50, .pin = 2, .level = 1}};
+    hil_axis_pin(c, 0, 0, 1);
+    hil_group_advance(c, 0, 1000);
+    CHECK_INT(hil_axis_take_inputs(c, 0, edges, 8), 0);
+    hil_axis_record_inputs(c, 0, 7);
+    hil_axis_pin(c, 0, 0, 1); /* as it was */
+    CHECK_INT(hil_axis_drive(c, 0, 2, rows), 0);
+    hil_group_advance(c, 0, 2000);
+    static const hil_edge expected[] = {{1000, 0, 1}, {1005, 1, 1}, {1015, 1, 0}, {1025, 1, 1}, {1035, 1, 0}, {1050, 2, 1}};
+    CHECK_INT(hil_axis_take_inputs(c, 0, edges, 4), 4);
+    CHECK_INT(hil_axis_take_inputs(c, 0, edges + 4, 4), 2);
+    CHECK(!memcmp(edges, expected, sizeof expected));
+    hil_axis_record_inputs(c, 0, 0);
+    hil_axis_pin(c, 0, 2, 0);
+    CHECK_INT(hil_axis_take_inputs(c, 0, edges, 8), 0);
+    CHECK_INT(hil_axis_output_levels(c, 0), 0); /* it has none */
+    hil_core_free(c);
+}
+
 void source_tests(void)
 {
+    RUN(edges_of_inputs_are_kept);
     RUN(every_edge_is_where_the_formula_has_it);
     RUN(two_hundred_kilohertz_lose_no_step);
     RUN(an_edge_comes_before_the_control_step_of_its_time);
@@ -223,6 +286,7 @@ void source_tests(void)
     RUN(samples_stand_on_the_grid_and_lost_ones_are_counted);
     RUN(a_ring_runs_around);
     RUN(each_watch_has_its_own_grid);
+    RUN(extremes_are_those_of_what_was_seen);
     RUN(a_grid_that_begins_late_stands_where_it_would);
     RUN(one_call_does_only_so_much);
     RUN(idle_axes_cost_no_time);

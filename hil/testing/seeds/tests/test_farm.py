@@ -59,6 +59,7 @@ def known(file: Path) -> list[str]:
     return sorted(str({name: row[name] for name in row if name != "duration_s"}) for row in rows)
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_farm_has_the_results_of_one_computer(farm, tmp_path):
     project = make_project(tmp_path / "project")
@@ -70,6 +71,7 @@ def test_a_farm_has_the_results_of_one_computer(farm, tmp_path):
     assert said.count("assert b.seed % 10 != 3") == 1
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_all_workers_have_work(farm, tmp_path):
     name = "def test_who(bench):\n    open(f'{FILE}-{os.getppid()}', 'w').close()\n"
@@ -78,6 +80,7 @@ def test_all_workers_have_work(farm, tmp_path):
     assert len([*tmp_path.glob("by-*")]) == 2
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_test_that_kills_its_process_is_named_and_the_others_run(farm, tmp_path):
     project = make_project(tmp_path / "project", DIES)
@@ -88,6 +91,7 @@ def test_a_test_that_kills_its_process_is_named_and_the_others_run(farm, tmp_pat
     assert len(merge([project / "r.jsonl"]).results) == 40
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_the_first_failure_ends_the_run_at_the_farm(farm, tmp_path):
     project = make_project(tmp_path / "project")
@@ -97,6 +101,7 @@ def test_the_first_failure_ends_the_run_at_the_farm(farm, tmp_path):
     assert len(merge([project / "r.jsonl"]).results) < 200
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_file_that_cannot_be_imported_there_is_said(farm, tmp_path):
     here = f"import os\nassert os.getcwd() == {str(tmp_path / 'project')!r}, 'only there'\n"
@@ -107,6 +112,7 @@ def test_a_file_that_cannot_be_imported_there_is_said(farm, tmp_path):
     assert "only there" in said
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("options", "why"),
     [

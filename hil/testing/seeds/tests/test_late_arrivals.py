@@ -66,6 +66,7 @@ def test_a_read_waits_for_the_answer_to_bytes_that_come_late():
     assert 0 < times(1)[-1] - times(1, 0)[-1] <= 10 * WINDOW_NS
 
 
+@pytest.mark.thorough
 def test_a_program_has_them_late_too(tmp_path):
     (tmp_path / "ask.py").write_text(PROGRAM)
 

@@ -22,6 +22,7 @@ def rows(project: Path, name: str = "r.jsonl") -> list[dict]:
     return [json.loads(line) for line in (project / name).read_text().splitlines()]
 
 
+@pytest.mark.thorough
 def test_each_seed_that_fails_is_told_with_its_smallest_set(project):
     said = pytest_in(project, "--hil-seeds", "60", "--hil-results", "r.jsonl", code=1)
     head, *results, end = rows(project)
@@ -50,6 +51,7 @@ def test_each_seed_that_fails_is_told_with_its_smallest_set(project):
     assert "1 failed" in pytest_in(project, again, "--hil-seeds", "60", code=1)
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_bytes_in_each_way_to_run(project):
     def sent(*options: str, hash_seed: str = "random") -> list[str]:
         (project / "bytes.txt").unlink(missing_ok=True)
@@ -62,6 +64,7 @@ def test_the_same_seed_gives_the_same_bytes_in_each_way_to_run(project):
     assert sent("--hil-seeds", "60", "-n", "2") == alone
 
 
+@pytest.mark.thorough
 def test_side_by_side_the_same_is_told(project):
     alone = pytest_in(project, "--hil-seeds", "40", "--hil-results", "r.jsonl", code=1)
     beside = pytest_in(project, "--hil-seeds", "40", "--hil-results", "b.jsonl", "-n", "2", code=1)
@@ -84,6 +87,7 @@ def test_without_the_option_nothing_changes(project):
     assert "seed" not in said
 
 
+@pytest.mark.thorough
 def test_a_range_of_seeds_and_a_window_of_arrival(project):
     said = pytest_in(
         project, "--hil-seeds", "100..119", "--hil-arrival-window", "2ms", "-k", "test_seed", "-vv"
@@ -145,6 +149,7 @@ def test_the_first_failure_ends_the_run_early(project):
     assert "1 failed, 3 passed" in said
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("options", "why"),
     [

@@ -49,6 +49,7 @@ def known(result) -> tuple:
     return result.piece, result.seed, result.outcome, result.what, result.smallest, result.note
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_shards_together_are_the_whole(project):
     shards, whole = merge(files(project)), merge([project / "whole.jsonl"])
@@ -79,6 +80,7 @@ def test_what_is_missing_or_twice_is_named(project, tmp_path):
     assert merge([one, two, cut, four]).problems == [f"{json.loads(lines[1])['piece']} was run in two shards"]
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_more_shards_than_tests_and_seeds_are_no_failure(tmp_path):
     project = make_project(tmp_path / "project")
@@ -120,6 +122,7 @@ def test_all_results_are_in_the_xml(project):
     assert "test_without[seed-3]" in {case.get("name") for case in failures}
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_the_command_says_so_and_ends_with_1(project):
     import subprocess

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 import serial
 
-from hil.sim.inputs import Bytes
+from hil.sim.inputs import Bytes, LineOpened
 from hil.testing import Bench
 from hil.vocab.time import NS_PER_MS
 
@@ -107,3 +107,29 @@ def test_xoff_stops_what_is_sent() -> None:
             b"p",
             b"\x13",
         ]
+
+
+@pytest.mark.parametrize(
+    ("port", "openings"), [("pty", 2), ({"kind": "tcp", "port": 0}, 2), ("usb", 3), (RFC2217, 3)]
+)
+def test_a_line_is_opened_by_its_first_client_and_by_dtr(port: Any, openings: int) -> None:
+    with bench_of("uno", port) as b:
+        at, beside = b.serial("d1", timeout=0.1), b.serial("d1", timeout=0.1)
+        beside.close()
+        if openings == 3:
+            at.dtr = False
+            at.rts = False
+            at.dtr = True
+        at.close()
+        at.open()
+        given = [logged.input for logged in b.inputs.inputs]
+        assert [each for each in given if isinstance(each, LineOpened)] == [LineOpened()] * openings
+
+
+def test_a_line_of_a_board_that_is_not_reset_is_no_input() -> None:
+    with Bench({"bench": "b", "devices": {"d1": {"profile": "uno", "auto_reset": False}}}) as b:
+        b.serial("d1").close()
+        assert [*b.inputs.inputs] == []
+    with bench_of("sac", "pty") as b:
+        b.serial("d1").close()
+        assert [*b.inputs.inputs] == []

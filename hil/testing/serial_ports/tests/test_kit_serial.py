@@ -208,3 +208,15 @@ def test_a_wrapper_reads_text() -> None:
         assert port.readinto(data) == 4
         assert data == b"step"
         assert [line[:6] for line in port] == [b"Number"]
+
+
+def test_a_read_ends_with_the_last_byte_that_it_waits_for_however_late_that_is_sent() -> None:
+    with Bench({"bench": "b", "devices": {"u1": {"profile": "uno"}}}) as b:
+        b.run(ms=100)
+        b.port("u1").read()
+        port = b.serial("u1", timeout=5)
+        port.write(b"move 16\n")
+        said = b"\r\nmoving 16 steps, 144 us each\r\nmoved 16 steps\r\n"
+        begun_ns = b.now_ns
+        assert port.read(len(said)) == said
+        assert b.now_ns - begun_ns < 100_000_000

@@ -196,6 +196,7 @@ def bench(config: dict[str, Any]) -> Iterator[Bench]:
         yield made
 
 
+@pytest.mark.thorough
 @settings(
     max_examples=max(1, OPERATIONS // MOST),
     deadline=None,

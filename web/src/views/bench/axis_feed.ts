@@ -1,45 +1,66 @@
-/** Samples of the axes: one watch and one ring for each, shared by all that show it. The ring stays when nobody
- * looks, and while the connection is lost. */
+/** Samples of the axes, shared by all that show one. Of each the smallest and the largest value of intervals come, however
+ * fast it swings, and are kept for minutes; where plots are in sight also many more, which are kept for seconds. What was
+ * kept stays when nobody looks, and while the connection is lost. */
 
-import { signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { Ring } from "../../model/ring";
-import type { WatchHandle } from "../../net/channels";
-import { link, status } from "../../store";
+import type { Layer, Sampling } from "../../model/sampling";
+import type { Refused } from "../../net/protocol";
+import { pastAt } from "../../past";
+import { status } from "../../store";
+import { SampleStream, type SampleRate } from "./sample_stream";
 
-export const RATE_HZ = 60;
-/** Five minutes. */
-const CAPACITY = RATE_HZ * 300;
+/** 600 looks a second, of all axes; five minutes. */
+const COARSE: SampleRate = { rate_Hz: 60, points: 10, kept_s: 300 };
+/** 7000 looks a second, about each control step, of the axis in sight. */
+const FINE: SampleRate = { rate_Hz: 1000, points: 7, kept_s: 32 };
+export const LOOKS_HZ = COARSE.rate_Hz * COARSE.points;
 /** Samples come for so long when nobody looks any more: who goes to another view and comes back misses nothing. */
 const KEPT_MS = 30_000;
 /** A jump of the clocks by more is taken at once, less is followed slowly. */
 const JUMP_s = 0.25;
 const FOLLOW = 0.05;
+/** Samples come 30 times a second: so far behind the newest of them the edge of a live plot moves evenly. */
+const BATCH_s = 0.04;
+
+const PAST_WINDOW_s = 10;
+/** Grows when others look, or at other fields. */
+export const wantsChanged = signal(0);
 
 export class AxisFeed {
   /** Names of the ring's columns, from 1 on. */
   fields: string[] = [];
-  ring = new Ring(CAPACITY, 1);
-  /** Samples that the bench lost for lack of room. */
+  private readonly coarse: SampleStream;
+  private fine: SampleStream | null = null;
+  /** Samples around the time of the past that is shown; `past_samples.ts` puts them here. */
+  past: Layer | null = null;
+  /** Length of what plots show of the past. */
+  pastWindow_s = PAST_WINDOW_s;
+  /** Samples that were lost for lack of room. */
   readonly lost = signal(0);
   /** Modes of the axis's loop that its samples have, where they are watched. */
   readonly modes = signal<readonly number[]>([]);
   /** Why the bench does not give samples; empty: it does. */
   readonly refusal = signal("");
 
-  private readonly wanted = new Map<symbol, string[]>();
-  private watch: WatchHandle | null = null;
-  private isGap = false;
+  private readonly wanted = new Map<symbol, { fields: string[]; isClose: boolean }>();
   private ending = 0;
-  /** The start of the bench that the newest samples are of. */
-  private instance: string | undefined;
   private offset_s = NaN;
 
-  constructor(readonly axis: string) {}
+  constructor(readonly axis: string) {
+    this.coarse = this.stream(COARSE, (error) => (this.refusal.value = error.message));
+  }
 
-  /** Want fields from now on; answers the function that ends it. */
-  want(fields: string[]): () => void {
+  private stream(rate: SampleRate, refused: (error: Refused) => void): SampleStream {
+    const came = (values: Float64Array, rows: number, columns: number) => this.came(values, rows, columns);
+    return new SampleStream(this.axis, rate, { came, refused }, this.fields.length + 1);
+  }
+
+  /** Want fields from now on, all that can be had where somebody looks closely; answers the function that ends it. */
+  want(fields: string[], isClose = false): () => void {
     const key = Symbol();
-    this.wanted.set(key, fields);
+    this.wanted.set(key, { fields, isClose });
+    wantsChanged.value += 1;
     this.begin();
     return () => {
       this.wanted.delete(key);
@@ -48,11 +69,52 @@ export class AxisFeed {
     };
   }
 
+  private get isCloselyWanted(): boolean {
+    return [...this.wanted.values()].some(({ isClose }) => isClose);
+  }
+
   private endUnwanted(): void {
-    if (this.wanted.size) return;
-    this.watch?.close();
-    this.watch = null;
-    this.isGap = true;
+    if (!this.wanted.size) this.coarse.end();
+    if (this.isCloselyWanted) return;
+    this.fine?.end();
+    this.fine = null; // it is large
+  }
+
+  /** Begin all watches anew, as for another pace of the bench. */
+  beginAgain(): void {
+    const { speed } = this;
+    for (const stream of [this.coarse, this.fine]) if (stream?.isOpen) stream.begin(this.fields, speed);
+  }
+
+  private get speed(): number {
+    return status.peek().speed ?? 1;
+  }
+
+  /** Samples that are shown, the finest first: of the present, or of the time that the page looks back at. */
+  get layers(): Layer[] {
+    if (pastAt.peek() !== null) return [(this.past ??= { ring: new Ring(2, this.fields.length + 1), sampling: this.coarse.sampling })];
+    return this.fine ? [this.fine, this.coarse] : [this.coarse];
+  }
+
+  /** Extremes of the last minutes, or samples of the time that the page looks back at. */
+  get ring(): Ring {
+    return this.layers[this.layers.length - 1]!.ring;
+  }
+
+  get sampling(): Sampling {
+    return this.layers[this.layers.length - 1]!.sampling;
+  }
+
+  /** Show so much of the past. */
+  lookBackOver(window_s: number): void {
+    if (window_s === this.pastWindow_s) return;
+    this.pastWindow_s = window_s;
+    wantsChanged.value += 1;
+  }
+
+  /** Whether somebody looks at it. */
+  get isWanted(): boolean {
+    return this.wanted.size > 0;
   }
 
   column(field: string): number {
@@ -61,44 +123,40 @@ export class AxisFeed {
 
   /** Time of the right edge of a live plot: it goes on evenly between the samples, and stands when they stop. */
   edge_s(now_ms: number): number {
-    const speed = status.peek().speed ?? 1;
-    const even = (now_ms / 1000) * speed + this.offset_s;
-    return Math.min(even, this.ring.last_s + 0.1 * speed);
+    const past_s = pastAt.peek();
+    if (past_s !== null) return past_s;
+    const even = (now_ms / 1000) * this.speed + this.offset_s;
+    return Math.min(even - BATCH_s * this.speed, this.last_s);
+  }
+
+  private get last_s(): number {
+    const { last_s } = this.coarse.ring;
+    return this.fine?.ring.total ? Math.max(this.fine.ring.last_s, last_s || -Infinity) : last_s;
   }
 
   private begin(): void {
-    const all = [...new Set([...this.wanted.values()].flat())];
+    const all = [...new Set([...this.wanted.values()].flatMap(({ fields }) => fields))];
     const missing = all.filter((field) => !this.fields.includes(field));
     if (missing.length) {
       this.fields = [...this.fields, ...missing];
       const columns = [0, ...this.fields.map((field) => (missing.includes(field) ? -1 : this.fields.indexOf(field) + 1))];
-      this.ring = this.ring.rearranged(columns);
+      for (const stream of [this.coarse, this.fine]) if (stream) stream.ring = stream.ring.rearranged(columns);
+      this.past = null;
+      wantsChanged.value += 1;
     }
-    if (this.watch && !missing.length && !this.refusal.peek()) return;
-    this.watch?.close();
-    this.refusal.value = "";
-    this.watch = link.watch(
-      { what: "samples", target: this.axis, fields: this.fields, rate_Hz: RATE_HZ },
-      {
-        samples: (values, rows, columns, lost) => this.take(values, rows, columns, lost),
-        again: () => (this.isGap = true),
-        refused: (error) => (this.refusal.value = error.message),
-      },
-    );
+    if (!this.fine && this.isCloselyWanted) this.fine = this.stream(FINE, () => undefined); // the extremes are there
+    if (!this.coarse.isOpen) this.refusal.value = "";
+    for (const stream of [this.coarse, this.fine]) {
+      if (stream && (missing.length || !stream.isOpen)) stream.begin(this.fields, this.speed);
+    }
   }
 
-  private take(values: Float64Array, rows: number, columns: number, lost: number): void {
-    if (!rows) return;
-    const instance = link.hello.peek()?.instance;
-    if (instance !== this.instance) this.ring.restart();
-    else if (this.isGap) this.ring.gap();
-    this.instance = instance;
-    this.isGap = false;
-    this.ring.push(values, rows, columns);
+  private came(values: Float64Array, rows: number, columns: number): void {
     this.noteModes(values, rows, columns);
+    const lost = this.coarse.lost + (this.fine?.lost ?? 0);
     if (lost !== this.lost.peek()) this.lost.value = lost;
-    const speed = status.peek().speed ?? 1;
-    const offset_s = this.ring.last_s - (performance.now() / 1000) * speed;
+    const { speed } = this;
+    const offset_s = this.last_s - (performance.now() / 1000) * speed;
     const by_s = offset_s - this.offset_s;
     this.offset_s = Math.abs(by_s) < JUMP_s * speed ? this.offset_s + FOLLOW * by_s : offset_s;
   }
@@ -113,6 +171,11 @@ export class AxisFeed {
   }
 }
 
+/** Feeds that somebody looks at. */
+export function wantedFeeds(): AxisFeed[] {
+  return [...feeds.values()].filter((feed) => feed.isWanted);
+}
+
 const feeds = new Map<string, AxisFeed>();
 
 export function feedOf(axis: string): AxisFeed {
@@ -120,3 +183,10 @@ export function feedOf(axis: string): AxisFeed {
   if (!feed) feeds.set(axis, (feed = new AxisFeed(axis)));
   return feed;
 }
+
+const pace = computed(() => status.value.speed ?? 1);
+
+effect(() => {
+  void pace.value;
+  for (const feed of feeds.values()) feed.beginAgain();
+});

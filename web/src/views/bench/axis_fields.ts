@@ -58,9 +58,23 @@ export function neededFields(device: DeviceRow, chosen: string[]): string[] {
   return chosen.some((name) => isByMode(device, name)) ? [...new Set([...chosen, "mode"])] : chosen;
 }
 
+/** Fields of another axis that can be drawn beside an axis's own: named with its address, and those of one unit alone. */
+export function fieldsBeside(device: DeviceRow): FieldRow[] {
+  return drawable(device)
+    .filter((field) => !isByMode(device, field.name))
+    .map((field) => ({ ...field, name: `${device.name}.${field.name}`, meaning: `${device.name}: ${field.meaning}` }));
+}
+
+/** Split the name of such a field into axis and field; null: it is the axis's own. */
+export function besideOf(name: string): { axis: string; field: string } | null {
+  const dot = name.lastIndexOf(".");
+  return dot < 0 ? null : { axis: name.slice(0, dot), field: name.slice(dot + 1) };
+}
+
 /** Make the panes for chosen fields: one for each unit, the usual units first. The shaft's angle has its own where the
- * board's has another zero; `modes`: those that the loop has had, by which its set-point has units. */
-export function panesOf(device: DeviceRow, chosen: string[], modes: Iterable<number> = []): Pane[] {
+ * board's has another zero; `modes`: those that the loop has had, by which its set-point has units; `others`: fields of other
+ * axes. */
+export function panesOf(device: DeviceRow, chosen: string[], modes: Iterable<number> = [], others: FieldRow[] = []): Pane[] {
   const hasTwoZeros = boardAngleOf(device.fields) !== undefined;
   const unitsByMode = [...new Set([...modes].map(unitIn))];
   const placed = drawable(device)
@@ -70,6 +84,7 @@ export function panesOf(device: DeviceRow, chosen: string[], modes: Iterable<num
       const isShaft = hasTwoZeros && field.name === "position_deg";
       return units.map((unit) => ({ key: isShaft ? SHAFT : unit, field: { ...field, unit } }));
     });
+  placed.push(...others.map((field) => ({ key: field.unit, field })));
   const keys = [...new Set(placed.map(({ key }) => key))];
   const rank = (key: string) => (key === SHAFT ? -1 : UNITS.includes(key) ? UNITS.indexOf(key) : UNITS.length);
   keys.sort((a, b) => rank(a) - rank(b));
@@ -96,21 +111,14 @@ export interface PinRow {
   meaning: string;
 }
 
-/** Field of all pins of a microcontroller, a bit each: D2 is bit 2, A0 bit 14. */
-const ALL_PINS = "pin_levels";
-
-function bitOf(pin: string): number | null {
-  const [, kind, number] = /^([DA])(\d{1,2})$/.exec(pin) ?? [];
-  return kind ? Number(number) + (kind === "A" ? 14 : 0) : null;
-}
-
 /** Pins of an axis: its inputs, in their order, then other levels that its fields tell. */
 export function pinsOf(device: DeviceRow): PinRow[] {
   const meanings = new Map(device.fields.map((field) => [field.name, field.meaning]));
-  const inputs = Object.entries(device.inputs).map(([name, field]) => {
-    const bit = meanings.has(field) || !meanings.has(ALL_PINS) ? null : bitOf(name);
-    const told = bit !== null ? ALL_PINS : meanings.has(field) ? field : "";
-    return { name, field: told, bit, isInput: true, meaning: bit !== null ? "" : (meanings.get(told) ?? "") };
+  const inputs = Object.entries(device.inputs).map(([name, told]) => {
+    const [of = "", number] = told.split("."); // pin_levels.13: a microcontroller has all its pins in one field
+    const field = meanings.has(of) ? of : "";
+    const bit = number === undefined || !field ? null : Number(number);
+    return { name, field, bit, isInput: true, meaning: bit === null ? (meanings.get(field) ?? "") : "" };
   });
   const known = new Set(inputs.map((pin) => pin.field));
   const others = device.fields

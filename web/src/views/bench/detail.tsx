@@ -1,6 +1,6 @@
 /** One device: its plots, and beside them verbs, gains, pins, terminals and all fields. */
 
-import { signal } from "@preact/signals";
+import { keptText } from "../../kept";
 import { Tabs, type Tab } from "../../parts/tabs";
 import type { DeviceRow } from "../../model/door";
 import { hello } from "../../store";
@@ -15,7 +15,7 @@ import { Terminals } from "./terminals";
 import { Verbs } from "./verbs";
 
 /** The tab that was used last, on all devices alike. */
-const current = signal("verbs");
+const current = keptText("bench.tab", "verbs");
 
 export function Detail({ device }: { device: DeviceRow }) {
   const model = plotModelOf(device);

@@ -1,19 +1,7 @@
-/** Plots as files: CSV of the shown rows, PNG of the shown panes. */
+/** Plots as files: a PNG of the shown panes. */
 
-import type { Ring } from "../../model/ring";
 import { palette } from "../../parts/palette";
 import type { PlotPane } from "./plot_pane";
-
-/** Write rows of a window as CSV: at_s and the fields. */
-export function csvOf(ring: Ring, fields: { name: string; column: number }[], from_s: number, to_s: number): string {
-  const lines = [["at_s", ...fields.map((field) => field.name)].join(",")];
-  for (let index = ring.indexAt(from_s); index < ring.total && ring.at(0, index) <= to_s; index++) {
-    const values = fields.map((field) => ring.at(field.column, index));
-    if (values.every(Number.isNaN)) continue;
-    lines.push([ring.at(0, index), ...values.map((value) => (Number.isNaN(value) ? "" : value))].join(","));
-  }
-  return `${lines.join("\n")}\n`;
-}
 
 /** Offer a file for download. */
 export function download(name: string, content: Blob): void {

@@ -1,32 +1,42 @@
 /** All fields of an axis with their values, now. */
 
-import { signal } from "@preact/signals";
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useId, useState } from "preact/hooks";
+import { keptText } from "../../kept";
 import { shown } from "../../model/numbers";
 import type { DeviceRow, FieldRow } from "../../model/door";
+import { askPast, LANE, pastAt } from "../../past";
 import { link, may } from "../../store";
-import { notify, notifyError } from "../../parts/notices";
+import { notifyError } from "../../parts/notices";
 import { check } from "../../model/parameters";
 
 const EVERY_MS = 500;
-const filter = signal("");
+const filter = keptText("bench.fields.filter");
+
+/** All fields of an axis, now or at a time of the past. */
+async function stateOf(axis: string, at_s: number | null): Promise<Record<string, number | null> | null> {
+  if (at_s === null) return link.ask("state", axis);
+  const told = await askPast("past_state", { at_s, lane: LANE });
+  return told?.axes[axis] ?? null;
+}
 
 export function useFieldValues(device: DeviceRow, every_ms = EVERY_MS): Record<string, number | null> {
   const [values, setValues] = useState<Record<string, number | null>>({});
+  const at_s = pastAt.value;
   useEffect(() => {
     let isThere = true;
     const read = async () => {
       if (document.hidden || link.state.peek() !== "open") return;
-      const state = await link.ask("state", device.name).catch(() => null);
+      const state = await stateOf(device.name, at_s).catch(() => null);
       if (state && isThere) setValues(state);
     };
     void read();
+    if (at_s !== null) return () => void (isThere = false);
     const timer = window.setInterval(() => void read(), every_ms);
     return () => {
       isThere = false;
       window.clearInterval(timer);
     };
-  }, [device.name, every_ms]);
+  }, [device.name, every_ms, at_s]);
   return values;
 }
 
@@ -80,15 +90,14 @@ function valueText(field: FieldRow, value: number | null | undefined): string {
   return field.type.startsWith("i") && typeof value === "number" ? String(value) : shown(value, 4);
 }
 
-/** A value that can be set: Enter sends it, Escape leaves it. */
+/** A value that can be set: Enter sends it, Escape takes it back; else what was typed stays, and says that it is not sent. */
 function SetField({ device, field, value }: { device: string; field: string; value: number | null | undefined }) {
   const [typed, setTyped] = useState<string | null>(null);
+  const id = useId();
+  const checked = check({ name: field }, typed ?? "");
+  const problem = typed === null || "value" in checked ? "" : "problem" in checked ? checked.problem : "write a number";
   const send = async () => {
-    const checked = check({ name: field }, typed ?? "");
-    if (!("value" in checked)) {
-      notify(`${field}: ${"problem" in checked ? checked.problem : "write a number"}`, true);
-      return;
-    }
+    if (typed === null || !("value" in checked)) return;
     try {
       await link.ask("set", device, { field, value: checked.value });
       setTyped(null);
@@ -97,18 +106,26 @@ function SetField({ device, field, value }: { device: string; field: string; val
     }
   };
   return (
-    <input
-      class="mono is-number"
-      aria-label={`Set ${field}`}
-      inputMode="decimal"
-      value={typed ?? (value === null || value === undefined ? "" : String(Number(value.toPrecision(7))))}
-      onFocus={(event) => event.currentTarget.select()}
-      onInput={(event) => setTyped(event.currentTarget.value)}
-      onBlur={() => setTyped(null)}
-      onKeyDown={(event) => {
-        if (event.key === "Enter") void send();
-        if (event.key === "Escape") setTyped(null);
-      }}
-    />
+    <>
+      <input
+        class="mono is-number"
+        aria-label={`Set ${field}`}
+        aria-invalid={problem !== ""}
+        aria-describedby={typed === null ? undefined : id}
+        inputMode="decimal"
+        value={typed ?? (value === null || value === undefined ? "" : String(Number(value.toPrecision(7))))}
+        onFocus={(event) => typed === null && event.currentTarget.select()}
+        onInput={(event) => setTyped(event.currentTarget.value)}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") void send();
+          if (event.key === "Escape") setTyped(null);
+        }}
+      />
+      {typed !== null && (
+        <small id={id} class={problem ? "problem set-note" : "soft set-note"}>
+          {problem || "Enter sends it"}
+        </small>
+      )}
+    </>
   );
 }

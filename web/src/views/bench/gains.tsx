@@ -3,8 +3,10 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 import uPlot from "uplot";
+import { KeptForms } from "../../kept";
 import { shown } from "../../model/numbers";
 import { checkAll, type ParameterRow } from "../../model/parameters";
+import { checkStep, LENGTH, STEP } from "../../model/step_form";
 import { notifyError } from "../../parts/notices";
 import { palette } from "../../parts/palette";
 import type { DeviceRow } from "../../model/door";
@@ -19,26 +21,27 @@ interface Responses {
   after: StepResponse | null;
 }
 
+const USUAL_STEP: Record<string, string> = { step_deg: "10", length_s: "0.5" };
+const forms = new KeptForms("bench.gains");
+const steps = new KeptForms("bench.steps");
 const recorded = signal<Record<string, Responses>>({});
 
 export function hasGains(device: DeviceRow): boolean {
   return device.verbs["gains"] !== undefined && device.verbs["position"] !== undefined;
 }
 
-const STEP: ParameterRow = { name: "step_deg", unit: "deg", summary: "how far", minimum: -3600, maximum: 3600, default: 10 };
-const LENGTH: ParameterRow = { name: "length_s", unit: "s", summary: "recorded time after it", minimum: 0.05, maximum: 10, default: 0.5 };
-
 export function Gains({ device }: { device: DeviceRow }) {
   const rows = device.verbs["gains"]?.parameters ?? [];
   const values = useFieldValues(device, 1000);
-  const [typed, setTyped] = useState<Record<string, string>>({});
-  const [step, setStep] = useState<Record<string, string>>({ step_deg: "10", length_s: "0.5" });
+  const typed = forms.of(device.name);
+  const setTyped = (texts: Record<string, string>) => forms.put(device.name, texts);
+  const step = { ...USUAL_STEP, ...steps.of(device.name) };
+  const setStep = (texts: Record<string, string>) => steps.put(device.name, texts);
   const [busy, setBusy] = useState("");
   const { values: wanted, problems } = checkAll(rows, typed);
-  const asked = checkAll([STEP, LENGTH], step);
-  const isBad = Object.keys(problems).length > 0 || Object.keys(asked.problems).length > 0;
-  const isChanged = Object.keys(wanted).length > 0;
-  const record = () => recordStep(device, Number(asked.values["step_deg"]), Number(asked.values["length_s"]));
+  const asked = checkStep(step);
+  const isChanged = Object.keys(wanted).length > 0 && Object.keys(problems).length === 0;
+  const record = () => recordStep(device, asked.step_deg, asked.length_s);
   const remember = (change: Partial<Responses>) => {
     const known = recorded.value[device.name] ?? { before: null, after: null };
     recorded.value = { ...recorded.value, [device.name]: { ...known, ...change } };
@@ -70,7 +73,7 @@ export function Gains({ device }: { device: DeviceRow }) {
       setTyped({});
       remember({ after: await record() });
     });
-  const isOff = !may("operator") || busy !== "" || isBad;
+  const isOff = !may("operator") || busy !== "" || Object.keys(asked.problems).length > 0;
   return (
     <div class="gains">
       <div class="gain-fields">
@@ -87,24 +90,28 @@ export function Gains({ device }: { device: DeviceRow }) {
       </div>
       <div class="row step-fields">
         {[STEP, LENGTH].map((row) => (
-          <label key={row.name}>
-            {row.summary}{" "}
-            <input
-              class="mono is-number"
-              inputMode="decimal"
-              value={step[row.name]}
-              aria-invalid={row.name in asked.problems}
-              onInput={(event) => setStep({ ...step, [row.name]: event.currentTarget.value })}
-            />{" "}
-            {row.unit}
-          </label>
+          <div key={row.name}>
+            <label>
+              {row.summary}{" "}
+              <input
+                class="mono is-number"
+                inputMode="decimal"
+                value={step[row.name]}
+                aria-invalid={row.name in asked.problems}
+                aria-describedby={row.name in asked.problems ? `step-${row.name}-problem` : undefined}
+                onInput={(event) => setStep({ ...step, [row.name]: event.currentTarget.value })}
+              />{" "}
+              {row.unit}
+            </label>
+            <Problem id={`step-${row.name}-problem`} text={asked.problems[row.name]} />
+          </div>
         ))}
       </div>
       <div class="row">
         <button type="button" class="primary" disabled={isOff} onClick={() => void stepOnly()}>
           {busy === "step" ? "Stepping …" : "Step response"}
         </button>
-        <button type="button" disabled={isOff || !isChanged} onClick={() => void apply()}>
+        <button type="button" disabled={!may("operator") || busy !== "" || !isChanged} onClick={() => void apply()}>
           Set gains
         </button>
         <button type="button" disabled={isOff || !isChanged} onClick={() => void compare()}>
@@ -125,20 +132,34 @@ interface GainProps {
 }
 
 function GainField({ row, value, text, problem, onChange }: GainProps) {
+  const id = `gain-${row.name}-problem`;
   return (
-    <label title={row.summary}>
-      <span class="mono">{row.name}</span>
-      <input
-        class="mono is-number"
-        inputMode="decimal"
-        placeholder={value === null || value === undefined ? "" : String(Number(value.toPrecision(5)))}
-        value={text}
-        aria-invalid={problem !== undefined}
-        aria-label={`${row.name}${row.unit ? ` in ${row.unit}` : ""}, now ${value ?? "not known"}${problem ? `, ${problem}` : ""}`}
-        onInput={(event) => onChange(event.currentTarget.value)}
-      />
-      <span class="soft">{row.unit}</span>
-    </label>
+    <div>
+      <label title={row.summary}>
+        <span class="mono">{row.name}</span>
+        <input
+          class="mono is-number"
+          inputMode="decimal"
+          placeholder={value === null || value === undefined ? "" : String(Number(value.toPrecision(5)))}
+          value={text}
+          aria-invalid={problem !== undefined}
+          aria-describedby={problem !== undefined ? id : undefined}
+          aria-label={`${row.name}${row.unit ? ` in ${row.unit}` : ""}, now ${value ?? "not known"}`}
+          onInput={(event) => onChange(event.currentTarget.value)}
+        />
+        <span class="soft">{row.unit}</span>
+      </label>
+      <Problem id={id} text={problem} />
+    </div>
+  );
+}
+
+/** Why a field is not taken, below it. */
+function Problem({ id, text }: { id: string; text: string | undefined }) {
+  return text === undefined ? null : (
+    <span id={id} class="problem" role="alert">
+      {text}
+    </span>
   );
 }
 
@@ -182,6 +203,16 @@ function ResponseView({ responses }: { responses: Responses }) {
           <tbody>
             <ResponseRow name="before" trace={2} response={before} />
             <ResponseRow name="after" trace={1} response={after} />
+            {after && (
+              <tr>
+                <th scope="row" class="trace trace-set-point">
+                  set-point
+                </th>
+                <td colSpan={4} class="soft">
+                  dashed; positions are in deg from where the shaft was
+                </td>
+              </tr>
+            )}
           </tbody>
         </table>
       </div>
@@ -231,7 +262,7 @@ function drawResponses(place: HTMLElement, before: StepResponse | null, after: S
       scales: { x: { time: false } },
       axes: [
         { ...axis, size: 28, values: (_plot, splits) => splits.map((value) => `${+(value * 1000).toFixed(3)} ms`) },
-        { ...axis, size: 52, values: (_plot, splits) => splits.map((value) => `${+value.toFixed(3)}`) },
+        { ...axis, size: 52, label: "deg", labelSize: 16, labelFont: font, values: (_plot, splits) => splits.map((value) => `${+value.toFixed(3)}`) },
       ],
       series,
       cursor: { drag: { x: true, y: false } },

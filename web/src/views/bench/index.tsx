@@ -1,4 +1,4 @@
-import { signal } from "@preact/signals";
+import { keptText } from "../../kept";
 import { href } from "../../router";
 import { devices } from "../../store";
 import type { ViewEntry } from "../view";
@@ -6,8 +6,9 @@ import { Detail } from "./detail";
 import { figuresOf } from "./figures";
 import { Overview } from "./overview";
 import "./bench.css";
+import "./past_samples";
 
-const filter = signal("");
+const filter = keptText("bench.filter");
 
 function BenchView({ path }: { path: string[] }) {
   const name = path[0];

@@ -2,6 +2,7 @@
 
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
 import { palette } from "../../parts/palette";
+import type { Ring } from "../../model/ring";
 import type { AxisFeed } from "./axis_feed";
 import { levelOf } from "./axis_fields";
 
@@ -15,6 +16,7 @@ export class LogicTrace implements Drawer {
   private readonly resize: ResizeObserver;
   private readonly endFrames: () => void;
   private drawnEdge_s = NaN;
+  private drawnRing: Ring | null = null;
   /** Whether there was a level before, from which an edge comes. */
   private isEdge = false;
 
@@ -38,7 +40,8 @@ export class LogicTrace implements Drawer {
   }
 
   isDue(): boolean {
-    return this.sight.isIn && this.feed.ring.total > 0 && this.feed.edge_s(performance.now()) !== this.drawnEdge_s;
+    const isMoved = this.feed.edge_s(performance.now()) !== this.drawnEdge_s || this.feed.ring !== this.drawnRing;
+    return this.sight.isIn && this.feed.ring.total > 0 && isMoved;
   }
 
   draw(now_ms: number): void {
@@ -49,6 +52,7 @@ export class LogicTrace implements Drawer {
     const { width, height } = this.canvas;
     const to_s = this.feed.edge_s(now_ms);
     this.drawnEdge_s = to_s;
+    this.drawnRing = ring;
     const scale = width / WINDOW_s;
     const xOf = (index: number) => Math.max(0, (ring.at(0, index) - to_s + WINDOW_s) * scale);
     context.clearRect(0, 0, width, height);

@@ -5,7 +5,7 @@ import { notifyError } from "../../parts/notices";
 import type { DeviceRow } from "../../model/door";
 import { link, may } from "../../store";
 import { theme } from "../../theme";
-import { feedOf, RATE_HZ } from "./axis_feed";
+import { feedOf, LOOKS_HZ } from "./axis_feed";
 import { levelOf, type PinRow, pinsOf } from "./axis_fields";
 import { LogicTrace } from "./logic_trace";
 
@@ -17,7 +17,7 @@ export function Pins({ device }: { device: DeviceRow }) {
   useEffect(() => feedOf(device.name).want(fields), [device.name, fields.join(" ")]);
   return (
     <>
-      <p class="soft">The last 5 s, looked at {RATE_HZ} times a second: shorter pulses are not seen.</p>
+      <p class="soft">The last 5 s, looked at {LOOKS_HZ} times a second: shorter pulses may not be seen.</p>
       <ul class="pins" aria-label={`Pins of ${device.name}`}>
         {pins.map((pin) => (
           <PinView key={pin.name} device={device.name} pin={pin} />

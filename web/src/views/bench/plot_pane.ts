@@ -1,19 +1,22 @@
-/** A uPlot of the fields of one unit. It draws from arrays of a fixed length that are filled anew: no memory is
+/** A uPlot of the fields of one unit. It draws from arrays of a fixed length that are filled again: no memory is
  * taken per frame. */
 
 import uPlot from "uplot";
 import type { FaultMark } from "../../model/fault_marks";
-import { copyWhere, decimate, display, niceRange, widen } from "../../model/decimate";
+import { beside, copyWhere, niceRange, widen } from "../../model/decimate";
 import { palette } from "../../parts/palette";
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
-import { faultMarks } from "../../store";
-import { isByMode, type Pane, unitIn } from "./axis_fields";
+import type { Ring } from "../../model/ring";
+import { shownFaults } from "../../past";
+import { besideOf, isByMode, type Pane, unitIn } from "./axis_fields";
 import type { PlotModel } from "./plot_model";
 
-const POINTS = 1200;
 const LEAST_SPAN: Record<string, number> = { deg: 1, rpm: 1, Nm: 0.01, A: 0.1, V: 1 };
-const AXIS_LEFT_PX = 62;
+const AXIS_LEFT_PX = 78;
 const FONT_PX = 11;
+/** Room for the names of faults above the first pane. */
+const LANE_PX = 16;
+const OTHERS_PX = 3;
 const NO_GAPS: [number, number][] = [];
 
 export class PlotPane implements Drawer {
@@ -21,22 +24,23 @@ export class PlotPane implements Drawer {
   private readonly sight: Sight;
   private readonly resize: ResizeObserver;
   private readonly endFrames: () => void;
-  private all: Float64Array[];
-  private data: uPlot.TypedArray[];
+  private all: Float64Array[] = [];
+  private data: uPlot.TypedArray[] = [];
   private readonly x = { min: 0, max: 1 };
   private readonly y: [number, number] = [0, 1];
   private readonly values: [number, number] = [0, 0];
   private drawnTotal = -1;
+  private drawnRing: Ring | null = null;
   private drawnChanges = -1;
 
   constructor(
     readonly place: HTMLElement,
     readonly pane: Pane,
     private readonly model: PlotModel,
+    private readonly isFirst: boolean,
     hasTimes: boolean,
   ) {
-    this.all = display(model.ring, POINTS);
-    this.data = this.pick();
+    this.takeRows(performance.now());
     this.plot = new uPlot(this.options(hasTimes), this.data as unknown as uPlot.AlignedData, place);
     this.sight = new Sight(place);
     this.resize = new ResizeObserver(() => this.fit());
@@ -53,7 +57,8 @@ export class PlotPane implements Drawer {
 
   isDue(): boolean {
     if (!this.sight.isIn) return false;
-    const isSame = this.model.changes === this.drawnChanges && this.model.ring.total === this.drawnTotal;
+    const { ring } = this.model.shownLayer(performance.now());
+    const isSame = ring === this.drawnRing && this.model.changes === this.drawnChanges && ring.total === this.drawnTotal;
     return !isSame || (!this.model.paused.peek() && this.isMoving());
   }
 
@@ -63,25 +68,42 @@ export class PlotPane implements Drawer {
   }
 
   draw(now_ms: number): void {
-    const ring = this.model.ring;
-    if (ring.width !== this.all.length) {
-      this.all = display(ring, POINTS);
-      this.data = this.pick();
-    }
-    this.drawnTotal = ring.total;
-    this.drawnChanges = this.model.changes;
-    const right = this.model.right_s(now_ms);
-    if (!ring.total || right !== right) return;
-    this.x.min = this.model.left_s(now_ms);
-    this.x.max = right;
-    const made = decimate(ring, this.x.min, this.x.max, this.all);
+    if (!this.takeRows(now_ms)) return;
     this.values[0] = Infinity;
     this.values[1] = -Infinity;
-    this.leaveOutOtherUnits();
-    for (let at = 1; at < this.data.length; at++) widen(this.data[at]!, made, this.values);
-    niceRange(this.values[0], this.values[1], LEAST_SPAN[this.pane.unit] ?? 1, this.y);
+    this.fillIn();
+    for (let at = 1; at < this.data.length; at++) widen(this.data[at]!, this.model.rows.made, this.values);
+    const fixed = this.model.fixed.peek().get(this.pane.key);
+    if (fixed) [this.y[0], this.y[1]] = fixed;
+    else niceRange(this.values[0], this.values[1], LEAST_SPAN[this.pane.unit] ?? 1, this.y);
     this.plot.setData(this.data as unknown as uPlot.AlignedData, false);
     this.plot.setScale("x", this.x);
+  }
+
+  /** Have the rows of what is shown; false: there are none. */
+  private takeRows(now_ms: number): boolean {
+    const layer = this.model.shownLayer(now_ms);
+    const { rows } = this.model;
+    this.drawnRing = layer.ring;
+    this.drawnTotal = layer.ring.total;
+    this.drawnChanges = this.model.changes;
+    const right = this.model.right_s(now_ms);
+    const isThere = layer.ring.total > 0 && right === right;
+    if (isThere) {
+      this.x.min = this.model.left_s(now_ms);
+      this.x.max = right;
+    }
+    rows.of(layer, this.x.min, this.x.max);
+    if (rows.data !== this.all) {
+      this.all = rows.data;
+      this.data = this.pick();
+    }
+    return isThere;
+  }
+
+  /** Range of values that is shown. */
+  get range(): readonly [number, number] {
+    return this.y;
   }
 
   /** Time at the mouse, or null where it is not over the plot. */
@@ -93,18 +115,24 @@ export class PlotPane implements Drawer {
   private pick(): uPlot.TypedArray[] {
     const { device, feed } = this.model;
     const columns = this.pane.fields.map((field) => {
+      if (besideOf(field.name)) return new Float64Array(this.all[0]!.length);
       const all = this.all[feed.column(field.name)] ?? this.all[0]!;
       const isSplit = isByMode(device, field.name) && feed.column("mode") in this.all && feed.column("mode") > 0;
-      return isSplit ? new Float64Array(POINTS) : all;
+      return isSplit ? new Float64Array(all.length) : all;
     });
     return [this.all[0]!, ...columns];
   }
 
-  /** Leave out what had another unit than this pane's when it was sampled. */
-  private leaveOutOtherUnits(): void {
-    const { feed } = this.model;
+  /** Fill in what other axes have, and leave out what had another unit than this pane's when it was sampled. */
+  private fillIn(): void {
+    const { feed, rows } = this.model;
     this.pane.fields.forEach((field, at) => {
-      const all = this.all[feed.column(field.name)]!;
+      if (besideOf(field.name)) {
+        const { ring, column } = this.model.placeOf(field.name, this.x.min);
+        beside(ring, column, this.all[0]!, rows.made, this.data[at + 1] as Float64Array);
+        return;
+      }
+      const all = this.all[feed.column(field.name)] ?? this.all[0]!;
       const out = this.data[at + 1] as Float64Array;
       const isOwn = (mode: number) => !Number.isNaN(mode) && unitIn(mode) === field.unit;
       if (out !== all) copyWhere(all, this.all[feed.column("mode")]!, isOwn, out);
@@ -126,13 +154,13 @@ export class PlotPane implements Drawer {
       width: Math.max(this.place.clientWidth, 100),
       height: Math.max(this.place.clientHeight, 60),
       legend: { show: false },
-      padding: [6, 24, hasTimes ? 0 : 4, 0],
+      padding: [this.isFirst ? LANE_PX : 6, 24, hasTimes ? 0 : 4, 0],
       scales: {
         x: { time: false },
         y: { range: () => this.y },
       },
       axes: [
-        { ...axis, size: hasTimes ? 24 : 0, space: 70, values: hasTimes ? (_plot, splits) => splits.map((value) => `${+value.toFixed(4)} s`) : () => [] },
+        { ...axis, size: hasTimes ? 24 : 0, space: 70, values: hasTimes ? (_plot, splits) => timeTexts(splits) : () => [] },
         { ...axis, size: AXIS_LEFT_PX, space: 26 },
       ],
       series: [
@@ -140,7 +168,7 @@ export class PlotPane implements Drawer {
         ...this.pane.fields.map((field, at) => ({
           label: field.name,
           stroke: colours.traces[at % colours.traces.length]!,
-          width: 1.25,
+          width: 1,
           points: { show: false },
           gaps: (plot: uPlot, index: number, first: number, last: number) => gapsOf(plot, index, first, last),
         })),
@@ -166,44 +194,59 @@ export class PlotPane implements Drawer {
     plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
   }
 
-  /** Draw the faults below the lines: a band for the time of each. */
+  /** Draw the faults below the lines: a band for the time of each of this device, one for all that overlap; a line at the
+   * upper edge for the others. */
   private drawMarks(plot: uPlot): void {
-    this.eachMark(plot, (mark, from, to) => {
-      const { top, height } = plot.bbox;
-      const colours = palette();
-      plot.ctx.fillStyle = colours.badBand;
-      plot.ctx.fillRect(from, top, Math.max(to - from, 2), height);
-      plot.ctx.fillStyle = this.isOwn(mark) ? colours.bad : colours.soft;
-      plot.ctx.fillRect(from, top, 1.5 * devicePixelRatio, height);
-    });
-  }
-
-  /** Draw the faults' names above the lines. */
-  private drawNames(plot: uPlot): void {
-    let row = 0;
-    this.eachMark(plot, (mark, from) => {
-      const { left, top } = plot.bbox;
-      const context = plot.ctx;
+    const { top, height } = plot.bbox;
+    const { ctx } = plot;
+    const colours = palette();
+    let banded = -Infinity;
+    this.eachMark(plot, top, (mark, from, to) => {
+      const end = Math.max(to, from + 2);
       const isOwn = this.isOwn(mark);
-      const at = top + (2 + (row++ % 3) * (FONT_PX + 2) + FONT_PX) * devicePixelRatio;
-      context.font = `${FONT_PX * devicePixelRatio}px ${palette().mono}`;
-      context.textAlign = "left";
-      context.textBaseline = "alphabetic";
-      context.fillStyle = isOwn ? palette().bad : palette().soft;
-      context.fillText(isOwn ? mark.kind : `${mark.kind} ${mark.target}`, Math.max(from, left) + 4 * devicePixelRatio, at);
+      if (!isOwn) {
+        ctx.fillStyle = colours.soft;
+        ctx.fillRect(from, top, end - from, OTHERS_PX * devicePixelRatio);
+        return;
+      }
+      ctx.fillStyle = colours.badBand;
+      if (end > banded) ctx.fillRect(Math.max(from, banded), top, end - Math.max(from, banded), height);
+      banded = Math.max(banded, end);
+      ctx.fillStyle = colours.bad;
+      ctx.fillRect(from, top, 1.5 * devicePixelRatio, height);
     });
   }
 
-  /** Draw each fault that is in sight, clipped: from and to in pixels of the canvas. */
-  private eachMark(plot: uPlot, draw: (mark: FaultMark, from: number, to: number) => void): void {
-    const marks = faultMarks.peek();
+  /** Write the faults' names above the first pane, side by side. */
+  private drawNames(plot: uPlot): void {
+    if (!this.isFirst) return;
+    const { left, top } = plot.bbox;
+    const { ctx } = plot;
+    const colours = palette();
+    let free = left;
+    this.eachMark(plot, 0, (mark, from) => {
+      const isOwn = this.isOwn(mark);
+      const text = isOwn ? mark.kind : `${mark.kind} ${mark.target}`;
+      ctx.font = `${FONT_PX * devicePixelRatio}px ${colours.mono}`;
+      ctx.textAlign = "left";
+      ctx.textBaseline = "alphabetic";
+      ctx.fillStyle = isOwn ? colours.bad : colours.soft;
+      const at = Math.max(from, free);
+      ctx.fillText(text, at, top - 4 * devicePixelRatio);
+      free = at + ctx.measureText(text).width + 8 * devicePixelRatio;
+    });
+  }
+
+  /** Draw each fault that is in sight, clipped below `from_y`: from and to in pixels of the canvas, the earliest first. */
+  private eachMark(plot: uPlot, from_y: number, draw: (mark: FaultMark, from: number, to: number) => void): void {
+    const marks = shownFaults.peek();
     if (!marks.length) return;
     const { left, top, width, height } = plot.bbox;
     plot.ctx.save();
     plot.ctx.beginPath();
-    plot.ctx.rect(left, top, width, height);
+    plot.ctx.rect(left, from_y, width, top + height - from_y);
     plot.ctx.clip();
-    for (const mark of marks) {
+    for (const mark of [...marks].sort((a, b) => a.begin_s - b.begin_s)) {
       const end_s = mark.end_s ?? Infinity;
       if (end_s < this.x.min || mark.begin_s > this.x.max) continue;
       const from = mark.begin_s < this.x.min ? left - 2 : plot.valToPos(mark.begin_s, "x", true);
@@ -235,6 +278,13 @@ export class PlotPane implements Drawer {
     context.fillText(name, at + 3 * devicePixelRatio, top + height - 4 * devicePixelRatio);
     context.restore();
   }
+}
+
+/** Write times so that neighbours differ. */
+function timeTexts(splits: number[]): string[] {
+  const step_s = (splits[1] ?? NaN) - (splits[0] ?? NaN);
+  const digits = step_s > 0 ? Math.min(Math.max(Math.ceil(-Math.log10(step_s) - 1e-9) + 1, 1), 7) : 4;
+  return splits.map((value) => `${+value.toFixed(digits)} s`);
 }
 
 /** Name of the device of an address: "s1" of "s1.network". */

@@ -3,6 +3,7 @@
 import { decimate, display, niceRange, widen } from "../../model/decimate";
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
 import { palette } from "../../parts/palette";
+import type { Ring } from "../../model/ring";
 import type { AxisFeed } from "./axis_feed";
 
 const WINDOW_s = 10;
@@ -18,6 +19,7 @@ export class Strip implements Drawer {
   private readonly range: [number, number] = [0, 1];
   private readonly values: [number, number] = [0, 0];
   private drawnEdge_s = NaN;
+  private drawnRing: Ring | null = null;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -40,6 +42,7 @@ export class Strip implements Drawer {
 
   isDue(): boolean {
     if (!this.sight.isIn || !this.feed.ring.total) return false;
+    if (this.feed.ring !== this.drawnRing) return true;
     const moved_s = Math.abs(this.feed.edge_s(performance.now()) - this.drawnEdge_s);
     return !(moved_s < WINDOW_s / this.canvas.width); // less than a pixel would not be seen
   }
@@ -51,6 +54,7 @@ export class Strip implements Drawer {
     const times = this.data[0]!;
     const to_s = this.feed.edge_s(now_ms);
     this.drawnEdge_s = to_s;
+    this.drawnRing = ring;
     const made = decimate(ring, to_s - WINDOW_s, to_s, this.data);
     if (this.context && values) this.line(this.context, times, values, made, to_s);
   }

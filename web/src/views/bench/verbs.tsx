@@ -1,13 +1,15 @@
 /** What can be asked of a device, each verb as a form. */
 
-import { signal } from "@preact/signals";
+import { KeptForms, keptTexts } from "../../kept";
+import { answerText } from "../../model/answer_text";
 import { notify, notifyError } from "../../parts/notices";
 import { ParameterForm } from "../../parts/parameter_form";
 import type { DeviceRow, VerbRow } from "../../model/door";
-import { link, may } from "../../store";
+import { link, may, whyNot } from "../../store";
 
-/** Verbs that are operations of their own too, and everywhere the same. */
-const chosen = signal<Record<string, string>>({});
+/** The verb that was chosen last, by profile. */
+const chosen = keptTexts("bench.verbs");
+const forms = new KeptForms("bench.forms");
 
 export function Verbs({ device }: { device: DeviceRow }) {
   const names = Object.keys(device.verbs);
@@ -37,10 +39,11 @@ export function Verbs({ device }: { device: DeviceRow }) {
 
 function VerbForm({ device, name, verb }: { device: DeviceRow; name: string; verb: VerbRow }) {
   const isAllowed = may(verb.role);
+  const form = `${device.name} ${name}`;
   const carryOut = async (values: Record<string, unknown>) => {
     try {
       const answer = await askVerb(device.name, name, values);
-      notify(`${device.name} ${name}: ${answerText(answer)}`);
+      notify(`${device.name} ${name}: ${answerText(answer, verb, device.fields) || "done"}`);
     } catch (error) {
       notifyError(error);
     }
@@ -52,12 +55,14 @@ function VerbForm({ device, name, verb }: { device: DeviceRow; name: string; ver
       </p>
       <ParameterForm
         rows={verb.parameters}
+        given={forms.of(form)}
+        onType={(texts) => forms.put(form, texts)}
         action={name}
         isDisabled={!isAllowed}
-        why={isAllowed ? `${name} ${device.name}` : `This needs the role ${verb.role}.`}
+        why={isAllowed ? `${name} ${device.name}` : whyNot(verb.role)}
         onSubmit={carryOut}
       />
-      {!isAllowed && <p class="soft">This needs the role {verb.role}.</p>}
+      {!isAllowed && <p class="soft">{whyNot(verb.role)}</p>}
     </>
   );
 }
@@ -65,10 +70,4 @@ function VerbForm({ device, name, verb }: { device: DeviceRow; name: string; ver
 /** Carry out a verb of a device. Throws Refused. */
 export function askVerb(device: string, name: string, parameters: Record<string, unknown>): Promise<unknown> {
   return link.ask("do", device, { name, parameters });
-}
-
-function answerText(answer: unknown): string {
-  if (typeof answer !== "object" || answer === null) return "done";
-  const told = Object.entries(answer).filter(([name]) => !name.endsWith("_ns"));
-  return told.length ? told.map(([name, value]) => `${name} ${String(value)}`).join(", ") : "done";
 }

@@ -10,7 +10,8 @@ import { readText, type Configuration, type Listing, type Screens, type Speed } 
 import { Calibrator } from "./calibrator";
 import { withName, withOperation, type CommandTime } from "./command_times";
 import { QueueSync } from "./queue_sync";
-import { ONE_SHOTS } from "./oneshot_file";
+import { isDraft, keptFor } from "../../kept";
+import { KeptBoard } from "./kept_board";
 import { afterBegin, afterEnd, afterLine, afterListing, runningText, STANDING, type Motion } from "./running_row";
 import { withIncoming, withSent, type SentLine } from "./text_log";
 
@@ -29,13 +30,9 @@ const CHANGES_SETTINGS = /^[$gab]|^[vdl]\d?/i;
 
 export class BoardSession {
   readonly state = signal<{ state: LinkState; why: string }>({ state: "opening", why: "" });
-  readonly sync = new QueueSync(
-    (line) => this.ask(line),
-    () => this.screen("q"),
-    () => this.stepsPerRev,
-    () => (this.isStale = false),
-  );
-  readonly queue = this.sync.queue;
+  readonly kept: KeptBoard;
+  readonly sync: QueueSync;
+  readonly queue: QueueSync["queue"];
   readonly motion = signal<Motion>(STANDING);
   readonly configuration = signal<Configuration | undefined>(undefined);
   /** Defaults and flags of `cf`. */
@@ -43,7 +40,6 @@ export class BoardSession {
   readonly incoming = signal("");
   readonly sent = signal<readonly SentLine[]>([]);
   readonly times = signal<readonly CommandTime[]>([]);
-  readonly oneShots = signal<readonly string[]>(Array.from({ length: ONE_SHOTS }, () => ""));
   readonly calibrator = new Calibrator(this);
 
   private line: BoardLink;
@@ -58,6 +54,17 @@ export class BoardSession {
   private isWorking = false;
 
   constructor(readonly port: string) {
+    this.kept = new KeptBoard(port);
+    this.sync = new QueueSync(
+      this.kept,
+      (line) => this.ask(line),
+      () => this.screen("q"),
+      () => this.stepsPerRev,
+      () => (this.isStale = false),
+    );
+    this.queue = this.sync.queue;
+    isDraft(`rows of ${port}`, () => this.sync.missing > 0 || Object.keys(this.kept.cells.value).length > 0);
+    isDraft(`one-shots of ${port}`, () => !this.kept.oneShots.value.isSaved);
     this.line = this.newLine();
     this.line.close("the port is not open yet");
   }
@@ -335,7 +342,8 @@ const sessions = new Map<string, BoardSession>();
 
 /** Session of a port, opened when it is first looked at. */
 export function boardSession(port: string): BoardSession {
-  const known = sessions.get(port) ?? new BoardSession(port);
-  sessions.set(port, known);
+  const key = `${keptFor.peek()}/${port}`;
+  const known = sessions.get(key) ?? new BoardSession(port);
+  sessions.set(key, known);
   return known;
 }

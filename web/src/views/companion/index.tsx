@@ -26,7 +26,16 @@ function CompanionView({ path }: { path: string[] }) {
   const port = ports.includes(path[0] ?? "") ? path[0]! : ports[0];
   if (!port) return <p class="empty">There is no SAC on this bench.</p>;
   if (!may("operator")) return <p class="empty">The companion types at boards: it needs the role operator.</p>;
-  return <Companion key={port} port={port} ports={ports} />;
+  return (
+    <>
+      {path[0] !== undefined && path[0] !== port && (
+        <p class="problem no-place">
+          There is no SAC at “{path[0]}”. This is {port}.
+        </p>
+      )}
+      <Companion key={port} port={port} ports={ports} />
+    </>
+  );
 }
 
 function Companion({ port, ports }: { port: string; ports: string[] }) {

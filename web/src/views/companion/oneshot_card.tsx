@@ -7,14 +7,19 @@ import { LoadButton, saveFile } from "../../parts/files";
 import { lineFault, writeOneShots } from "./oneshot_file";
 
 export function OneShotCard({ session, isDisabled }: { session: BoardSession; isDisabled: boolean }) {
-  const shots = session.oneShots.value;
+  const { oneShots } = session.kept;
+  const shots = oneShots.value.lines;
   const put = (index: number, line: string) => {
-    session.oneShots.value = shots.map((old, at) => (at === index ? line : old));
+    oneShots.value = { lines: shots.map((old, at) => (at === index ? line : old)), isSaved: false };
+  };
+  const save = () => {
+    saveFile("oneShot.txt", writeOneShots(oneShots.peek().lines));
+    oneShots.value = { ...oneShots.peek(), isSaved: true };
   };
   const load = async (name: string, bytes: Uint8Array) => {
     const read = await readFile(session.port, "one_shots", bytes, name);
     if (!read) return;
-    session.oneShots.value = read.lines;
+    oneShots.value = { lines: read.lines, isSaved: true };
     notify(`${name}: ${read.lines.filter((line) => line.trim()).length} commands`);
   };
   return (
@@ -23,7 +28,7 @@ export function OneShotCard({ session, isDisabled }: { session: BoardSession; is
         <h2 id="oneshot-title">One-shots</h2>
         <span class="push" />
         <LoadButton label="Load one-shots" take={load} />
-        <button type="button" onClick={() => saveFile("oneShot.txt", writeOneShots(session.oneShots.peek()))}>
+        <button type="button" onClick={save}>
           Save one-shots
         </button>
       </div>

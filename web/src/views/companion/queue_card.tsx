@@ -30,11 +30,13 @@ function QueueState({ session }: { session: BoardSession }) {
   const { board } = session.queue.value;
   const missing = unsent(session.queue.value).length;
   const { running } = session.motion.value;
+  const wrong = Object.keys(session.kept.cells.value).length;
   const runs = typeof running === "number" ? `row ${running} runs` : running && running !== "unknown" ? `${running} runs` : "";
   const words = !board ? "not read yet" : session.sync.isSending.value ? `sending, ${missing} left` : missing ? `${missing} not sent` : "as in the board";
   return (
     <span class="row" role="status">
       <span class={missing && board ? "pill is-running" : "pill"}>{words}</span>
+      {wrong > 0 && <span class="pill is-bad">{wrong === 1 ? "1 cell not taken" : `${wrong} cells not taken`}</span>}
       {runs && <span class="pill is-ok">{runs}</span>}
     </span>
   );

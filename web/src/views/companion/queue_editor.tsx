@@ -2,8 +2,8 @@
 
 import { memo } from "preact/compat";
 import { useEffect, useRef, useState } from "preact/hooks";
-import { notify } from "../../parts/notices";
 import type { BoardSession } from "./board_session";
+import type { KeptBoard } from "./kept_board";
 import { CELLS, cellText, setRow, unsent, withCell, type Cell } from "./queue_model";
 import { sameRow, seedRow, type QueueRow } from "./queue_row";
 import { isEditKey, type Selection } from "./queue_keys";
@@ -120,9 +120,23 @@ const RowLine = memo(function RowLine(props: RowProps) {
   const numbers = new Map(
     CELLS.map((cell) => [
       cell.name,
-      <NumberCell key={cell.name} cell={cell} position={position} row={row} stepsPerRev={props.stepsPerRev} put={put} isDisabled={props.isDisabled} />,
+      <NumberCell
+        key={cell.name}
+        cell={cell}
+        position={position}
+        row={row}
+        stepsPerRev={props.stepsPerRev}
+        put={put}
+        isDisabled={props.isDisabled}
+        kept={session.kept}
+      />,
     ]),
   );
+  const faults = CELLS.flatMap((cell) => {
+    const text = leftText(session.kept, position, row, cell);
+    const fault = text === undefined ? "" : withCell(row, cell.name, text, props.stepsPerRev);
+    return typeof fault === "string" && fault ? [{ cell, fault }] : [];
+  });
   const toggle = (name: string, label: string, text: string, about: string, change: Partial<QueueRow>) => (
     <td>
       <button
@@ -147,7 +161,7 @@ const RowLine = memo(function RowLine(props: RowProps) {
     props.isLoopStart && "is-loop-start",
     props.isLoopFinish && "is-loop-finish",
   ];
-  return (
+  const line = (
     <tr class={classes.filter(Boolean).join(" ")} aria-current={isRunning ? "step" : undefined}>
       <th scope="row">
         <button
@@ -181,7 +195,33 @@ const RowLine = memo(function RowLine(props: RowProps) {
       {numbers.get("wait_us")}
     </tr>
   );
+  return (
+    <>
+      {line}
+      {faults.length > 0 && (
+        <tr class="cell-faults">
+          <td colSpan={12}>
+            {faults.map(({ cell, fault }) => (
+              <p key={cell.name} id={faultId(position, cell)} class="problem" role="alert">
+                Row {position}: {fault}. It is not taken; Escape in the cell takes it back.
+              </p>
+            ))}
+          </td>
+        </tr>
+      )}
+    </>
+  );
 });
+
+function faultId(position: number, cell: Cell): string {
+  return `queue-fault-${position}-${cell.name}`;
+}
+
+/** Text that was left in a cell and could not be taken; undefined: there is none for what the row has now. */
+function leftText(kept: KeptBoard, position: number, row: QueueRow, cell: Cell): string | undefined {
+  const left = kept.cells.value[`${position}.${cell.name}`];
+  return left?.was === cellText(row, cell.name) ? left.text : undefined;
+}
 
 interface NumberProps {
   cell: Cell;
@@ -190,38 +230,48 @@ interface NumberProps {
   stepsPerRev: number;
   put: (row: QueueRow) => void;
   isDisabled: boolean;
+  kept: KeptBoard;
 }
 
-/** Number that is typed: it is taken when the cell is left or Enter pressed; Escape takes it back. */
-function NumberCell({ cell, position, row, stepsPerRev, put, isDisabled }: NumberProps) {
+/** Number that is typed: it is taken when the cell is left or Enter pressed; Escape takes it back. What cannot be taken
+ * stays in the cell, and the reason stands below its row. */
+function NumberCell({ cell, position, row, stepsPerRev, put, isDisabled, kept }: NumberProps) {
   const shown = cellText(row, cell.name);
+  const at = `${position}.${cell.name}`;
+  const left = leftText(kept, position, row, cell);
   const [typed, setTyped] = useState<string | undefined>(undefined);
-  const changed = typed === undefined ? row : withCell(row, cell.name, typed, stepsPerRev);
+  const text = typed ?? left;
+  const changed = text === undefined ? row : withCell(row, cell.name, text, stepsPerRev);
   const fault = typeof changed === "string" ? changed : "";
   const done = () => {
     if (typed === undefined) return;
-    if (typeof changed === "string") notify(`Row ${position}: ${changed}`, true);
-    else put(changed);
+    kept.putCell(at, typeof changed === "string" ? { text: typed, was: shown } : null);
+    if (typeof changed !== "string") put(changed);
+    setTyped(undefined);
+  };
+  const takeBack = () => {
+    kept.putCell(at, null);
     setTyped(undefined);
   };
   return (
     <td class="num">
       <input
         class={`cell-${cell.name}`}
-        data-at={`${position}.${cell.name}`}
-        value={typed ?? shown}
+        data-at={at}
+        value={text ?? shown}
         disabled={isDisabled}
         inputMode="decimal"
         autocomplete="off"
         spellcheck={false}
         aria-label={`Row ${position} ${cell.label}${cell.unit ? ` in ${cell.unit}` : ""}`}
         aria-invalid={fault ? "true" : undefined}
+        aria-describedby={left !== undefined && fault ? faultId(position, cell) : undefined}
         title={fault || cell.about}
         onInput={(event) => setTyped(event.currentTarget.value)}
         onBlur={done}
         onKeyDown={(event) => {
           if (event.key === "Enter") done();
-          if (event.key === "Escape") setTyped(undefined);
+          if (event.key === "Escape") takeBack();
         }}
       />
     </td>

@@ -37,11 +37,12 @@ export function redone(state: QueueState): QueueState {
   return { ...state, rows: after, redo: state.redo.slice(0, -1), undo: [...state.undo, state.rows] };
 }
 
-/** Take over what a board shows. Rows that were edited and not sent stay as they are in the editor. */
+/** Take over what a board shows. Rows that were edited and not sent stay as they are in the editor, also where they were
+ * edited before the board was seen. */
 export function seenOnBoard(state: QueueState, board: readonly QueueRow[], stepsPerRev: number): QueueState {
-  const known = state.board;
+  const known = state.board ?? newQueue(state.steps_per_rev).rows;
   const rows = state.rows.map((row, index) => {
-    const isEdited = known !== undefined && !sameRow(row, known[index]!);
+    const isEdited = !sameRow(row, known[index]!);
     return isEdited ? row : board[index]!;
   });
   return { ...state, rows, board, steps_per_rev: stepsPerRev };

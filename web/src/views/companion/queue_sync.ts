@@ -1,8 +1,9 @@
 /** Queue of the editor and queue of the board: what is sent, read back, and thrown away. */
 
-import { signal } from "@preact/signals";
+import { effect, signal } from "@preact/signals";
 import { notify, notifyError } from "../../parts/notices";
 import type { Listing } from "./board_texts";
+import type { KeptBoard } from "./kept_board";
 import { changed, newQueue, replacedByBoard, seenOnBoard, sentToBoard, unsent, type QueueState } from "./queue_model";
 import { isPossible, rowCommand, sameRow, stepAtOneRpm_us } from "./queue_row";
 
@@ -11,18 +12,33 @@ export class QueueSync {
   readonly isOffline = signal(false);
   readonly isSending = signal(false);
 
-  /** `ask`: types a line at the board; `list`: lists its queue; `stepsPerRev`: the board's own; `isRead`: called
-   * when its queue was read back. */
+  /** `kept`: has what was left unsent; it is sent when somebody wants it. `ask`: types a line at the board; `list`:
+   * lists its queue; `stepsPerRev`: the board's own; `isRead`: called when its queue was read back. */
   constructor(
+    kept: KeptBoard,
     private readonly ask: (line: string) => Promise<string[]>,
     private readonly list: () => Promise<Listing | string>,
     private readonly stepsPerRev: () => number,
     private readonly isRead: () => void,
-  ) {}
+  ) {
+    const left = kept.left();
+    if (left) {
+      this.queue.value = left;
+      this.isOffline.value = true;
+    }
+    effect(() => kept.keep(this.queue.value));
+  }
 
-  /** Take what the board lists; what was edited and not sent stays. */
+  /** Rows that were edited and are not in the board. */
+  get missing(): number {
+    return this.queue.value.board ? unsent(this.queue.value).length : 0;
+  }
+
+  /** Take what the board lists; what was edited and not sent stays. What was edited before the first list is sent now. */
   seen(rows: QueueState["rows"]): void {
+    const isFirst = this.queue.peek().board === undefined;
     this.queue.value = seenOnBoard(this.queue.peek(), rows, this.stepsPerRev());
+    if (isFirst && !this.isOffline.peek() && unsent(this.queue.peek()).length) void this.sendRows();
   }
 
   /** Take an edit; it is sent at once unless the editor is offline. */

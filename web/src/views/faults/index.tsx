@@ -1,7 +1,7 @@
 /** Faults: what is active, and the table of kinds as forms. */
 
+import { KeptForms, keptText } from "../../kept";
 import type { ParameterRow } from "../../model/parameters";
-import { signal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { notify, notifyError } from "../../parts/notices";
 import { ParameterForm } from "../../parts/parameter_form";
@@ -11,8 +11,9 @@ import type { ViewEntry } from "../view";
 import { placesOf } from "./places";
 import "./faults.css";
 
-const chosenKind = signal("");
-const chosenPlace = signal("");
+const forms = new KeptForms("faults.forms");
+const chosenKind = keptText("faults.kind");
+const chosenPlace = keptText("faults.place");
 /** Kinds that happen once are never listed as active: their marks are made here, and last a moment. */
 let onceNumber = -1;
 
@@ -144,7 +145,7 @@ function KindForm({ kind }: { kind: FaultKindRow }) {
   const inject = async (values: Record<string, unknown>) => {
     try {
       const answer = await link.ask("inject", place, { fault: kind.name, parameters: values });
-      notify(`${kind.name} on ${place}${answer.number === undefined ? "" : `: number ${answer.number}`}`);
+      notify(kind.is_once ? `${kind.name} happened on ${place}.` : `${kind.name} is on ${place} now, as fault ${answer.number}.`);
       if (kind.is_once) markOnce(kind.name, place);
     } catch (error) {
       notifyError(error);
@@ -183,6 +184,8 @@ function KindForm({ kind }: { kind: FaultKindRow }) {
       </div>
       <ParameterForm
         rows={rows}
+        given={forms.of(kind.name)}
+        onType={(texts) => forms.put(kind.name, texts)}
         action={`Inject ${kind.name}`}
         isDanger
         isDisabled={!may("admin")}

@@ -4,7 +4,8 @@ import { effect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { shown } from "../../model/numbers";
 import { notifyError } from "../../parts/notices";
-import { link, may, readRuns } from "../../store";
+import { href } from "../../router";
+import { link, may, readRuns, status } from "../../store";
 import type { ViewEntry } from "../view";
 import { deviation, followed, isSeenWhole, whyNotSeen } from "./path_followed";
 import { PathPane } from "./path_pane";
@@ -19,12 +20,15 @@ import {
   isUnderWay,
   mayStart,
   nextPart,
+  offered,
+  otherRun,
   plan,
   run,
   setPace,
   start,
   startPart,
   stop,
+  takeTexts,
 } from "./path_state";
 import { markLine, PathText } from "./path_text";
 import "../../parts/marked_text.css";
@@ -36,11 +40,9 @@ const attempt = (work: () => Promise<unknown>) => () => void work().catch(notify
 
 function PathView() {
   const connections = link.connections.value;
-  const began = isUnderWay.value ? (run.value?.run ?? "") : "";
+  const theirs = status.value.drawing;
   useEffect(() => void readRuns(), [connections]);
-  useEffect(() => {
-    if (!drawing.peek()) void follow().catch(notifyError); // what others have planned here
-  }, [connections, began]);
+  useEffect(() => void follow().catch(notifyError), [connections, theirs, isUnderWay.value, isPlanning.value]);
   return (
     <div class="path">
       <div class="path-column">
@@ -48,11 +50,27 @@ function PathView() {
         <PathText which="machine" title="Machine" />
       </div>
       <div class="path-column">
+        <Offer />
         <Controls />
         <Figures />
         <Panes />
       </div>
     </div>
+  );
+}
+
+/** What the bench draws, where the texts here are others: they stay until somebody takes its own. */
+function Offer() {
+  if (offered.value === null) return null;
+  return (
+    <section class="card row path-offer" role="status" aria-label="Drawing of the bench">
+      <span>
+        The bench draws <span class="mono file-name">{offered.value}</span>. The texts here are others.
+      </span>
+      <button type="button" onClick={takeTexts}>
+        Take its texts
+      </button>
+    </section>
   );
 }
 
@@ -115,6 +133,11 @@ function Controls() {
         </label>
       )}
       <Progress />
+      {otherRun.value && (
+        <p class="problem" role="status">
+          Another run moves these axes: <a href={href("runs")}>{otherRun.value.run}</a>. Its motion is not drawn here.
+        </p>
+      )}
       {next !== null && made && (
         <p class="row">
           The program waits at line {made.parts[next - 1]?.pause_line}.
@@ -153,7 +176,7 @@ function Figures() {
   const off = deviation.value;
   return (
     <section class="card" aria-label="Figures of the drawing">
-      {!isPlanned.value && <p class="soft">The texts have changed since this was planned.</p>}
+      {!isPlanned.value && offered.value === null && <p class="soft">The texts have changed since this was planned.</p>}
       <dl class="path-figures">
         <dt>path</dt>
         <dd class="mono">

@@ -105,9 +105,12 @@ class Following {
 }
 
 let following: { name: string; made: Drawing; it: Following } | null = null;
+/** Digest of the drawing whose axes were followed. */
+let followedOf = "";
 
-/** Forget what was followed: another drawing begins. */
+/** Forget what was followed: another drawing is shown, or this one begins. */
 function clear(made: Drawing): void {
+  followedOf = made.digest;
   followed.value = new Followed(made.axes.length);
   deviation.value = null;
   isSeenWhole.value = true;
@@ -128,10 +131,11 @@ effect(() => {
     following.it.end();
     following = null;
   }
+  if (made && made.digest !== followedOf) clear(made);
   if (!made || !now || name === null || following) return;
-  const isFirst = partOf(now.run, made.machine) === 0;
-  if (isFirst || !followed.peek() || followed.peek()!.axes !== made.axes.length) clear(made);
-  const part = made.parts[partOf(now.run, made.machine) ?? 0];
+  const number = partOf(now, made);
+  if (number === 0 || !followed.peek()) clear(made);
+  const part = made.parts[number ?? 0];
   if (now.gone_ns >= BEGINNING_NS) isSeenWhole.value = false;
   const gone_s = now.gone_ns / 1e9;
   const pointsAt = (at_s: number) => pointsBetween(made, part, gone_s, mostGone_s(now, at_s));

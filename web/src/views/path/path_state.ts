@@ -1,16 +1,14 @@
-/** The drawing that is worked on, and its runs. It outlives the view. */
+/** The drawing that is worked on, and its runs. The texts outlive the page. */
 
 import { computed, signal } from "@preact/signals";
+import { Draft, Kept, remembered } from "../../kept";
 import { decoded, type Drawing, type DrawingProblems, lineAt, partOf, readDrawing, shareDone } from "../../model/drawing";
 import type { DocumentProblem } from "../../model/problems";
 import { readRun, type RunProgress } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
-import { link, may, runs, takeProgress } from "../../store";
+import { link, may, runs, status, takeProgress } from "../../store";
 
-/** Most characters of a program that are kept for the next visit. */
-const MOST_KEPT = 500_000;
 export const MOST_BYTES = 900_000;
-const KEYS = { program: "hil.path.program", machine: "hil.path.machine" };
 
 export type Which = "program" | "machine";
 
@@ -22,12 +20,17 @@ G1 X0 Y0
 M2
 `;
 
-export const texts = {
-  program: signal(localStorage.getItem(KEYS.program) ?? EXAMPLE),
-  machine: signal(localStorage.getItem(KEYS.machine) ?? ""),
+/** The keys are those of pages up to 0.2, which kept one text for all benches. */
+export const drafts = {
+  program: new Draft("path.program", "the program", () => ({ text: remembered("hil.path.program") ?? EXAMPLE, file: "program.ngc" })),
+  machine: new Draft("path.machine", "the machine", () => ({ text: remembered("hil.path.machine") ?? "", file: "machine.yaml" })),
 };
-export const names = { program: signal("program.ngc"), machine: signal("machine.yaml") };
-export const feed_percent = signal(100);
+export const feed_percent = new Kept(
+  "path.feed",
+  () => 100,
+  (raw) => (typeof raw === "number" && raw >= 1 && raw <= 200 ? raw : undefined),
+);
+/** The drawing that is shown: the bench's, or the one that was checked here. */
 export const drawing = signal<Drawing | null>(null);
 export const isPlanning = signal(false);
 const refused = signal<DrawingProblems | null>(null);
@@ -35,95 +38,107 @@ const refused = signal<DrawingProblems | null>(null);
 export const focused = signal<Which | null>(null);
 /** Texts that the problems are of. */
 const checked = signal<[string, string]>(["", ""]);
-
-export function setText(which: Which, text: string): void {
-  texts[which].value = text;
-  if (text.length > MOST_KEPT) return;
-  try {
-    localStorage.setItem(KEYS[which], text);
-  } catch {
-    localStorage.removeItem(KEYS[which]); // no room is left: the next visit begins without it
-  }
-}
+/** Digest of the drawing that was planned here last. */
+const plannedHere = signal("");
 
 export async function openFile(which: Which, file: File): Promise<void> {
   if (file.size > MOST_BYTES) throw new Error(`${file.name} has ${file.size} bytes: ${MOST_BYTES} are the most here`);
-  setText(which, decoded(new Uint8Array(await file.arrayBuffer())));
-  names[which].value = file.name;
+  drafts[which].open(decoded(new Uint8Array(await file.arrayBuffer())), file.name);
 }
 
 /** Problems of a text as it stands; empty while it has changed since the check. */
 export function problemsOf(which: Which): DocumentProblem[] {
   const now = refused.value;
-  const isSame = checked.value[0] === texts.program.value && checked.value[1] === texts.machine.value;
+  const isSame = checked.value[0] === drafts.program.value.text && checked.value[1] === drafts.machine.value.text;
   return now?.of === which && isSame ? now.problems : [];
 }
 
 /** True if the drawing is that of the texts as they stand. */
-export const isPlanned = computed(() => drawing.value !== null && checked.value[0] === texts.program.value && checked.value[1] === texts.machine.value);
+export const isPlanned = computed(() => {
+  const made = drawing.value;
+  return made !== null && made.text === drafts.program.value.text && made.machineText === drafts.machine.value.text;
+});
+
+/** File of the bench's drawing, where the texts here are others that were not planned here; null: they are not. */
+export const offered = computed(() => {
+  const made = drawing.value;
+  return made && !isPlanned.value && made.digest !== plannedHere.value ? (made.file ?? "another program") : null;
+});
 
 /** Let the bench read and plan the texts; nothing moves. Throws Refused. */
 export async function plan(): Promise<boolean> {
-  const [program, machine] = [texts.program.peek(), texts.machine.peek()];
+  const [program, machine] = [drafts.program.peek(), drafts.machine.peek()];
   isPlanning.value = true;
   try {
-    const given = { text: program || " ", machine: machine || " ", file: names.program.peek(), machine_file: names.machine.peek() };
-    take(await link.ask("drawing", "", { ...given, feed_percent: feed_percent.peek() }), program, machine);
+    const given = { text: program.text || " ", machine: machine.text || " ", file: program.file, machine_file: machine.file };
+    const answer = await link.ask("drawing", "", { ...given, feed_percent: feed_percent.peek() });
+    const read = readDrawing(answer);
+    if (read === null) throw new Error("the bench answered with something that is no drawing");
+    checked.value = [program.text, machine.text];
+    refused.value = "problems" in read ? read : null;
+    if (!("problems" in read)) {
+      plannedHere.value = read.digest;
+      drawing.value = { ...read, text: program.text, machineText: machine.text, file: program.file };
+    }
   } finally {
     isPlanning.value = false;
   }
   return refused.peek() === null;
 }
 
-function take(answer: unknown, program: string, machine: string): void {
-  const read = readDrawing(answer);
-  if (read === null) throw new Error("the bench answered with something that is no drawing");
-  checked.value = [program, machine];
-  if ("problems" in read) {
-    refused.value = read;
-  } else {
-    refused.value = null;
-    former.value = new Set(runs.peek().filter(isEnded).map(keyOf));
-    drawing.value = read;
+/** The bench's drawing that was looked at last: one that was checked here, by a viewer, is not replaced by it. */
+let seen = "";
+
+/** Show the drawing that the bench has, if it is another one, so that all pages see the same. One that runs stays
+ * until its end. */
+export async function follow(): Promise<void> {
+  const theirs = status.peek().drawing ?? "";
+  if (theirs === seen || isUnderWay.peek() || isPlanning.peek()) return;
+  if (theirs !== "" && theirs !== drawing.peek()?.digest) {
+    const answer = await link.ask("drawing").catch((error: unknown) => {
+      if (error instanceof Refused) return null;
+      throw error;
+    });
+    const read = answer === null ? null : readDrawing(answer);
+    if (read === null || "problems" in read || isUnderWay.peek()) return;
+    show(read);
   }
+  seen = theirs;
 }
 
-/** Take the drawing that the bench has, so that all pages see the same; its texts too, unless one of ours has the
- * focus: what is typed next would land in a text that just came. */
-export async function follow(): Promise<void> {
-  const before = [texts.program.peek(), texts.machine.peek()];
-  const answer = await link.ask("drawing").catch((error: unknown) => {
-    if (error instanceof Refused) return null;
-    throw error;
-  });
-  const read = answer === null ? null : readDrawing(answer);
-  if (read === null || "problems" in read || read.text === null) return;
-  if (before[0] !== texts.program.peek() || before[1] !== texts.machine.peek()) return; // somebody writes here
-  checked.value = [read.text, read.machineText ?? ""];
-  if (focused.peek() === null) {
-    [texts.program.value, texts.machine.value] = checked.peek();
-    names.program.value = read.file ?? "program";
-  }
-  refused.value = null;
-  former.value = new Set();
+/** Show the bench's drawing; its texts, too, where nobody has written here. */
+function show(read: Drawing): void {
   drawing.value = read;
+  const isFree = focused.peek() === null && !drafts.program.peek().isOwn && !drafts.machine.peek().isOwn;
+  if (isFree) takeTexts();
+}
+
+/** Take the texts of the drawing that is shown in the place of those here. */
+export function takeTexts(): void {
+  const made = drawing.peek();
+  if (!made || made.text === null) return;
+  drafts.program.take(made.text, made.file ?? "program.ngc");
+  drafts.machine.take(made.machineText ?? "", "machine.yaml");
 }
 
 // ---- its runs ----
 
-/** Runs that had ended when the drawing was planned here: another drawing's, of the same machine. */
-const former = signal<ReadonlySet<string>>(new Set());
-
-/** Key of a run: names begin anew with each start of the bench. */
-const keyOf = (each: RunProgress) => `${each.run} ${each.started_at_ns}`;
 const isEnded = (each: RunProgress) => each.state !== "running" && each.state !== "queued";
 
 /** The drawing's run: that which moves, else the last one. */
 export const run = computed<RunProgress | null>(() => {
-  const machine = drawing.value?.machine;
-  if (machine === undefined) return null;
-  const own = runs.value.filter((each) => partOf(each.run, machine) !== null && !former.value.has(keyOf(each)));
+  const made = drawing.value;
+  if (made === null) return null;
+  const own = runs.value.filter((each) => partOf(each, made) !== null);
   return own.find((each) => !isEnded(each)) ?? own[0] ?? null;
+});
+
+/** A run of something else that moves axes of the drawing now. */
+export const otherRun = computed<RunProgress | null>(() => {
+  const made = drawing.value;
+  if (made === null) return null;
+  const isOurs = (axis: string) => made.axes.some((each) => each.axis === axis);
+  return runs.value.find((each) => each.state === "running" && partOf(each, made) === null && Object.keys(each.axes).some(isOurs)) ?? null;
 });
 
 export const isUnderWay = computed(() => run.value !== null && !isEnded(run.value));
@@ -140,7 +155,7 @@ export interface Done {
 export const done = computed<Done | null>(() => {
   const [now, made] = [run.value, drawing.value];
   if (!now || !made) return null;
-  const part = partOf(now.run, made.machine) ?? 0;
+  const part = partOf(now, made) ?? 0;
   const own = made.parts[part];
   if (!own) return null;
   const gone_s = now.gone_ns / 1e9;
@@ -152,13 +167,17 @@ export const done = computed<Done | null>(() => {
 export const nextPart = computed<number | null>(() => {
   const [now, made] = [run.value, drawing.value];
   if (!now || !made || now.state !== "done") return null;
-  const part = partOf(now.run, made.machine) ?? 0;
+  const part = partOf(now, made) ?? 0;
   return part + 1 < made.parts.length ? part + 1 : null;
 });
 
 /** Plan again, from where the axes are, and start. Throws Refused. */
 export async function start(): Promise<void> {
-  if (await plan()) await startPart(0);
+  if (!(await plan())) return;
+  await startPart(0);
+  const made = drawing.peek();
+  drafts.program.saved(made?.text ?? "");
+  drafts.machine.saved(made?.machineText ?? "");
 }
 
 export async function startPart(number: number): Promise<void> {
@@ -184,4 +203,4 @@ export async function stop(how: "grace" | "prejudice"): Promise<void> {
   if (told) takeProgress(told);
 }
 
-export const mayStart = computed(() => may("operator") && link.state.value === "open" && !isUnderWay.value && !isPlanning.value);
+export const mayStart = computed(() => may("operator") && link.state.value === "open" && !isUnderWay.value && !otherRun.value && !isPlanning.value);

@@ -3,8 +3,9 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { DocumentProblem } from "../../model/problems";
+import { saveFile } from "../../parts/files";
 import { notifyError } from "../../parts/notices";
-import { focused, names, openFile, problemsOf, setText, texts, type Which } from "./path_state";
+import { drafts, focused, openFile, problemsOf, type Which } from "./path_state";
 
 /** A text with a longer line, or longer, is not shown: a browser would stand still. */
 const LONGEST_LINE = 20_000;
@@ -20,31 +21,38 @@ export function markLine(line: number): void {
 }
 
 export function PathText({ which, title }: { which: Which; title: string }) {
-  const text = texts[which].value;
+  const { text, file } = drafts[which].value;
   const problems = problemsOf(which);
   const isShown = text.length <= MOST_SHOWN && !hasLongLine(text);
   const open = async (event: Event) => {
     const input = event.currentTarget as HTMLInputElement;
-    const file = input.files?.[0];
+    const chosen = input.files?.[0];
     input.value = "";
-    if (file) await openFile(which, file).catch(notifyError);
+    if (chosen) await openFile(which, chosen).catch(notifyError);
+  };
+  const save = () => {
+    saveFile(file, new TextEncoder().encode(text));
+    drafts[which].saved(text);
   };
   return (
     <section class="card" aria-label={title}>
       <div class="card-head">
         <h2>{title}</h2>
-        <span class="mono soft file-name">{names[which].value}</span>
+        <span class="mono soft file-name">{file}</span>
         <label class="button push">
           Open a file
           <input class="out-of-sight" type="file" aria-label={`Open a file: ${title}`} onChange={(event) => void open(event)} />
         </label>
+        <button type="button" aria-label={`Save to a file: ${title}`} onClick={save}>
+          Save
+        </button>
       </div>
       {isShown ? (
         <NumberedText which={which} title={title} text={text} problems={problems} />
       ) : (
         <p class="soft">
           {text.length} characters, with lines that are too long to be shown.{" "}
-          <button type="button" onClick={() => setText(which, "")}>
+          <button type="button" onClick={() => drafts[which].type("")}>
             Clear
           </button>
         </p>
@@ -87,7 +95,7 @@ function NumberedText({ which, title, text, problems }: { which: Which; title: s
         value={text}
         onFocus={() => (focused.value = which)}
         onBlur={() => (focused.value = null)}
-        onInput={(event) => setText(which, event.currentTarget.value)}
+        onInput={(event) => drafts[which].type(event.currentTarget.value)}
         onScroll={(event) => (scrolled[which].value = event.currentTarget.scrollTop)}
       />
     </div>

@@ -1,10 +1,11 @@
 /** Multi-axis runs: write or upload one, check it, start it, follow and cancel it. */
 
 import { useEffect, useRef } from "preact/hooks";
+import { saveFile } from "../../parts/files";
 import { notify, notifyError } from "../../parts/notices";
 import { link, may, readRuns } from "../../store";
 import type { ViewEntry } from "../view";
-import { checkRun, fileName, isChecked, isGood, problems, startRun, text, verdict } from "./run_text";
+import { checkRun, draft, isChecked, isGood, problems, startRun, verdict } from "./run_text";
 import { RunList } from "./run_list";
 import "../../parts/marked_text.css";
 import "./runs.css";
@@ -33,21 +34,28 @@ function Editor() {
       notify(`${file.name} has ${file.size} bytes; a run has at most ${MOST_BYTES}`, true);
       return;
     }
-    text.value = await file.text();
-    fileName.value = file.name;
+    draft.open(await file.text(), file.name);
     await checkRun().catch(notifyError);
+  };
+  const save = () => {
+    const { text, file } = draft.peek();
+    saveFile(file, new TextEncoder().encode(text));
+    draft.saved(text);
   };
   const isOff = !may("operator");
   return (
     <section class="card" aria-label="Run document">
       <div class="card-head">
         <h2>Run</h2>
-        <span class="mono soft">{fileName.value}</span>
+        <span class="mono soft file-name">{draft.value.file}</span>
         <span class="push row">
           <label class="button">
             Open a file
             <input class="out-of-sight" type="file" accept=".yaml,.yml,.json" onChange={(event) => void upload(event)} />
           </label>
+          <button type="button" onClick={save}>
+            Save
+          </button>
           <button type="button" disabled={isOff} onClick={attempt(checkRun)}>
             Check
           </button>
@@ -69,7 +77,8 @@ function Editor() {
 function MarkedText() {
   const area = useRef<HTMLTextAreaElement>(null);
   const numbers = useRef<HTMLDivElement>(null);
-  const count = text.value.split("\n").length;
+  const { text } = draft.value;
+  const count = text.split("\n").length;
   const bad = new Set(problems.value.map((problem) => problem.line));
   const follow = () => {
     if (numbers.current && area.current) numbers.current.scrollTop = area.current.scrollTop;
@@ -92,8 +101,8 @@ function MarkedText() {
         aria-describedby={bad.size > 0 ? "run-problems" : undefined}
         spellcheck={false}
         wrap="off"
-        value={text.value}
-        onInput={(event) => (text.value = event.currentTarget.value)}
+        value={text}
+        onInput={(event) => draft.type(event.currentTarget.value)}
         onScroll={follow}
       />
     </div>

@@ -1,17 +1,18 @@
-/** The run document that is being written, and what the bench said of it. It outlives the view. */
+/** The run document that is being written, and what the bench said of it. The text outlives the page. */
 
 import { computed, signal } from "@preact/signals";
+import { Draft } from "../../kept";
 import type { Operations } from "../../model/door";
 import { type DocumentProblem, readProblems } from "../../model/problems";
 import { readRun } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
 import { link, takeProgress } from "../../store";
 
-export const text = signal(`run: example
+const EXAMPLE = `run: example
 axes:
 steps:
-`);
-export const fileName = signal("run.yaml");
+`;
+export const draft = new Draft("run", "the run", () => ({ text: EXAMPLE, file: "run.yaml" }));
 /** The text that the problems are of; null: it has not been checked. */
 const checkedText = signal<string | null>(null);
 const found = signal<DocumentProblem[]>([]);
@@ -19,8 +20,8 @@ const found = signal<DocumentProblem[]>([]);
 export const verdict = signal("");
 
 /** Problems of the text as it stands; empty while it has changed since the check. */
-export const problems = computed(() => (checkedText.value === text.value ? found.value : []));
-export const isChecked = computed(() => checkedText.value === text.value);
+export const problems = computed(() => (isChecked.value ? found.value : []));
+export const isChecked = computed(() => checkedText.value === draft.value.text);
 export const isGood = computed(() => isChecked.value && found.value.length === 0);
 
 /** Ask for a run; what cannot be done as it is written is an answer with its problems. Throws other Refused. */
@@ -35,8 +36,8 @@ async function askRun(given: Operations["run"]["given"]): Promise<Record<string,
 
 /** Check the text at the bench; nothing moves. Throws Refused. */
 export async function checkRun(): Promise<boolean> {
-  const checked = text.peek();
-  const answer = await askRun({ text: checked, file: fileName.peek(), check: true });
+  const { text: checked, file } = draft.peek();
+  const answer = await askRun({ text: checked, file, check: true });
   found.value = readProblems(answer["problems"] ?? "");
   checkedText.value = checked;
   verdict.value = found.value.length ? "" : `run ${String(answer["run"] ?? "")}, ${String(answer["steps"] ?? "?")} steps, no problems`;
@@ -46,11 +47,13 @@ export async function checkRun(): Promise<boolean> {
 /** Check the text, and carry it out if it has no problems. Throws Refused. */
 export async function startRun(): Promise<void> {
   if (!(await checkRun())) return;
-  const answer = await askRun({ text: text.peek(), file: fileName.peek(), fresh: true });
+  const { text, file } = draft.peek();
+  const answer = await askRun({ text, file, fresh: true });
   if (answer["problems"] !== undefined) {
     found.value = readProblems(answer["problems"]);
     return;
   }
+  draft.saved(text);
   const run = readRun(answer);
   if (run) takeProgress(run);
 }

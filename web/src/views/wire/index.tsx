@@ -4,11 +4,12 @@ import { useEffect, useMemo, useState } from "preact/hooks";
 import { signal } from "@preact/signals";
 import { notify, notifyError } from "../../parts/notices";
 import { go } from "../../router";
+import { askPast, LANE, pastAt } from "../../past";
 import { hello, link, may } from "../../store";
 import type { Hello } from "../../net/protocol";
 import type { ViewEntry } from "../view";
 import { saveFile } from "../../parts/files";
-import { FILTER_HELP, load, statistics, type WirePacket } from "./packet_log";
+import { FILTER_HELP, load, readPacket, statistics, type WirePacket } from "./packet_log";
 import { PacketDetail, PacketList } from "./packet_list";
 import { SendForm } from "./send_form";
 import { TimeLinePane } from "./time_line_pane";
@@ -27,7 +28,16 @@ function WireView({ path }: { path: string[] }) {
   const places = hello.value ? wirePlaces(hello.value) : [];
   const place = places.find(({ name }) => name === path[0]) ?? places[0];
   if (!place) return <p class="empty">There is no segment and no CAN bus on this bench.</p>;
-  return <Wire key={`${place.kind} ${place.name}`} place={place} places={places} />;
+  return (
+    <>
+      {path[0] !== undefined && path[0] !== place.name && (
+        <p class="problem no-place">
+          There is no wire “{path[0]}”. This is {place.name}.
+        </p>
+      )}
+      <Wire key={`${place.kind} ${place.name}`} place={place} places={places} />
+    </>
+  );
 }
 
 function Wire({ place, places }: { place: WirePlace; places: WirePlace[] }) {
@@ -43,6 +53,7 @@ function Wire({ place, places }: { place: WirePlace; places: WirePlace[] }) {
     }, REDRAW_MS);
     return () => window.clearInterval(timer);
   }, [feed]);
+  usePast(feed);
   const isPaused = feed.paused.value !== undefined;
   const turn = redraw.value;
   const packets = useMemo(() => feed.shown, [turn, isPaused, feed.filter.value, feed]);
@@ -78,6 +89,24 @@ function Wire({ place, places }: { place: WirePlace; places: WirePlace[] }) {
       <Figures feed={feed} />
     </div>
   );
+}
+
+/** Show the packets before the time of the past that the page shows, as if the list were paused then. */
+function usePast(feed: WireFeed): void {
+  const at_s = pastAt.value;
+  useEffect(() => {
+    if (at_s === null) return;
+    let isThere = true;
+    askPast("past_packets", { wire: feed.place.name, at_s, lane: LANE })
+      .then((told) => {
+        const packets = told?.items.map((item, at) => readPacket(item, at + 1)).filter((packet) => packet !== undefined);
+        if (packets && isThere) feed.paused.value = packets;
+      })
+      .catch(notifyError);
+    return () => void (isThere = false);
+  }, [feed, at_s]);
+  const isPast = at_s !== null;
+  useEffect(() => (isPast ? () => feed.setPaused(false) : undefined), [feed, isPast]);
 }
 
 function Line({ name }: { name: string }) {

@@ -37,7 +37,7 @@ export function SendForm({ segment, isDisabled }: { segment: string; isDisabled:
       return;
     }
     try {
-      await link.request({ do: "send", segment, data_hex: hexOf(bytes) });
+      await link.request({ do: "send", segment, data_hex: hexOf(bytes), ...link.soon() });
     } catch (error) {
       notifyError(error);
     }

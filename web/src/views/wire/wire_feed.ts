@@ -1,6 +1,7 @@
 /** Packets of segments and frames of buses as they come, kept while the page is open. */
 
 import { signal } from "@preact/signals";
+import { type Kept, keptText } from "../../kept";
 import type { WatchHandle } from "../../net/channels";
 import { link, status } from "../../store";
 import { packetFilter, PacketLog, readPacket, type WirePacket } from "./packet_log";
@@ -18,7 +19,7 @@ export class WireFeed {
   /** Counts up whenever there is something new to draw. */
   readonly news = signal(0);
   readonly lost = signal(0);
-  readonly filter = signal("");
+  readonly filter: Kept<string>;
   /** Packets as they were when the list was paused. */
   readonly paused = signal<readonly WirePacket[] | undefined>(undefined);
   readonly refused = signal("");
@@ -26,7 +27,9 @@ export class WireFeed {
   private handle: WatchHandle | undefined;
   private users = 0;
 
-  constructor(readonly place: WirePlace) {}
+  constructor(readonly place: WirePlace) {
+    this.filter = keptText(`wire.${place.kind}.${place.name}.filter`);
+  }
 
   /** Watch the wire while somebody looks at it. */
   attach(): () => void {

@@ -105,6 +105,7 @@ def some_bytes(size: int) -> bytes:
     return bytes((i * 37 + size) & 0xFF for i in range(size))
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @pytest.mark.parametrize(
     "sizes", [range(start, start + 500) for start in (0, 500, 1000, 1500)] + [(2000,)], ids=str
@@ -121,6 +122,7 @@ def test_all_sizes(sizes: Collection[int]) -> None:
         assert client.upload_by_segments() == other
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @given(st.integers(0, 3000), st.randoms(use_true_random=False), st.floats(0, 0.6), st.booleans())
 def test_blocks_with_losses(size: int, chance: Random, rate: float, has_crc: bool) -> None:

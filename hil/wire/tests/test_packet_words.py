@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from bridges.web.wire_streams import PacketWords
 from hil.testing import Bench
 from hil.vocab.segment import SegmentEvent
 from hil.vocab.time import SimTimeNs
+from hil.wire.packet_words import PacketWords
 
 LATER_NS = 1_000_000_000
 BOARDS = {"sac": {"stations": ["s1"]}, "modbus": {"modbus": {"units": {"s1": 1}}}}

@@ -1,0 +1,110 @@
+"""Marks of a time line: what happened in a recorded run, by lanes, summed where it is too much."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from hil.recorded.run_events import fault_words, input_event
+from hil.sim.inputs import Bytes, Clear, CommitDone, Follow, Inject, Logged, Stopped
+from hil.vocab.time import SimTimeNs
+
+LANES = ("faults", "runs", "verbs", "typed", "refusals", "stops", "lateness", "clients")
+"""Lanes of marks, from the top."""
+MOST_MARKS = 400
+"""Maximum number of marks of a lane; more are summed."""
+_BETWEEN_NS = 1_000_000_000
+"""Time without bytes after which a client types again."""
+_TEXT = 120
+
+Mark = dict[str, Any]
+"""Mark with ``lane``, ``from_ns``, ``to_ns`` (None: it lasts), ``of`` and ``text``; one that stands for
+several has ``count``."""
+
+
+class RunMarks:
+    """Marks of a log's inputs, which come in the order of the log."""
+
+    def __init__(self) -> None:
+        self._marks: dict[str, list[Mark]] = {lane: [] for lane in LANES}
+        self._faults: dict[int, Mark] = {}
+        self._typing: dict[str, Mark] = {}
+        self.count = 0
+        """Counts up with each change."""
+
+    def add(self, logged: Logged) -> None:
+        """Note an input, if a time line shows it."""
+        at_ns, of, given = logged
+        self.count += 1
+        match given:
+            case Inject():
+                text = fault_words(given.kind, dict(given.parameters))
+                mark = self._faults[given.number] = self._put("faults", at_ns, of, text, lasts=True)
+                mark["number"] = given.number
+            case Clear():
+                if given.number in self._faults:
+                    self._faults.pop(given.number)["to_ns"] = at_ns
+            case Follow():
+                self._follow(at_ns, of, given)
+            case Stopped():
+                self._put("stops", at_ns, of, f"{of} stopped: {given.reason}")
+            case Bytes():
+                self._type(at_ns, of, len(given.data))
+            case CommitDone():
+                pass
+            case _:
+                self._put("verbs", at_ns, of, f"{of} {input_event(logged).words()}")
+
+    def note(self, notes: Iterable[Mapping[str, Any]]) -> None:
+        """Note what the run itself told on its way."""
+        for note in notes:
+            self.count += 1
+            self._put(note["lane"], note["at_ns"], note["of"], note["text"])
+
+    def told(self, most: int = MOST_MARKS) -> list[Mark]:
+        """Marks of all lanes, by lanes and times; of no lane more than ``most``."""
+        return [mark for lane in LANES for mark in _summed(self._marks[lane], most)]
+
+    def _put(self, lane: str, at_ns: int, of: str, text: str, *, lasts: bool = False) -> Mark:
+        mark = {"lane": lane, "from_ns": at_ns, "to_ns": None if lasts else at_ns, "of": of}
+        mark["text"] = text if len(text) <= _TEXT else f"{text[: _TEXT - 1]}…"
+        self._marks[lane].append(mark)
+        return mark
+
+    def _follow(self, at_ns: SimTimeNs, of: str, given: Follow) -> None:
+        """Note a path; axes that begin one together are one mark."""
+        from_ns = max(given.start_ns, at_ns)
+        to_ns = given.start_ns + sum(piece.duration_ns for piece in given.path)
+        before = self._marks["runs"][-1] if self._marks["runs"] else None
+        if before and before["from_ns"] == from_ns and of not in before["of"].split(", "):
+            before["of"] += f", {of}"
+            before["text"] = f"path of {before['of']}"
+            before["to_ns"] = max(before["to_ns"], to_ns)
+        else:
+            self._put("runs", from_ns, of, f"path of {of}")["to_ns"] = max(from_ns, to_ns)
+
+    def _type(self, at_ns: SimTimeNs, of: str, size: int) -> None:
+        mark = self._typing.get(of)
+        if mark is None or at_ns - mark["to_ns"] > _BETWEEN_NS:
+            mark = self._typing[of] = self._put("typed", at_ns, of, "") | {"bytes": 0}
+            self._marks["typed"][-1] = mark
+        mark["to_ns"], mark["bytes"] = at_ns, mark["bytes"] + size
+        mark["text"] = f"{mark['bytes']} bytes to {of}"
+
+
+def _summed(marks: Sequence[Mark], most: int) -> Iterable[Mark]:
+    """Marks of a lane, neighbours as one where there are more than ``most``."""
+    if len(marks) <= most:
+        return marks
+    first, last = marks[0]["from_ns"], marks[-1]["from_ns"]
+    width = max((last - first) // most, 1)
+    groups: dict[int, list[Mark]] = {}
+    for mark in marks:
+        groups.setdefault((mark["from_ns"] - first) // width, []).append(mark)
+    return [group[0] if len(group) == 1 else _sum_of(group) for group in groups.values()]
+
+
+def _sum_of(group: Sequence[Mark]) -> Mark:
+    ends = [mark["to_ns"] for mark in group]
+    owners = ", ".join(dict.fromkeys(mark["of"] for mark in group))
+    text = f"{len(group)} times, the first: {group[0]['text']}"
+    to_ns = None if None in ends else max(ends)
+    return {**group[0], "to_ns": to_ns, "of": owners[:_TEXT], "text": text[:_TEXT], "count": len(group)}

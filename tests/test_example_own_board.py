@@ -1,0 +1,19 @@
+"""``examples/own_board``: its own tests pass, without a compiler."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def test_all_pass() -> None:
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", EXAMPLES / "own_board"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=170, check=False)
+    assert done.returncode == 0, done.stdout
+    (told,) = re.findall(r"`pytest examples/own_board`: (\d+) passed", (EXAMPLES / "README.md").read_text())
+    passed, skipped = (
+        sum(map(int, re.findall(rf"(\d+) {word}", done.stdout))) for word in ("passed", "skipped")
+    )
+    assert passed + skipped == int(told)
