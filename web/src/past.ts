@@ -37,6 +37,23 @@ export const shownFaults = computed<FaultMark[]>(() => {
     .map(({ text, of, from_s, to_s }, number) => ({ number, kind: text.split(" ")[0] ?? text, target: of, begin_s: from_s, end_s: to_s }));
 });
 
+/** Something that happened, as plots draw it. */
+export interface PlotMark {
+  at_s: number;
+  text: string;
+  kind: string;
+}
+
+/** Faults have bands, and lateness would be everywhere. */
+const PLOTTED = ["runs", "verbs", "refusals", "stops"];
+
+/** What happened, for the plots. */
+export const plotMarks = computed<PlotMark[]>(() =>
+  marks.value
+    .filter(({ lane }) => PLOTTED.includes(lane))
+    .map(({ lane, from_s, text, of }) => ({ at_s: from_s, text: of && !text.includes(of) ? `${of} ${text}` : text, kind: lane })),
+);
+
 /** Show a time of the run; its end, or more, is the present. */
 export function lookAt(at_s: number): void {
   if (at_s >= end_s.peek()) live();

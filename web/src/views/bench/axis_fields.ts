@@ -8,7 +8,14 @@ export interface Pane {
   key: string;
   unit: string;
   title: string;
-  fields: FieldRow[];
+  fields: PaneField[];
+  /** Unit of its right axis; undefined: it has none. */
+  rightUnit?: string;
+}
+
+/** Field as a pane draws it. */
+export interface PaneField extends FieldRow {
+  isRight: boolean;
 }
 
 const TITLES: Record<string, string> = {
@@ -54,8 +61,12 @@ export function unitIn(mode: number): string {
 }
 
 /** Fields to watch for those that are drawn. */
-export function neededFields(device: DeviceRow, chosen: string[]): string[] {
-  return chosen.some((name) => isByMode(device, name)) ? [...new Set([...chosen, "mode"])] : chosen;
+export function neededFields(device: DeviceRow, chosen: readonly string[]): string[] {
+  if (!chosen.length)
+    return drawable(device)
+      .slice(0, 1)
+      .map(({ name }) => name); // its times are those of all others
+  return chosen.some((name) => isByMode(device, name)) ? [...new Set([...chosen, "mode"])] : [...chosen];
 }
 
 /** Fields of another axis that can be drawn beside an axis's own: named with its address, and those of one unit alone. */
@@ -71,27 +82,67 @@ export function besideOf(name: string): { axis: string; field: string } | null {
   return dot < 0 ? null : { axis: name.slice(0, dot), field: name.slice(dot + 1) };
 }
 
+/** Split an address of a field, as "m1.yw", into a device of the bench and its row; null: there is none such. */
+export function fieldAt(devices: ReadonlyMap<string, DeviceRow>, address: string): { device: DeviceRow; field: FieldRow } | null {
+  const parts = besideOf(address);
+  const device = parts ? devices.get(parts.axis) : undefined;
+  const field = device?.fields.find(({ name }) => name === parts?.field);
+  return device && field ? { device, field } : null;
+}
+
+/** Field in the pane where it is drawn. */
+interface Placed {
+  key: string;
+  field: PaneField;
+}
+
 /** Make the panes for chosen fields: one for each unit, the usual units first. The shaft's angle has its own where the
  * board's has another zero; `modes`: those that the loop has had, by which its set-point has units; `others`: fields of other
- * axes. */
-export function panesOf(device: DeviceRow, chosen: string[], modes: Iterable<number> = [], others: FieldRow[] = []): Pane[] {
+ * axes; `right`: panes at whose right axis fields are drawn, by name. */
+export function panesOf(
+  device: DeviceRow,
+  chosen: readonly string[],
+  modes: Iterable<number> = [],
+  others: readonly FieldRow[] = [],
+  right: Readonly<Record<string, string>> = {},
+): Pane[] {
   const hasTwoZeros = boardAngleOf(device.fields) !== undefined;
   const unitsByMode = [...new Set([...modes].map(unitIn))];
-  const placed = drawable(device)
+  const placed: Placed[] = drawable(device)
     .filter((field) => chosen.includes(field.name))
     .flatMap((field) => {
       const units = isByMode(device, field.name) && unitsByMode.length ? unitsByMode : [field.unit];
       const isShaft = hasTwoZeros && field.name === "position_deg";
-      return units.map((unit) => ({ key: isShaft ? SHAFT : unit, field: { ...field, unit } }));
+      return units.map((unit) => ({ key: isShaft ? SHAFT : unit, field: { ...field, unit, isRight: false } }));
     });
-  placed.push(...others.map((field) => ({ key: field.unit, field })));
-  const keys = [...new Set(placed.map(({ key }) => key))];
+  placed.push(...others.map((field) => ({ key: field.unit, field: { ...field, isRight: false } })));
+  const moved = movedRight(placed, right);
+  const keys = [...new Set(moved.map(({ key }) => key))];
   const rank = (key: string) => (key === SHAFT ? -1 : UNITS.includes(key) ? UNITS.indexOf(key) : UNITS.length);
   keys.sort((a, b) => rank(a) - rank(b));
   return keys.map((key) => {
-    const fields = placed.filter((each) => each.key === key).map(({ field }) => field);
-    return { key, unit: fields[0]!.unit, title: titleOf(key, hasTwoZeros), fields };
+    const fields = moved.filter((each) => each.key === key).map(({ field }) => field);
+    const rightUnit = fields.find(({ isRight }) => isRight)?.unit;
+    const unit = fields.find(({ isRight }) => !isRight)!.unit;
+    return { key, unit, title: titleOf(key, hasTwoZeros), fields, ...(rightUnit === undefined ? {} : { rightUnit }) };
   });
+}
+
+/** Move fields to the right axes of other panes: of those that keep a field at their left, and of one unit for each. */
+function movedRight(placed: Placed[], right: Readonly<Record<string, string>>): Placed[] {
+  const staying = new Set(placed.filter(({ key, field }) => (right[field.name] ?? key) === key).map(({ key }) => key));
+  const units = new Map<string, string>();
+  return placed.map(({ key, field }) => {
+    const to = right[field.name] ?? key;
+    if (to === key || !staying.has(to) || (units.get(to) ?? field.unit) !== field.unit) return { key, field };
+    units.set(to, field.unit);
+    return { key: to, field: { ...field, isRight: true } };
+  });
+}
+
+/** Key of the range of values of a pane's axis. */
+export function rangeKey(pane: Pane, isRight: boolean): string {
+  return isRight ? `${pane.key} right` : pane.key;
 }
 
 function titleOf(key: string, hasTwoZeros: boolean): string {

@@ -10,7 +10,7 @@ import { Gains, hasGains } from "./gains";
 import { Fields } from "./fields";
 import { Pins } from "./pins";
 import { plotModelOf } from "./plot_model";
-import { Plots, useMarks } from "./plots";
+import { Plots } from "./plots";
 import { Terminals } from "./terminals";
 import { Verbs } from "./verbs";
 
@@ -19,7 +19,6 @@ const current = keptText("bench.tab", "verbs");
 
 export function Detail({ device }: { device: DeviceRow }) {
   const model = plotModelOf(device);
-  useMarks(model);
   const ports = portsOf(device);
   const tabs: Tab[] = [
     { id: "verbs", title: "Verbs" },

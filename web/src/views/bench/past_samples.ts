@@ -69,23 +69,24 @@ function layerOf({ fields, rows, data, is_summed }: Series, wanted: string[], in
   return { ring, sampling: { interval_s, isExtremes: is_summed } };
 }
 
-/** Ask the recording for all that there is of a window: each control step, of a long one the extremes of intervals. What is
- * about now is in it a moment later. Null: it has nothing. */
-export async function allOf(axis: string, fields: string[], from_s: number, to_s: number): Promise<Layer | null> {
-  let found: Layer | null = null;
+/** Ask the recording for all that there is of a window, of the fields of axes: each control step, of a long one the extremes of
+ * intervals. What is about now is in it a moment later. Answers samples by axis, of those of which it has some. */
+export async function allOf(wanted: ReadonlyMap<string, string[]>, from_s: number, to_s: number): Promise<Map<string, Layer>> {
+  let found = new Map<string, Layer>();
   for (let turn = 0; turn < TURNS; turn++) {
     if (turn) await new Promise((resolve) => setTimeout(resolve, TURN_MS));
-    found = await askAll(axis, fields, from_s, to_s);
-    if (found && found.ring.last_s >= to_s - END_s) break;
+    found = await askAll(wanted, from_s, to_s);
+    if (found.size && [...found.values()].every(({ ring }) => ring.last_s >= to_s - END_s)) break;
   }
   return found;
 }
 
-async function askAll(axis: string, fields: string[], from_s: number, to_s: number): Promise<Layer | null> {
-  const names = fields.map((field) => `${axis}.${field}`);
+async function askAll(wanted: ReadonlyMap<string, string[]>, from_s: number, to_s: number): Promise<Map<string, Layer>> {
+  const names = [...wanted].flatMap(([axis, fields]) => fields.map((field) => `${axis}.${field}`));
   const told = await askPast("past_samples", { fields: names, from_s: Math.max(from_s, 0), to_s, points: MOST_POINTS, lane: `${LANE} all` });
-  const series = told?.series.find((each) => each.axis === axis);
-  return told && series ? layerOf(series, fields, told.interval_ns) : null;
+  return new Map(
+    (told?.series ?? []).flatMap((series) => (wanted.has(series.axis) ? [[series.axis, layerOf(series, wanted.get(series.axis)!, told!.interval_ns)]] : [])),
+  );
 }
 
 effect(() => {

@@ -7,54 +7,15 @@ import { windowWithin } from "../../model/decimate";
 import type { DeviceRow, FieldRow } from "../../model/door";
 import type { Ring } from "../../model/ring";
 import { type Layer, layerOver } from "../../model/sampling";
-import { hello } from "../../store";
+import { devices } from "../../store";
 import { feedOf } from "./axis_feed";
-import { besideOf, drawable, isByMode, unitIn, usualFields } from "./axis_fields";
+import { besideOf, drawable, fieldAt, fieldsBeside, isByMode, type Pane, panesOf, unitIn, usualFields } from "./axis_fields";
+import { type Cursor, cursorsOf } from "./plot_cursors";
 import { ShownRows } from "./shown_rows";
 
 export const WINDOWS_s = [1, 2, 5, 10, 30, 60, 120, 300];
 
 const USUAL_WINDOW_s = 10;
-
-/** Times of both cursors, in a run of the bench: the next one has other times. */
-interface Cursors {
-  instance: string;
-  a: number | null;
-  b: number | null;
-}
-
-/** One of the cursors, as a signal. */
-class Cursor {
-  constructor(
-    private readonly both: Kept<Cursors>,
-    private readonly which: "a" | "b",
-  ) {}
-
-  get value(): number | null {
-    return this.in(this.both.value, hello.value?.instance);
-  }
-
-  set value(at_s: number | null) {
-    const instance = hello.peek()?.instance ?? "";
-    const before = this.both.peek();
-    const others = before.instance === instance ? before : { a: null, b: null };
-    this.both.value = { ...others, instance, [this.which]: at_s };
-  }
-
-  peek(): number | null {
-    return this.in(this.both.peek(), hello.peek()?.instance);
-  }
-
-  private in(both: Cursors, instance: string | undefined): number | null {
-    return both.instance === instance ? both[this.which] : null;
-  }
-}
-
-function readCursors(raw: unknown): Cursors | undefined {
-  const { instance, a, b } = (raw ?? {}) as Partial<Cursors>;
-  const isTime = (at_s: unknown) => at_s === null || (typeof at_s === "number" && Number.isFinite(at_s));
-  return typeof instance === "string" && isTime(a) && isTime(b) ? { instance, a: a ?? null, b: b ?? null } : undefined;
-}
 
 export class PlotModel {
   readonly window_s: Kept<number>;
@@ -66,8 +27,10 @@ export class PlotModel {
   readonly cursorA: Cursor;
   readonly cursorB: Cursor;
   readonly chosen: Kept<string[]>;
-  /** Fields of other axes that are drawn, too. */
-  readonly others = signal<FieldRow[]>([]);
+  /** Fields of other axes that are drawn, too: "m2.yw". */
+  readonly others: Kept<string[]>;
+  /** Panes at whose right axis fields are drawn, by the fields' names. */
+  readonly right: Kept<Readonly<Record<string, string>>>;
   private othersPaused = new Map<string, Layer[]>();
   /** Fixed ranges of values by pane; the others fit what is shown. */
   readonly fixed = signal<ReadonlyMap<string, readonly [number, number]>>(new Map());
@@ -79,24 +42,25 @@ export class PlotModel {
   /** True once a cursor was set since the page was loaded. */
   private areCursorsSet = false;
 
-  /** `device`: as the bench describes it now. */
+  /** `device`: as the bench describes it now; `id`: name of what is kept. */
   constructor(
     public device: DeviceRow,
+    readonly id = device.name,
     readonly axis = device.name,
   ) {
     this.window_s = new Kept(
-      `plot.${axis}.window`,
+      `plot.${id}.window`,
       () => USUAL_WINDOW_s,
       (raw) => WINDOWS_s.find((each) => each === raw),
     );
     this.chosen = new Kept(
-      `plot.${axis}.fields`,
+      `plot.${id}.fields`,
       () => usualFields(this.device),
       (raw) => this.readFields(raw),
     );
-    const cursors = new Kept(`plot.${axis}.cursors`, () => ({ instance: "", a: null, b: null }), readCursors);
-    this.cursorA = new Cursor(cursors, "a");
-    this.cursorB = new Cursor(cursors, "b");
+    this.others = new Kept(`plot.${id}.others`, () => [], readOthers);
+    this.right = new Kept(`plot.${id}.right`, () => ({}), readRight);
+    [this.cursorA, this.cursorB] = cursorsOf(id);
   }
 
   /** Chosen fields that the device has; undefined: it is another one now, and has none of them. */
@@ -106,6 +70,18 @@ export class PlotModel {
       .map(({ name }) => name)
       .filter((name) => raw.includes(name));
     return there.length || !raw.length ? there : undefined;
+  }
+
+  /** Fields of other axes, as far as the bench has them. */
+  otherFields(): FieldRow[] {
+    return this.others.value.flatMap((name) => {
+      const found = fieldAt(devices.value, name);
+      return found ? fieldsBeside(found.device).filter((field) => field.name === name) : [];
+    });
+  }
+
+  panes(): Pane[] {
+    return panesOf(this.device, this.chosen.value, this.feed.modes.value, this.otherFields(), this.right.value);
   }
 
   get feed() {
@@ -134,10 +110,20 @@ export class PlotModel {
   /** Ring and column of a field, for what is shown from a time on. */
   placeOf(name: string, from_s: number): { ring: Ring; column: number } {
     const other = besideOf(name);
-    if (!other) return { ring: layerOver(this.layers, from_s).ring, column: this.feed.column(name) };
-    const feed = feedOf(other.axis);
-    const layers = (this.paused.peek() && this.othersPaused.get(other.axis)) || feed.layers;
-    return { ring: layerOver(layers, from_s).ring, column: feed.column(other.field) };
+    const { layer, columnOf } = this.sourceOf(other?.axis ?? this.axis, from_s);
+    return { ring: layer.ring, column: columnOf(other?.field ?? name) };
+  }
+
+  /** Samples of an axis for what is shown from a time on, and where its fields stand in them. */
+  sourceOf(axis: string, from_s: number): { layer: Layer; columnOf: (field: string) => number } {
+    const feed = feedOf(axis);
+    const held = this.paused.peek() && (axis === this.axis ? this.paused.peek() : this.othersPaused.get(axis));
+    return { layer: layerOver(held || feed.layers, from_s), columnOf: (field) => feed.column(field) };
+  }
+
+  /** Name of a field in words: with its axis, where others are beside it. */
+  labelOf(name: string): string {
+    return this.others.value.length && !besideOf(name) ? `${this.axis}.${name}` : name;
   }
 
   /** Value of a field at a time; NaN where it had another unit then than this, if one is given. */
@@ -173,7 +159,7 @@ export class PlotModel {
     this.from_s.value = right - this.window_s.peek();
     this.to_s.value = right;
     const copy = (layers: Layer[]) => layers.map(({ ring, sampling }) => ({ ring: ring.copy(), sampling }));
-    const axes = new Set(this.others.peek().flatMap(({ name }) => besideOf(name)?.axis ?? []));
+    const axes = new Set(this.others.peek().flatMap((name) => besideOf(name)?.axis ?? []));
     this.othersPaused = new Map([...axes].map((axis) => [axis, copy(feedOf(axis).layers)]));
     this.paused.value = copy(this.feed.layers);
     this.changes++;
@@ -239,24 +225,56 @@ export class PlotModel {
   }
 
   /** Draw a field of another axis, too, or no longer. */
-  toggleOther(field: FieldRow): void {
-    const before = this.others.peek();
-    const without = before.filter(({ name }) => name !== field.name);
-    this.others.value = without.length < before.length ? without : [...before, field];
+  toggleOther(name: string): void {
+    this.others.value = toggled(this.others.peek(), name);
   }
 
   toggleField(name: string): void {
-    const before = this.chosen.peek();
-    this.chosen.value = before.includes(name) ? before.filter((field) => field !== name) : [...before, name];
+    this.chosen.value = toggled(this.chosen.peek(), name);
   }
+
+  /** Draw a field at the right axis of a pane, or in the pane of its unit for "". */
+  moveRight(name: string, pane: string): void {
+    const { [name]: _, ...others } = this.right.peek();
+    this.right.value = pane ? { ...others, [name]: pane } : others;
+  }
+
+  /** Addresses of all that is drawn. */
+  get signals(): string[] {
+    return [...this.chosen.value.map((name) => `${this.axis}.${name}`), ...this.others.value];
+  }
+
+  /** Draw what these addresses name. */
+  setSignals(signals: readonly string[]): void {
+    const own = signals.flatMap((address) => (besideOf(address)?.axis === this.axis ? [besideOf(address)!.field] : []));
+    this.chosen.value = own;
+    this.others.value = signals.filter((address) => besideOf(address)?.axis !== this.axis);
+  }
+}
+
+function toggled(names: readonly string[], name: string): string[] {
+  return names.includes(name) ? names.filter((each) => each !== name) : [...names, name];
+}
+
+const MOST_OTHERS = 40;
+
+function readOthers(raw: unknown): string[] | undefined {
+  if (!Array.isArray(raw)) return undefined;
+  return raw.filter((each): each is string => typeof each === "string" && besideOf(each) !== null).slice(0, MOST_OTHERS);
+}
+
+function readRight(raw: unknown): Record<string, string> | undefined {
+  if (typeof raw !== "object" || raw === null || Array.isArray(raw)) return undefined;
+  return Object.fromEntries(Object.entries(raw).filter((each): each is [string, string] => typeof each[1] === "string"));
 }
 
 const models = new Map<string, PlotModel>();
 
-export function plotModelOf(device: DeviceRow): PlotModel {
-  const key = `${keptFor.peek()}/${device.name}`;
+/** The model of a device's plots, or of those with another `id` whose times are those of the device. */
+export function plotModelOf(device: DeviceRow, id = device.name): PlotModel {
+  const key = `${keptFor.peek()}/${id}`;
   let model = models.get(key);
-  if (!model || model.device.profile !== device.profile) models.set(key, (model = new PlotModel(device)));
+  if (model?.axis !== device.name || model.device.profile !== device.profile) models.set(key, (model = new PlotModel(device, id)));
   model.device = device;
   return model;
 }

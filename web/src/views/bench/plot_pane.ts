@@ -7,12 +7,14 @@ import { beside, copyWhere, niceRange, widen } from "../../model/decimate";
 import { palette } from "../../parts/palette";
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
 import type { Ring } from "../../model/ring";
-import { shownFaults } from "../../past";
-import { besideOf, isByMode, type Pane, unitIn } from "./axis_fields";
+import { plotMarks, type PlotMark, shownFaults } from "../../past";
+import { besideOf, isByMode, type Pane, rangeKey, unitIn } from "./axis_fields";
 import type { PlotModel } from "./plot_model";
 
 const LEAST_SPAN: Record<string, number> = { deg: 1, rpm: 1, Nm: 0.01, A: 0.1, V: 1 };
 const AXIS_LEFT_PX = 78;
+const AXIS_RIGHT_PX = 66;
+const PADDING_RIGHT_PX = 24;
 const FONT_PX = 11;
 /** Room for the names of faults above the first pane. */
 const LANE_PX = 16;
@@ -28,6 +30,7 @@ export class PlotPane implements Drawer {
   private data: uPlot.TypedArray[] = [];
   private readonly x = { min: 0, max: 1 };
   private readonly y: [number, number] = [0, 1];
+  private readonly right: [number, number] = [0, 1];
   private readonly values: [number, number] = [0, 0];
   private drawnTotal = -1;
   private drawnRing: Ring | null = null;
@@ -39,6 +42,8 @@ export class PlotPane implements Drawer {
     private readonly model: PlotModel,
     private readonly isFirst: boolean,
     hasTimes: boolean,
+    /** Whether any pane has a right axis: all leave room for it, so that their times stand below one another. */
+    private readonly isNarrow: boolean,
   ) {
     this.takeRows(performance.now());
     this.plot = new uPlot(this.options(hasTimes), this.data as unknown as uPlot.AlignedData, place);
@@ -69,15 +74,26 @@ export class PlotPane implements Drawer {
 
   draw(now_ms: number): void {
     if (!this.takeRows(now_ms)) return;
-    this.values[0] = Infinity;
-    this.values[1] = -Infinity;
     this.fillIn();
-    for (let at = 1; at < this.data.length; at++) widen(this.data[at]!, this.model.rows.made, this.values);
-    const fixed = this.model.fixed.peek().get(this.pane.key);
-    if (fixed) [this.y[0], this.y[1]] = fixed;
-    else niceRange(this.values[0], this.values[1], LEAST_SPAN[this.pane.unit] ?? 1, this.y);
+    this.scale(this.y, this.pane.unit, false);
+    if (this.pane.rightUnit !== undefined) this.scale(this.right, this.pane.rightUnit, true);
     this.plot.setData(this.data as unknown as uPlot.AlignedData, false);
     this.plot.setScale("x", this.x);
+  }
+
+  /** Set the range of an axis: the fixed one, or what holds its lines. */
+  private scale(range: [number, number], unit: string, isRight: boolean): void {
+    const fixed = this.model.fixed.peek().get(rangeKey(this.pane, isRight));
+    if (fixed) {
+      [range[0], range[1]] = fixed;
+      return;
+    }
+    this.values[0] = Infinity;
+    this.values[1] = -Infinity;
+    this.pane.fields.forEach((field, at) => {
+      if (field.isRight === isRight) widen(this.data[at + 1]!, this.model.rows.made, this.values);
+    });
+    niceRange(this.values[0], this.values[1], LEAST_SPAN[unit] ?? 1, range);
   }
 
   /** Have the rows of what is shown; false: there are none. */
@@ -101,9 +117,9 @@ export class PlotPane implements Drawer {
     return isThere;
   }
 
-  /** Range of values that is shown. */
-  get range(): readonly [number, number] {
-    return this.y;
+  /** Range of values that an axis shows. */
+  rangeOf(isRight: boolean): readonly [number, number] {
+    return isRight ? this.right : this.y;
   }
 
   /** Time at the mouse, or null where it is not over the plot. */
@@ -149,24 +165,28 @@ export class PlotPane implements Drawer {
   private options(hasTimes: boolean): uPlot.Options {
     const colours = palette();
     const font = `${FONT_PX}px ${colours.mono}`;
+    const hasRight = this.pane.rightUnit !== undefined;
     const axis = { stroke: colours.soft, font, grid: { stroke: colours.grid, width: 1 }, ticks: { stroke: colours.line, width: 1, size: 4 } };
     return {
       width: Math.max(this.place.clientWidth, 100),
       height: Math.max(this.place.clientHeight, 60),
       legend: { show: false },
-      padding: [this.isFirst ? LANE_PX : 6, 24, hasTimes ? 0 : 4, 0],
+      padding: [this.isFirst ? LANE_PX : 6, PADDING_RIGHT_PX + (this.isNarrow && !hasRight ? AXIS_RIGHT_PX : 0), hasTimes ? 0 : 4, 0],
       scales: {
         x: { time: false },
         y: { range: () => this.y },
+        ...(hasRight ? { right: { range: () => this.right } } : {}),
       },
       axes: [
         { ...axis, size: hasTimes ? 24 : 0, space: 70, values: hasTimes ? (_plot, splits) => timeTexts(splits) : () => [] },
         { ...axis, size: AXIS_LEFT_PX, space: 26 },
+        ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: AXIS_RIGHT_PX, space: 26, grid: { show: false } }] : []),
       ],
       series: [
         {},
         ...this.pane.fields.map((field, at) => ({
           label: field.name,
+          scale: field.isRight ? "right" : "y",
           stroke: colours.traces[at % colours.traces.length]!,
           width: 1,
           points: { show: false },
@@ -174,13 +194,13 @@ export class PlotPane implements Drawer {
         })),
       ],
       cursor: {
-        sync: { key: `axis ${this.model.axis}` },
+        sync: { key: `plot ${this.model.id}` },
         points: { show: false },
         drag: { x: true, y: false, setScale: false },
         bind: { dblclick: () => () => (this.model.live(), null) },
       },
       hooks: {
-        drawClear: [(plot) => this.drawMarks(plot)],
+        drawClear: [(plot) => (this.drawFaults(plot), this.drawMarks(plot))],
         draw: [(plot) => (this.drawNames(plot), this.drawCursors(plot))],
         setSelect: [(plot) => this.zoomToSelected(plot)],
       },
@@ -196,7 +216,7 @@ export class PlotPane implements Drawer {
 
   /** Draw the faults below the lines: a band for the time of each of this device, one for all that overlap; a line at the
    * upper edge for the others. */
-  private drawMarks(plot: uPlot): void {
+  private drawFaults(plot: uPlot): void {
     const { top, height } = plot.bbox;
     const { ctx } = plot;
     const colours = palette();
@@ -217,10 +237,21 @@ export class PlotPane implements Drawer {
     });
   }
 
-  /** Write the faults' names above the first pane, side by side. */
+  /** Draw what happened as thin lines. */
+  private drawMarks(plot: uPlot): void {
+    const { top, height } = plot.bbox;
+    plot.ctx.fillStyle = palette().line;
+    for (const { at_s } of this.marksInSight()) plot.ctx.fillRect(plot.valToPos(at_s, "x", true), top, devicePixelRatio, height);
+  }
+
+  private marksInSight(): PlotMark[] {
+    return plotMarks.peek().filter(({ at_s }) => at_s >= this.x.min && at_s <= this.x.max);
+  }
+
+  /** Write the faults' names above the first pane, side by side, and what else happened where there is room. */
   private drawNames(plot: uPlot): void {
     if (!this.isFirst) return;
-    const { left, top } = plot.bbox;
+    const { left, top, width } = plot.bbox;
     const { ctx } = plot;
     const colours = palette();
     let free = left;
@@ -235,6 +266,15 @@ export class PlotPane implements Drawer {
       ctx.fillText(text, at, top - 4 * devicePixelRatio);
       free = at + ctx.measureText(text).width + 8 * devicePixelRatio;
     });
+    ctx.fillStyle = colours.soft;
+    ctx.font = `${FONT_PX * devicePixelRatio}px ${colours.mono}`;
+    for (const { at_s, text } of this.marksInSight()) {
+      const at = plot.valToPos(at_s, "x", true);
+      const end = at + ctx.measureText(text).width;
+      if (at < free || end > left + width) continue;
+      ctx.fillText(text, at, top - 4 * devicePixelRatio);
+      free = end + 8 * devicePixelRatio;
+    }
   }
 
   /** Draw each fault that is in sight, clipped below `from_y`: from and to in pixels of the canvas, the earliest first. */

@@ -1,15 +1,25 @@
 /** Range of values of a pane. */
 
-import type { Pane } from "./axis_fields";
+import { type Pane, rangeKey } from "./axis_fields";
 import type { PlotModel } from "./plot_model";
 import type { PlotPane } from "./plot_pane";
 
-/** Whether a pane's range of values fits what is shown, or stays as it is written. */
-export function ValueRange({ pane, model, made }: { pane: Pane; model: PlotModel; made: Map<string, PlotPane> }) {
-  const fixed = model.fixed.value.get(pane.key);
+interface ValueRangeProps {
+  pane: Pane;
+  model: PlotModel;
+  made: Map<string, PlotPane>;
+  isRight?: boolean;
+}
+
+/** Whether the range of values of a pane's axis fits what is shown, or stays as it is written. */
+export function ValueRange({ pane, model, made, isRight = false }: ValueRangeProps) {
+  const key = rangeKey(pane, isRight);
+  const fixed = model.fixed.value.get(key);
+  const unit = isRight ? pane.rightUnit : pane.unit;
+  const what = `${isRight ? "right axis of " : ""}${pane.title.toLowerCase()}`;
   const toggle = () => {
-    const [low = 0, high = 1] = made.get(pane.key)?.range ?? [];
-    model.fix(pane.key, fixed ? null : [low, high]);
+    const [low = 0, high = 1] = made.get(pane.key)?.rangeOf(isRight) ?? [];
+    model.fix(key, fixed ? null : [low, high]);
   };
   const end = (at: 0 | 1, name: string) => {
     if (!fixed) return null;
@@ -19,19 +29,19 @@ export function ValueRange({ pane, model, made }: { pane: Pane; model: PlotModel
       const isWrong = !event.currentTarget.value.trim() || !(range[0] < range[1]) || !Number.isFinite(value);
       event.currentTarget.setAttribute("aria-invalid", String(isWrong));
       event.currentTarget.title = isWrong ? `write a number; the lower end is below the upper one, ${fixed[0]} to ${fixed[1]} now` : "";
-      if (!isWrong) model.fix(pane.key, range);
+      if (!isWrong) model.fix(key, range);
     };
     return (
       <input
         class="mono is-number"
         inputMode="decimal"
-        aria-label={`${name} end of the ${pane.title.toLowerCase()} shown`}
+        aria-label={`${name} end of the ${what} shown`}
         defaultValue={String(Number(fixed[at].toPrecision(6)))}
         onChange={take}
       />
     );
   };
-  const text = fixed ? "y fixed" : "y free";
+  const text = `${isRight ? "right" : "y"} ${fixed ? "fixed" : "free"}`;
   return (
     <>
       {end(0, "Lower")}
@@ -39,8 +49,8 @@ export function ValueRange({ pane, model, made }: { pane: Pane; model: PlotModel
       <button
         type="button"
         aria-pressed={fixed !== undefined}
-        aria-label={`${text}: fixed range of ${pane.title.toLowerCase()}`}
-        title={`Keep the range${pane.unit && ` in ${pane.unit}`} as it is`}
+        aria-label={`${text}: fixed range of ${what}`}
+        title={`Keep the range${unit ? ` in ${unit}` : ""} as it is`}
         onClick={toggle}
       >
         {text}
