@@ -24,6 +24,9 @@ const FOLLOW = 0.05;
 const BATCH_s = 0.04;
 
 const PAST_WINDOW_s = 10;
+/** Hears rows as they come, of the finest samples: of each the time, and a column for each field of the feed. */
+export type RowsEar = (values: Float64Array, rows: number, columns: number) => void;
+
 /** Grows when others look, or at other fields. */
 export const wantsChanged = signal(0);
 
@@ -44,6 +47,7 @@ export class AxisFeed {
   readonly refusal = signal("");
 
   private readonly wanted = new Map<symbol, { fields: string[]; isClose: boolean }>();
+  private readonly ears = new Set<RowsEar>();
   private ending = 0;
   private offset_s = NaN;
 
@@ -52,7 +56,7 @@ export class AxisFeed {
   }
 
   private stream(rate: SampleRate, refused: (error: Refused) => void): SampleStream {
-    const came = (values: Float64Array, rows: number, columns: number) => this.came(values, rows, columns);
+    const came: RowsEar = (values, rows, columns) => this.came(values, rows, columns, rate === FINE);
     return new SampleStream(this.axis, rate, { came, refused }, this.fields.length + 1);
   }
 
@@ -94,6 +98,11 @@ export class AxisFeed {
   get layers(): Layer[] {
     if (pastAt.peek() !== null) return [(this.past ??= { ring: new Ring(2, this.fields.length + 1), sampling: this.coarse.sampling })];
     return this.fine ? [this.fine, this.coarse] : [this.coarse];
+  }
+
+  /** The finest samples that come. */
+  get finest(): Layer {
+    return this.fine?.isOpen ? this.fine : this.coarse;
   }
 
   /** Extremes of the last minutes, or samples of the time that the page looks back at. */
@@ -151,7 +160,14 @@ export class AxisFeed {
     }
   }
 
-  private came(values: Float64Array, rows: number, columns: number): void {
+  /** Hear rows from now on; answers the function that ends it. */
+  hear(ear: RowsEar): () => void {
+    this.ears.add(ear);
+    return () => void this.ears.delete(ear);
+  }
+
+  private came(values: Float64Array, rows: number, columns: number, isFine: boolean): void {
+    if (isFine || !this.fine?.isOpen) for (const ear of this.ears) ear(values, rows, columns);
     this.noteModes(values, rows, columns);
     const lost = this.coarse.lost + (this.fine?.lost ?? 0);
     if (lost !== this.lost.peek()) this.lost.value = lost;

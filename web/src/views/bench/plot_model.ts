@@ -13,7 +13,7 @@ import { besideOf, drawable, fieldAt, fieldsBeside, isByMode, type Pane, panesOf
 import { type Cursor, cursorsOf } from "./plot_cursors";
 import { ShownRows } from "./shown_rows";
 
-export const WINDOWS_s = [1, 2, 5, 10, 30, 60, 120, 300];
+export const WINDOWS_s = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 60, 120, 300];
 
 const USUAL_WINDOW_s = 10;
 
@@ -39,6 +39,8 @@ export class PlotModel {
   readonly rows = new ShownRows();
   /** Grows when something has to be drawn again although no sample came. */
   changes = 0;
+  /** Time of the trigger whose picture is held; null: there is none. */
+  readonly triggered_s = signal<number | null>(null);
   /** True once a cursor was set since the page was loaded. */
   private areCursorsSet = false;
 
@@ -165,8 +167,20 @@ export class PlotModel {
     this.changes++;
   }
 
+  /** Hold a picture of a window, from samples by axis, before those that the page has. */
+  hold(from_s: number, to_s: number, found: ReadonlyMap<string, Layer>): void {
+    this.live();
+    this.pause();
+    const over = (axis: string, layers: Layer[]) => [...(found.has(axis) ? [found.get(axis)!] : []), ...layers];
+    this.othersPaused = new Map([...this.othersPaused].map(([axis, layers]) => [axis, over(axis, layers)]));
+    this.paused.value = over(this.axis, this.paused.peek()!);
+    [this.from_s.value, this.to_s.value] = [from_s, to_s];
+    this.changes++;
+  }
+
   live(): void {
     this.paused.value = null;
+    this.triggered_s.value = null;
     this.othersPaused.clear();
     this.changes++;
   }
@@ -241,7 +255,11 @@ export class PlotModel {
 
   /** Addresses of all that is drawn. */
   get signals(): string[] {
-    return [...this.chosen.value.map((name) => `${this.axis}.${name}`), ...this.others.value];
+    return [...this.chosen.value.map((name) => this.addressOf(name)), ...this.others.value];
+  }
+
+  addressOf(name: string): string {
+    return besideOf(name) ? name : `${this.axis}.${name}`;
   }
 
   /** Draw what these addresses name. */

@@ -10,6 +10,7 @@ import type { Ring } from "../../model/ring";
 import { plotMarks, type PlotMark, shownFaults } from "../../past";
 import { besideOf, isByMode, type Pane, rangeKey, unitIn } from "./axis_fields";
 import type { PlotModel } from "./plot_model";
+import { triggerOf } from "./plot_trigger";
 
 const LEAST_SPAN: Record<string, number> = { deg: 1, rpm: 1, Nm: 0.01, A: 0.1, V: 1 };
 const AXIS_LEFT_PX = 78;
@@ -19,6 +20,7 @@ const FONT_PX = 11;
 /** Room for the names of faults above the first pane. */
 const LANE_PX = 16;
 const OTHERS_PX = 3;
+const LEVEL_DASH_PX = 10;
 const NO_GAPS: [number, number][] = [];
 
 export class PlotPane implements Drawer {
@@ -300,18 +302,36 @@ export class PlotPane implements Drawer {
   }
 
   private drawCursors(plot: uPlot): void {
-    this.drawCursor(plot, this.model.cursorA.peek(), "A");
-    this.drawCursor(plot, this.model.cursorB.peek(), "B");
+    const { ink, accent } = palette();
+    this.drawCursor(plot, this.model.triggered_s.peek(), "T", accent);
+    this.drawCursor(plot, this.model.cursorA.peek(), "A", ink);
+    this.drawCursor(plot, this.model.cursorB.peek(), "B", ink);
+    this.drawLevel(plot);
   }
 
-  private drawCursor(plot: uPlot, time_s: number | null, name: string): void {
+  /** Draw the level of a trigger that is set at a field of this pane. */
+  private drawLevel(plot: uPlot): void {
+    const trigger = triggerOf(this.model);
+    const { on, level } = trigger.settings.peek();
+    const field = this.pane.fields.find(({ name }) => this.model.addressOf(name) === trigger.signal);
+    if (!trigger.isOn || on !== "field" || !field) return;
+    const { left, top, width, height } = plot.bbox;
+    const at = Math.round(plot.valToPos(level, field.isRight ? "right" : "y", true));
+    if (at < top || at > top + height) return;
+    plot.ctx.fillStyle = palette().accent;
+    for (let x = 0; x < width; x += LEVEL_DASH_PX * devicePixelRatio) {
+      plot.ctx.fillRect(left + x, at, (LEVEL_DASH_PX / 2) * devicePixelRatio, devicePixelRatio);
+    }
+  }
+
+  private drawCursor(plot: uPlot, time_s: number | null, name: string, colour: string): void {
     if (time_s === null || time_s < this.x.min || time_s > this.x.max) return;
     const { top, height } = plot.bbox;
     const at = Math.round(plot.valToPos(time_s, "x", true));
     const colours = palette();
     const context = plot.ctx;
     context.save();
-    context.fillStyle = colours.ink;
+    context.fillStyle = colour;
     context.fillRect(at, top, devicePixelRatio, height);
     context.font = `bold ${FONT_PX * devicePixelRatio}px ${colours.mono}`;
     context.textAlign = "left";
