@@ -18,7 +18,7 @@ test: $(VENV)/.dev
 	@echo "The tests: ten minutes on two cores. \`make test-quick\` has a part of them: a minute."
 	@$(BYTECODE)
 	@$(MAKE) --no-print-directory test-native
-	@$(SIDE_BY_SIDE) -n 5 -m "not thorough"  # more workers than CPUs: most tests wait
+	@$(SIDE_BY_SIDE) -n 5 -m "not thorough" --reruns 1  # more workers than CPUs: most tests wait
 
 # The longer ones, which make no part of the others: a quarter of an hour on two cores.
 test-thorough: $(VENV)/.dev

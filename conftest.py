@@ -26,6 +26,19 @@ with suppress(ImportError):
 
     process.POLITE = 0  # `hil export` runs in this process, too, and would slow down all that comes later
 
+MOST_SECOND_TRIES = 10
+"""Number of tests that may need a second try in one run (decision 48)."""
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail a run in which too many tests needed a second try: what they wait for has become late."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    again = reporter.stats.get("rerun", []) if reporter else []
+    if len(again) > MOST_SECOND_TRIES and not session.exitstatus:
+        reporter.write_line(f"\n{len(again)} tests needed a second try; {MOST_SECOND_TRIES} may.", red=True)
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
 END_TO_END = "test_e2e_"
 END_TO_END_SHARE = 0.75
 """Share of a test run within which all end-to-end files begin: the last minutes have short files only."""

@@ -25,7 +25,7 @@ from hil.vocab.time import FOREVER
 
 HIL = str(Path(sys.executable).with_name("hil"))
 STRANGER_UID = 65534
-PATIENCE_S = 30.0
+PATIENCE_S = 120.0
 """A bound for what takes well under a second on an idle machine."""
 READY_NS = 4_000_000_000
 """Simulated time at which the board answers."""

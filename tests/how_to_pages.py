@@ -97,7 +97,7 @@ def answer_of_daemon(text: str, folder: Path, ask: Callable[[Serving], Awaitable
 
         async def asked(serving: Serving) -> Answer:
             try:
-                async with asyncio.timeout(30):
+                async with asyncio.timeout(120):
                     return await ask(serving)
             finally:
                 daemon.stop()

@@ -107,7 +107,7 @@ def planners() -> list[str]:
 def test_planning_ends_with_its_asker(using: Using) -> None:
     async def use(ask: Asking) -> None:
         doing = asyncio.ensure_future(drawn(ask, LONG))
-        async with asyncio.timeout(30):
+        async with asyncio.timeout(120):
             while not planners():
                 await asyncio.sleep(0.01)
             doing.cancel()

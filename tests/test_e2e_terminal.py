@@ -13,7 +13,7 @@ from e2e_support import HIL
 from device_profiles.sac.packet import encode
 
 EVIL = "\x1b]0;PWNED\x07\x1b[2J"
-PATIENCE_S = 30
+PATIENCE_S = 90
 
 
 def on_terminal(*words: str) -> str:

@@ -1,6 +1,7 @@
-"""Last line of the browser tests: what passed at the second try is said, and too many fail."""
+"""What passed at the second try is said, and too many fail: in the browser tests and in all others."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -57,3 +58,20 @@ def test_more_than_three_in_a_hundred_fail(tmp_path: Path) -> None:
 @pytest.mark.thorough
 def test_one_that_fails_twice_fails(tmp_path: Path) -> None:
     assert last_line(tmp_path, flaky=1, broken=7)[0] == 1
+
+
+@pytest.mark.parametrize(("flaky", "code"), [(1, 0), (11, 1)])
+def test_of_all_tests_ten_may_need_a_second_try(tmp_path: Path, flaky: int, code: int) -> None:
+    (tmp_path / "test_them.py").write_text(TESTS.format(count=40, flaky=flaky, broken=-1))
+    shutil.copy(ROOT / "conftest.py", tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "--reruns", "1", "-rR", "-p", "pytest_rerunfailures"],
+        cwd=tmp_path,
+        env=PLAIN,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == code
+    assert f"40 passed, {flaky} rerun" in done.stdout.splitlines()[-1]
+    assert ("11 tests needed a second try; 10 may." in done.stdout) == bool(code)

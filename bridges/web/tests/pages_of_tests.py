@@ -20,7 +20,7 @@ from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import AxisField, DeviceInfo, Source, Watch, Watched
 from hil.vocab.verbs import table_of
 
-PATIENCE_S = 30.0
+PATIENCE_S = 90.0
 PACKED = struct.Struct("<qfid")
 FIELDS = (
     AxisField("at_ns", "i64", "ns", "time", 0, False, True),

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from hil.drives.drive_control import DriveControl
 from hil.drives.drive_link import SharedLines
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 
 
 World = TypeVar("World", bound="DriveWorld")

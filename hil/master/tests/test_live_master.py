@@ -17,7 +17,7 @@ from device_profiles.sac.packet import Packet, PacketDecoder, encode
 from hil.master import LineGone, LineUnreachable, LiveMaster, Outcome, open_line
 
 ACK, NAK = b"\x06", b"\x15"
-PATIENCE_S = 20
+PATIENCE_S = 60
 Answer = Callable[[Packet], bytes]
 
 

@@ -12,7 +12,7 @@ from hil.net import silence_timer
 from hil.net.silence_timer import SilenceTimer
 
 ms_NS = 1_000_000
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 
 
 class Told:

@@ -19,7 +19,7 @@ from hil.vocab.time import FOREVER
 from hil.vocab.verbs import Verb
 
 BAUD = 1_000_000
-PATIENCE_S = 30.0
+PATIENCE_S = 90.0
 
 
 class Clock:

@@ -26,7 +26,7 @@ from hil.vocab.verbs import VerbRefused
 
 NODE = Address("can0", "virtual")
 FRAME = CanFrame(0x123, b"\1\2")
-PATIENCE_S = 5.0
+PATIENCE_S = 60.0
 
 
 def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:

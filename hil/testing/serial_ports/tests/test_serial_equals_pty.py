@@ -28,7 +28,7 @@ pytestmark = pytest.mark.long
 
 OPERATIONS = int(os.environ.get("HIL_FUZZ", "1500"))
 MOST = 40
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 SHORT_S, LONG_S = 0.002, 0.2
 BOARD = """
 from hil.vocab.firmware import ByteAvailable
