@@ -15,7 +15,7 @@ from typing import Any, Literal, NotRequired, get_args, get_origin, get_type_hin
 from bridges.web import page_rows
 from bridges.web.bench_words import is_offered
 from bridges.web.page_rows import RoleName
-from bridges.web.web_messages import SAMPLES, SAMPLES_HEAD, TERMINAL, TERMINAL_HEAD
+from bridges.web.web_messages import SAMPLES, SAMPLES_HEAD, TERMINAL, TERMINAL_HEAD, TIMED, TIMED_HEAD
 from bridges.web.web_watches import KINDS
 from hil.net.answers import ABSENT
 from hil.operations import table
@@ -55,7 +55,8 @@ def written() -> str:
     parts = [
         _HEAD,
         f"export const SAMPLES = {SAMPLES};\nexport const SAMPLES_HEAD = {SAMPLES_HEAD.size};",
-        f"export const TERMINAL = {TERMINAL};\nexport const TERMINAL_HEAD = {TERMINAL_HEAD.size};\n",
+        f"export const TERMINAL = {TERMINAL};\nexport const TERMINAL_HEAD = {TERMINAL_HEAD.size};\n"
+        f"export const TIMED = {TIMED};\nexport const TIMED_HEAD = {TIMED_HEAD.size};\n",
         f"export type Role = {_words(get_args(RoleName))};\nexport type WatchKind = {_words(KINDS)};\n",
     ]
     rows = [row for row in vars(page_rows).values() if is_typeddict(row)]

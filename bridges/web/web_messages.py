@@ -12,13 +12,14 @@ from hil.vocab.parameters import Form
 from hil.vocab.verbs import OF_TEXTS, VerbRefused
 from hil.wire.json_text import JsonError, json_text, read_json
 
-SAMPLES, TERMINAL = 1, 2
+SAMPLES, TERMINAL, TIMED = 1, 2, 3
 """Kinds of binary messages, their first byte."""
 MOST_ID = 1 << 53
 """Numbers of requests are below it: those that JavaScript has exactly."""
 NAME_CHARACTERS = 256
 MOST_FIELDS = 64
 TERMINAL_HEAD = struct.Struct("<BBHI")
+TIMED_HEAD = struct.Struct("<BBHId")
 SAMPLES_HEAD = struct.Struct("<BBHIII")
 
 
@@ -81,6 +82,11 @@ def terminal_message(number: int, data: bytes) -> bytes:
     return TERMINAL_HEAD.pack(TERMINAL, 0, 0, number) + data
 
 
+def timed_message(number: int, at_ns: int, data: bytes) -> bytes:
+    """Encode what a terminal says, with the simulated time at which hil had it."""
+    return TIMED_HEAD.pack(TIMED, 0, 0, number, at_ns / 1e9) + data
+
+
 def samples_head(fields: int, watch: int, lost: int, rows: int) -> bytes:
     """Encode the head of a block of samples. ``lost``: of all of the watch so far."""
     return SAMPLES_HEAD.pack(SAMPLES, fields, 0, watch, lost & 0xFFFFFFFF, rows)
@@ -97,6 +103,7 @@ NAME = Form(
 TEXT = Form("a text", lambda value: isinstance(value, str))
 OBJECT = Form("an object", lambda value: isinstance(value, dict))
 NUMBER = Form("a number", _is_number)
+FLAG = Form("true or false", lambda value: isinstance(value, bool))
 WHOLE = Form("a whole number", lambda value: isinstance(value, int) and not isinstance(value, bool))
 NAMES = Form(
     f"a list of 1 to {MOST_FIELDS} texts",

@@ -3,7 +3,8 @@
 from bridges.web.http_door import SUBPROTOCOL
 from bridges.web.streams import MOST_ITEMS
 from bridges.web.web_client import STALLED_S
-from bridges.web.web_messages import SAMPLES, TERMINAL
+from bridges.web.web_messages import SAMPLES, TERMINAL, TIMED
+from bridges.web.web_terminals import TYPED_BYTES
 from bridges.web.web_watches import KINDS, MOST_READINGS_HZ
 from bridges.web.wire_streams import KEPT_EVENTS
 
@@ -28,9 +29,10 @@ REQUESTS = {
     ),
     "unwatch": ("watch", "ends a watch"),
     "open": (
-        "port",
+        "port, details",
         "opens a terminal at a port; `terminal`, its number, and `clients`: other programs that have it open."
-        " All pages at a port see the same",
+        " All pages at a port see the same. With `details` what it says comes with its time, and `taken` is"
+        f" told. A port of which more than {TYPED_BYTES // 1024} KiB wait to be taken is closed",
     ),
     "close": ("terminal", "closes a terminal"),
     "send": ("segment, data_hex, tap", "sends bytes on a segment from a tap; without one from its first"),
@@ -44,6 +46,8 @@ PUSHES = {
     "watch, items, lost": f"what came since the last time; of more than {MOST_ITEMS:,} that wait the oldest"
     " are lost, and counted",
     "watch, value": "answer of `status` or `faults`; of `clock` its time in ms",
+    "taken": "of a terminal with `details`: how many `bytes` of what was typed at it the port has"
+    " taken so far",
     "closed": "a terminal or a watch that has ended, and `why`",
 }
 
@@ -80,7 +84,9 @@ def reference() -> str:
             "Binary messages are little-endian. Samples are blocks one after the other:"
             f" u8 {SAMPLES}, u8 number of fields, u16 0, u32 watch, u32 lost, u32 rows, then for each row"
             " f64 `at_s` and an f64 for each field. Terminals, both ways:"
-            f" u8 {TERMINAL}, u8 0, u16 0, u32 terminal, then bytes.",
+            f" u8 {TERMINAL}, u8 0, u16 0, u32 terminal, then bytes. With `details` what a port says is"
+            f" u8 {TIMED}, u8 0, u16 0, u32 terminal, f64 `at_s`, the simulated time at which hil had it,"
+            " then bytes.",
             "",
             "What a page does not read is dropped and counted. After"
             f" {STALLED_S:g} s without reading it loses the socket, and has to come back.",

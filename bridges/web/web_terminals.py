@@ -3,14 +3,16 @@
 import asyncio
 import json
 import os
+from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
+from functools import partial
 from inspect import isawaitable
 from typing import Any
 
 from bridges.web.outbox import Outbox
 from bridges.web.page_rows import TerminalAnswer
-from bridges.web.web_messages import NAME, WHOLE, taken, terminal_message
+from bridges.web.web_messages import FLAG, NAME, WHOLE, taken, terminal_message, timed_message
 from hil.net.port_client import PortUnreachable, opened_port
 from hil.vocab.desk_protocol import Desk, Encoded, Source
 from hil.vocab.near_words import meant
@@ -26,6 +28,8 @@ Hear = Callable[[bytes], None]
 """Called with what a port says."""
 Gone = Callable[[str], None]
 """Called with the reason why a port is closed."""
+Took = Callable[[int], object]
+"""Called with how many more bytes of a page's a port has taken."""
 
 
 class SharedPort:
@@ -38,6 +42,8 @@ class SharedPort:
         self._resources = ExitStack()
         self._fd = -1
         self._typed = bytearray()
+        self._typists = deque[list[Any]]()
+        """Of each piece that waits: how many bytes of it, and who is told that they are taken."""
         self.listeners: dict[Hear, Gone] = {}
 
     async def open(self, address: str) -> None:
@@ -49,13 +55,14 @@ class SharedPort:
         os.set_blocking(self._fd, False)
         self._loop.add_reader(self._fd, self._readable)
 
-    def write(self, data: bytes) -> None:
+    def write(self, data: bytes, took: Took) -> None:
         """Type at the port. What the board does not take waits; of too much the port is closed."""
-        if self._fd < 0:
+        if self._fd < 0 or not data:
             return
         if not self._typed:
             self._loop.add_writer(self._fd, self._writable)
         self._typed += data
+        self._typists.append([len(data), took])
         self._writable()
         if len(self._typed) > TYPED_BYTES:
             self.close(f"{self.name} has not taken what was typed")
@@ -64,12 +71,23 @@ class SharedPort:
         try:
             with suppress(BlockingIOError):
                 while self._typed:
-                    del self._typed[: os.write(self._fd, self._typed)]
+                    written = os.write(self._fd, self._typed)
+                    del self._typed[:written]
+                    self._tell_typists(written)
         except OSError as error:
             self.close(f"{self.name}: {error.strerror}")
             return
         if not self._typed:
             self._loop.remove_writer(self._fd)
+
+    def _tell_typists(self, written: int) -> None:
+        while written:
+            waiting, took = self._typists[0]
+            took(taken := min(waiting, written))
+            written -= taken
+            self._typists[0][0] -= taken
+            if not self._typists[0][0]:
+                self._typists.popleft()
 
     def _readable(self) -> None:
         try:
@@ -136,27 +154,33 @@ class PageTerminals:
     def __init__(self, desk: Desk, source: Source, ports: SharedPorts, outbox: Outbox) -> None:
         self._desk, self._source, self._ports, self._outbox = desk, source, ports, outbox
         self._open: dict[int, tuple[SharedPort, Hear]] = {}
+        self._taken: dict[int, int] = {}
+        """Bytes that ports have taken, of the terminals that are told."""
         self._last = 0
         self._is_closed = False
 
     async def open(self, given: Mapping[str, Any]) -> TerminalAnswer:
-        """Open a terminal at a port; answers its number, and how many other clients the port has.
+        """Open a terminal at a port; answers its number, and how many other clients the port has. With
+        ``details`` the page gets times of what the port says, and how much it has taken.
 
         Raises:
             VerbRefused: there is no such port, it cannot be opened, or the user may only look on.
         """
-        name = taken(given, {"port": NAME}, {})["port"]
+        values = taken(given, {"port": NAME, "details": FLAG}, {"details": False})
+        name, has_details = values["port"], values["details"]
         if self._source.role < Role.OPERATOR:
             raise VerbRefused("forbidden", "open needs the role operator")
         if len(self._open) >= MOST_TERMINALS:
             raise VerbRefused("not_now", f"{MOST_TERMINALS} terminals are open already; close one")
         address, clients = await self._place(name)
         self._last += 1
-        number = self._last
+        number, clock = self._last, self._desk.describe().clock
 
         def hear(data: bytes) -> None:
             if self._outbox.is_full:
                 self._end(number, "what it said was not read")
+            elif has_details:
+                self._outbox.put(timed_message(number, clock.times_ns()[0], data))
             else:
                 self._outbox.put(terminal_message(number, data))
 
@@ -165,12 +189,19 @@ class PageTerminals:
             self._ports.leave(port, hear)
         else:
             self._open[number] = port, hear
+            if has_details:
+                self._taken[number] = 0
         return {"terminal": number, "clients": clients}
 
     def typed(self, number: int, data: bytes) -> None:
         """Type at a terminal; one that is closed takes nothing."""
         if found := self._open.get(number):
-            found[0].write(data)
+            found[0].write(data, partial(self._took, number))
+
+    def _took(self, number: int, more: int) -> None:
+        if number in self._taken:
+            self._taken[number] += more
+            self._outbox.put(json_text({"taken": {"terminal": number, "bytes": self._taken[number]}}))
 
     def close(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Close a terminal, also one that is closed."""
@@ -183,6 +214,7 @@ class PageTerminals:
             self._leave(number)
 
     def _leave(self, number: int) -> None:
+        self._taken.pop(number, None)
         if found := self._open.pop(number, None):
             self._ports.leave(*found)
 

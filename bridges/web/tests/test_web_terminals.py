@@ -11,7 +11,9 @@ from typing import Any
 import pytest
 from pages_of_tests import LISTED, PACKED, Door, PagesDesk, frame, opened, raw_page
 
+from bridges.web.web_messages import TIMED, TIMED_HEAD
 from bridges.web.web_terminals import TYPED_BYTES
+from hil.testing.checks.recording_desk import NOW_NS
 
 ROW = {"device": "m1", "port": "pty", "address": "", "clients": 0, "ports": {}}
 
@@ -113,6 +115,31 @@ def test_a_board_that_takes_nothing_loses_the_terminal_and_nothing_waits(board: 
             closed = (await page.until(lambda each: "closed" in each))["closed"]
             assert closed == {"terminal": 1, "why": "m1 has not taken what was typed"}
             assert await page.ask("ask", operation="faults") == []
+
+    run(path, use)
+
+
+def test_with_details_what_comes_has_its_time_and_what_is_taken_is_told(board: tuple[int, str]) -> None:
+    fd, path = board
+
+    async def use(door: Door) -> None:
+        async with door.page() as page, door.page() as other:
+            await page.ask("open", port="m1", details=True)
+            await other.ask("open", port="m1")
+            os.write(fd, b"hello")
+            timed = await page.until(lambda each: isinstance(each, bytes) and each[0] == TIMED)
+            assert timed == TIMED_HEAD.pack(TIMED, 0, 0, 1, NOW_NS / 1e9) + b"hello"
+            assert await other.until(is_of(1)) == head(1) + b"hello"
+            # More than the port takes at once: it is told as far as it is taken, and not what others type.
+            await page.socket.send_bytes(head(1) + b"x" * 20_000)
+            await other.socket.send_bytes(head(1) + b"y" * 7)
+            first = (await page.until(lambda each: isinstance(each, dict) and "taken" in each))["taken"]
+            assert first["terminal"] == 1
+            assert 0 < first["bytes"] < 20_000
+            assert len(await read(door, fd, 20_007)) == 20_007
+            last = {"taken": {"terminal": 1, "bytes": 20_000}}
+            assert await page.until(lambda each: each == last) == last
+            assert not [each for each in other.pushed if isinstance(each, dict)]
 
     run(path, use)
 

@@ -5,6 +5,8 @@ export const SAMPLES = 1;
 export const SAMPLES_HEAD = 16;
 export const TERMINAL = 2;
 export const TERMINAL_HEAD = 8;
+export const TIMED = 3;
+export const TIMED_HEAD = 16;
 
 export type Role = "viewer" | "operator" | "admin";
 export type WatchKind = "samples" | "packets" | "frames" | "bytes" | "runs" | "status" | "faults" | "clock";
