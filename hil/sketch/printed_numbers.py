@@ -1,13 +1,16 @@
 """Numbers in the lines that a sketch prints, as the Arduino IDE's plotter reads them: with commas, spaces or
 tabs between, each with a name and a colon before it or without. Pure.
 
+The terminal of the page has the same rules.
+
 Source: "Using the Serial Plotter Tool" of Arduino's documentation.
 """
 
 import math
 import re
 
-_ITEM = re.compile(r"(?:([^\s,:]+):[ \t]*)?([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:[\s,]+|$)")
+_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_ITEM = re.compile(rf"(?:([^\s,:]+):[ \t]*)?({_NUMBER})(?:[\s,]+|$)")
 MOST_LINE_BYTES = 1024
 """Length from which on a line without an end is none."""
 MOST_NAMES = 16

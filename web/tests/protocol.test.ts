@@ -48,8 +48,19 @@ describe("binary messages", () => {
     expect(readBinary(samples(7, 0, 2, [1, 2, 3], 2 ** 32 - 1))).toBeNull();
   });
 
+  it("reads when a terminal said something, and how much it has taken", () => {
+    const message = new Uint8Array(18);
+    const head = new DataView(message.buffer);
+    message.set([3, 0, 0, 0, 9], 0);
+    head.setFloat64(8, 1.25, true);
+    message.set([65, 66], 16);
+    expect(readBinary(message.buffer)).toEqual([{ kind: "terminal", terminal: 9, at_s: 1.25, bytes: Uint8Array.of(65, 66) }]);
+    expect(readBinary(message.buffer.slice(0, 12))).toBeNull();
+    expect(readText('{"taken":{"terminal":9,"bytes":4096}}')).toEqual({ kind: "taken", terminal: 9, bytes: 4096 });
+  });
+
   it("reads what it writes for terminals", () => {
-    expect(readBinary(terminalFrame(9, Uint8Array.of(1, 255)).buffer)).toEqual([{ kind: "terminal", terminal: 9, bytes: Uint8Array.of(1, 255) }]);
+    expect(readBinary(terminalFrame(9, Uint8Array.of(1, 255)).buffer)).toEqual([{ kind: "terminal", terminal: 9, at_s: NaN, bytes: Uint8Array.of(1, 255) }]);
   });
 });
 

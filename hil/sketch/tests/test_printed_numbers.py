@@ -1,29 +1,18 @@
 """Numbers that a sketch prints, as a plotter reads them."""
 
+import json
 import math
+from pathlib import Path
 
 import pytest
 
 from hil.sketch.printed_numbers import MOST_LINE_BYTES, MOST_NAMES, PrintedNumbers, numbers_in
 
+LINES = Path(__file__).with_name("printed_lines.json")
+"""Lines that the terminal of the page reads in the same way: web/tests/printed_numbers.test.ts."""
 
-@pytest.mark.parametrize(
-    ("line", "numbers"),
-    [
-        ("12", {"1": 12}),
-        ("-1.5,+2\t3e2 .5\r", {"1": -1.5, "2": 2, "3": 300, "4": 0.5}),
-        ("in:20.5,out: 40", {"in": 20.5, "out": 40}),
-        ("1, 2,", {"1": 1, "2": 2}),
-        ("low:0 5", {"low": 0, "2": 5}),
-        ("", {}),
-        ("done 1600", {}),
-        ("1600 steps", {}),
-        ("12:30:15", {}),
-        ("nan", {}),
-        ("1.2.3", {}),
-        ("a:b:1", {}),
-    ],
-)
+
+@pytest.mark.parametrize(("line", "numbers"), json.loads(LINES.read_text("utf-8")))
 def test_lines_of_numbers_and_others(line: str, numbers: dict[str, float]) -> None:
     assert numbers_in(line) == numbers
 

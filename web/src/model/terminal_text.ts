@@ -1,9 +1,22 @@
-/** Bytes of a board as text that is safe to show: control characters and escape sequences as pictures of
- * themselves, invalid UTF-8 as its bytes. Pure; a character that is cut between two frames waits for its rest. */
+/** Bytes of a board as text that is safe to show: colours are let through, all other control characters and escape
+ * sequences stand there as what one would write for them, invalid UTF-8 as its bytes. Pure; a character or a colour
+ * that is cut between two frames waits for its rest. */
 
-const DIM_ON = "\x1b[7m";
-const DIM_OFF = "\x1b[27m";
-/** Controls that a terminal carries out: bell, backspace, tab, line feed, return. All others are shown. */
+const ESCAPE = 0x1b;
+const REVERSE_ON = "\x1b[7m";
+const REVERSE_OFF = "\x1b[27m";
+/** Sequences that set colours and weights; longer ones are none. */
+const MOST_SEQUENCE = 48;
+const COLOURS = /\x1b\[[\d;]*m/g;
+/** What they may set: weights, underline, reverse and colours. Not what hides text (8), and not what blinks. */
+const HARMLESS = new Set([0, 1, 2, 3, 4, 7, 22, 23, 24, 27, 39, 49, ...range(30, 37), ...range(40, 47), ...range(90, 97), ...range(100, 107)]);
+/** Parameters of a colour by number (38;5;N) and by red, green and blue (38;2;R;G;B). */
+const COLOUR_PARAMETERS = new Map([
+  [5, 1],
+  [2, 3],
+]);
+const MOST_STYLE = 200;
+/** Controls that a terminal carries out: backspace, tab, line feed, return. All others are shown. */
 const CARRIED_OUT = new Set([0x08, 0x09, 0x0a, 0x0d]);
 const DELETE = 0x7f;
 /** Characters that turn or hide what stands beside them. */
@@ -14,8 +27,16 @@ export function bytesOf(hex: string): Uint8Array {
   return Uint8Array.from(hex.match(/../g) ?? [], (digits) => parseInt(digits, 16));
 }
 
+/** A text without its colours. */
+export function plainOf(text: string): string {
+  return text.replace(COLOURS, "");
+}
+
 export class TerminalText {
+  /** Sequences that set the colours which are in force. */
+  style = "";
   private waiting: number[] = [];
+  private isReversed = false;
 
   /** Decode the next bytes; what is shown in the place of something stands in reverse. */
   next(bytes: Uint8Array): string {
@@ -24,8 +45,19 @@ export class TerminalText {
     let text = "";
     for (let at = 0; at < all.length; ) {
       const byte = all[at]!;
+      const sequence = byte === ESCAPE ? colourAt(all, at) : "";
+      if (sequence === null) {
+        this.waiting = Array.from(all.slice(at));
+        break;
+      }
+      if (sequence) {
+        this.setStyle(sequence);
+        text += sequence;
+        at += sequence.length;
+        continue;
+      }
       if (byte < 0x80) {
-        text += ascii(byte);
+        text += this.ascii(byte);
         at++;
         continue;
       }
@@ -36,33 +68,78 @@ export class TerminalText {
         break;
       }
       if (length && known === length) {
-        text += character(decodeAt(all, at, length));
+        text += this.character(decodeAt(all, at, length));
         at += length;
       } else {
-        text += marked(`\\x${hex(byte)}`);
+        text += this.marked(`\\x${hex(byte)}`);
         at++;
       }
     }
     return text;
   }
+
+  private setStyle(sequence: string): void {
+    const codes = codesOf(sequence);
+    const isNew = codes[0] === 0 || this.style.length > MOST_STYLE;
+    this.style = isNew ? sequence : this.style + sequence;
+    for (const code of codes) {
+      if (code === 7) this.isReversed = true;
+      if (code === 0 || code === 27) this.isReversed = false;
+    }
+  }
+
+  private ascii(byte: number): string {
+    if (CARRIED_OUT.has(byte) || (byte >= 0x20 && byte !== DELETE)) return String.fromCharCode(byte);
+    return this.marked(`\\x${hex(byte)}`);
+  }
+
+  private character(code: number): string {
+    const text = String.fromCodePoint(code);
+    return HIDING.test(text) ? this.marked(`\\u${code.toString(16).padStart(4, "0")}`) : text;
+  }
+
+  /** What stands in the place of something stands the other way round than what is beside it. */
+  private marked(text: string): string {
+    return this.isReversed ? REVERSE_OFF + text + REVERSE_ON : REVERSE_ON + text + REVERSE_OFF;
+  }
 }
 
-function ascii(byte: number): string {
-  if (CARRIED_OUT.has(byte) || (byte >= 0x20 && byte !== DELETE)) return String.fromCharCode(byte);
-  return marked(byte === DELETE ? "\u2421" : String.fromCharCode(0x2400 + byte));
+/** The sequence that sets colours at a place; empty: there is none that may be carried out; null: it may go on. */
+function colourAt(bytes: ArrayLike<number>, at: number): string | null {
+  let text = "\x1b";
+  for (let next = at + 1; next < at + MOST_SEQUENCE; next++) {
+    if (next >= bytes.length) return null;
+    const byte = bytes[next]!;
+    const fits = next === at + 1 ? byte === 0x5b : (byte >= 0x30 && byte <= 0x39) || byte === 0x3b || byte === 0x6d;
+    if (!fits) return "";
+    text += String.fromCharCode(byte);
+    if (byte === 0x6d) return isHarmless(codesOf(text)) ? text : "";
+  }
+  return "";
 }
 
-function marked(text: string): string {
-  return DIM_ON + text + DIM_OFF;
+function codesOf(sequence: string): number[] {
+  return sequence.slice(2, -1).split(";").map(Number);
+}
+
+function isHarmless(codes: number[]): boolean {
+  for (let at = 0; at < codes.length; at++) {
+    if (codes[at] === 38 || codes[at] === 48) {
+      const count = COLOUR_PARAMETERS.get(codes[at + 1] ?? NaN) ?? NaN;
+      const parts = codes.slice(at + 2, at + 2 + count);
+      if (parts.length !== count || parts.some((part) => part > 255)) return false;
+      at += 1 + count;
+    } else if (!HARMLESS.has(codes[at]!)) return false;
+  }
+  return true;
+}
+
+function range(from: number, to: number): number[] {
+  return Array.from({ length: to - from + 1 }, (_, index) => from + index);
 }
 
 function hex(byte: number): string {
   return byte.toString(16).padStart(2, "0");
-}
-
-function character(code: number): string {
-  const text = String.fromCodePoint(code);
-  return HIDING.test(text) ? marked(`\\u${code.toString(16).padStart(4, "0")}`) : text;
 }
 
 /** Length of the UTF-8 sequence that a byte begins; 0: it begins none. */

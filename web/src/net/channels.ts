@@ -36,13 +36,17 @@ export interface WatchHandle {
 }
 
 export interface TerminalSink {
-  bytes(bytes: Uint8Array): void;
+  /** `at_s`: simulated time at which the bench had them; NaN: it was not asked for. */
+  bytes(bytes: Uint8Array, at_s: number): void;
   /** The port is open, for the first time or again. */
   opened(answer: TerminalAnswer): void;
   closed(why: string): void;
+  /** The port has taken so many bytes of what was sent since it was opened. With it the door tells times, too. */
+  taken?(bytes: number): void;
 }
 
 export interface TerminalHandle {
-  send(bytes: Uint8Array): void;
+  /** Send bytes; answers whether there was a way to. */
+  send(bytes: Uint8Array): boolean;
   close(): void;
 }

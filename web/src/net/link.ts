@@ -145,9 +145,10 @@ export class Link {
       isClosed: false,
       send: (bytes) => {
         const { socket } = this;
-        if (!terminal.number || socket?.readyState !== WebSocket.OPEN) return;
+        if (!terminal.number || socket?.readyState !== WebSocket.OPEN) return false;
         const most_bytes = this.hello.peek()?.message_bytes ?? Infinity;
         for (const frame of terminalFrames(terminal.number, bytes, most_bytes)) socket.send(frame);
+        return true;
       },
       close: () => this.closeTerminal(terminal),
     };
@@ -310,7 +311,7 @@ export class Link {
   private async beginTerminal(terminal: Terminal): Promise<void> {
     const socket = this.socket;
     try {
-      const answer = await this.request<TerminalAnswer>({ do: "open", port: terminal.port });
+      const answer = await this.request<TerminalAnswer>({ do: "open", port: terminal.port, ...(terminal.sink.taken && { details: true }) });
       if (socket !== this.socket) return;
       terminal.number = answer.terminal;
       if (terminal.isClosed) return this.endTerminal(terminal);
@@ -352,6 +353,9 @@ export class Link {
         else sink?.value?.(message.value);
         break;
       }
+      case "taken":
+        this.terminalByNumber.get(message.terminal)?.sink.taken?.(message.bytes);
+        break;
       case "closed":
         if (message.what === "watch") this.watchEnded(message.number);
         else this.terminalEnded(message.number, message.why);
@@ -390,7 +394,7 @@ export class Link {
     const parts = readBinary(data);
     if (!parts) this.garbage.value += 1;
     for (const part of parts ?? []) {
-      if (part.kind === "terminal") this.terminalByNumber.get(part.terminal)?.sink.bytes(part.bytes);
+      if (part.kind === "terminal") this.terminalByNumber.get(part.terminal)?.sink.bytes(part.bytes, part.at_s);
       else this.byNumber.get(part.watch)?.sink.samples?.(part.values, part.rows, part.columns, part.lost);
     }
   }

@@ -12,6 +12,8 @@ import {
   SAMPLES_HEAD,
   TERMINAL,
   TERMINAL_HEAD,
+  TIMED,
+  TIMED_HEAD,
   type VerbRow,
 } from "../model/door";
 
@@ -37,6 +39,7 @@ export type ServerMessage =
   | { kind: "answer"; id: number; answer: unknown }
   | { kind: "error"; id: number; error: Refused }
   | { kind: "push"; watch: number; items?: unknown[]; value?: unknown; lost: number }
+  | { kind: "taken"; terminal: number; bytes: number }
   | { kind: "closed"; what: "terminal" | "watch"; number: number; why: string }
   | { kind: "unknown" };
 
@@ -155,6 +158,7 @@ export function readText(frame: string): ServerMessage {
     const what = "watch" in told["closed"] ? "watch" : "terminal";
     return { kind: "closed", what, number: Number(told["closed"][what]), why: text(told["closed"]["why"]) };
   }
+  if (isObject(told["taken"])) return { kind: "taken", terminal: Number(told["taken"]["terminal"]), bytes: Number(told["taken"]["bytes"]) };
   const id = told["id"];
   if (typeof id === "number" && isObject(told["error"])) {
     const error = told["error"];
@@ -184,6 +188,8 @@ export interface SampleBlock {
 export interface TerminalBytes {
   kind: "terminal";
   terminal: number;
+  /** Simulated time; NaN: it was not told. */
+  at_s: number;
   bytes: Uint8Array;
 }
 
@@ -194,7 +200,10 @@ export type BinaryPart = SampleBlock | TerminalBytes;
 export function readBinary(message: ArrayBuffer): BinaryPart[] | null {
   const head = new DataView(message);
   if (message.byteLength >= TERMINAL_HEAD && head.getUint8(0) === TERMINAL) {
-    return [{ kind: "terminal", terminal: head.getUint32(4, true), bytes: new Uint8Array(message, TERMINAL_HEAD) }];
+    return [{ kind: "terminal", terminal: head.getUint32(4, true), at_s: NaN, bytes: new Uint8Array(message, TERMINAL_HEAD) }];
+  }
+  if (message.byteLength >= TIMED_HEAD && head.getUint8(0) === TIMED) {
+    return [{ kind: "terminal", terminal: head.getUint32(4, true), at_s: head.getFloat64(8, true), bytes: new Uint8Array(message, TIMED_HEAD) }];
   }
   const blocks: SampleBlock[] = [];
   let at = 0;

@@ -11,7 +11,7 @@ import { Fields } from "./fields";
 import { Pins } from "./pins";
 import { plotModelOf } from "./plot_model";
 import { Plots } from "./plots";
-import { Terminals } from "./terminals";
+import { areWide, Terminals } from "./terminals";
 import { Verbs } from "./verbs";
 
 /** The tab that was used last, on all devices alike. */
@@ -28,14 +28,17 @@ export function Detail({ device }: { device: DeviceRow }) {
     ...(device.fields.length ? [{ id: "fields", title: "Fields" }] : []),
   ];
   const tab = tabs.find((each) => each.id === current.value)?.id ?? "verbs";
+  const hasPlots = device.fields.length > 0;
+  const isWide = tab === "terminal" && (areWide() || !hasPlots);
+  const classes = ["detail-parts", tab === "terminal" && "has-terminal", isWide && "is-wide"];
   return (
     <div class="detail">
       <DeviceHead device={device} />
-      <div class="detail-parts">
-        {device.fields.length > 0 && <Plots key={device.name} model={model} />}
+      <div class={classes.filter(Boolean).join(" ")}>
+        {hasPlots && !isWide && <Plots key={device.name} model={model} />}
         <Tabs label={`Of ${device.name}`} tabs={tabs} current={tab} onChange={(id) => (current.value = id)}>
           {tab === "verbs" && <Verbs device={device} />}
-          {tab === "terminal" && <Terminals ports={ports} />}
+          {tab === "terminal" && <Terminals ports={ports} hasPlots={hasPlots} />}
           {tab === "gains" && <Gains device={device} />}
           {tab === "pins" && <Pins device={device} />}
           {tab === "fields" && <Fields device={device} />}

@@ -1,7 +1,7 @@
 /** What passed at a port before the time of the past that is shown: the board's words, and what was typed. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { bytesOf, TerminalText } from "../../model/terminal_text";
+import { bytesOf, plainOf, TerminalText } from "../../model/terminal_text";
 import { askPast, LANE, pastAt } from "../../past";
 
 interface Piece {
@@ -16,7 +16,7 @@ function piecesOf(items: { to: string; hex: string }[]): Piece[] {
   const pieces: Piece[] = [];
   for (const { to, hex } of items) {
     const isTyped = to === "board";
-    const text = (isTyped ? typed : boards).next(bytesOf(hex)).replace(REVERSE, "").replace(RETURNS, "\n");
+    const text = plainOf((isTyped ? typed : boards).next(bytesOf(hex))).replace(RETURNS, "\n");
     const last = pieces.at(-1);
     if (last?.isTyped === isTyped) last.text += text;
     else pieces.push({ isTyped, text });
@@ -24,7 +24,6 @@ function piecesOf(items: { to: string; hex: string }[]): Piece[] {
   return pieces;
 }
 
-const REVERSE = /\x1b\[2?7m/g;
 const RETURNS = /\r\n?/g;
 
 export function PastTerminal({ port }: { port: string }) {

@@ -1,5 +1,6 @@
 /** Style sheets of xterm.js under a strict Content-Security-Policy. It makes style elements when it opens, which the
- * policy forbids; here they become sheets that the document adopts, which it allows. */
+ * policy forbids; here they become sheets that the document adopts, which it allows. Colours that no sheet has it writes
+ * as attributes, which the policy forbids, too; here they are set as properties. */
 
 /** An element in the place of a style element: its text is the text of an adopted sheet. */
 function sheetElement(): HTMLElement {
@@ -33,4 +34,13 @@ export function withSheets(work: () => void): void {
   } finally {
     delete own.createElement;
   }
+}
+
+/** Let a style that is given to a span as an attribute be set by properties. */
+export function takeSpanStyles(): void {
+  const usual = Element.prototype.setAttribute;
+  HTMLSpanElement.prototype.setAttribute = function (this: HTMLSpanElement, name: string, value: string): void {
+    if (name === "style") this.style.cssText = value;
+    else usual.call(this, name, value);
+  };
 }

@@ -1,91 +1,67 @@
-/** Terminals at the ports of a device. */
+/** Terminals at the ports of a device: one, or two below each other. */
 
-import { signal } from "@preact/signals";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { keptText, keptTexts } from "../../kept";
 import { pastAt } from "../../past";
-import { may } from "../../store";
-import { PastTerminal } from "./past_terminal";
-import type { TerminalSession } from "./terminal_session";
+import { Terminal } from "./terminal";
 
-/** The terminal's own code: half of the page's, and loaded when somebody opens one. */
-const code = signal<typeof import("./terminal_session") | null>(null);
-const whyNoCode = signal("");
+/** Port of each place, by device. */
+const chosen = keptTexts("bench.terminals");
+const split = keptText("bench.terminals.split");
+/** Whether terminals have the plots' room, too. */
+const wide = keptText("bench.terminals.wide");
 
-async function loadCode(): Promise<void> {
-  whyNoCode.value = "";
-  try {
-    code.value = await import("./terminal_session");
-  } catch {
-    whyNoCode.value = "The terminal could not be loaded: load the page again.";
-  }
+export function areWide(): boolean {
+  return wide.value === "yes" && pastAt.value === null;
 }
 
-export function Terminals({ ports }: { ports: string[] }) {
-  const [chosen, setChosen] = useState(ports[0] ?? "");
-  const port = ports.includes(chosen) ? chosen : (ports[0] ?? "");
-  if (pastAt.value !== null) return <PastTerminals ports={ports} port={port} choose={setChosen} />;
-  if (!may("operator")) return <p class="soft">A terminal needs the role operator.</p>;
+export function Terminals({ ports, hasPlots }: { ports: string[]; hasPlots: boolean }) {
+  const isSplit = split.value === "yes" && pastAt.value === null;
   return (
-    <>
-      <Ports ports={ports} port={port} choose={setChosen} />
-      <LoadedTerminal port={port} />
-    </>
+    <div class={isSplit ? "terminals is-split" : "terminals"}>
+      <Place ports={ports} place="1" usual={ports[0] ?? ""}>
+        <button
+          type="button"
+          aria-pressed={isSplit}
+          title="Two terminals, each with its port and its view"
+          onClick={() => (split.value = isSplit ? "" : "yes")}
+        >
+          Split
+        </button>
+        {hasPlots && (
+          <button type="button" aria-pressed={areWide()} title="Without the plots" onClick={() => (wide.value = areWide() ? "" : "yes")}>
+            Wide
+          </button>
+        )}
+      </Place>
+      {isSplit && <Place ports={ports} place="2" usual={ports[1] ?? ports[0] ?? ""} />}
+    </div>
   );
 }
 
-interface PortsProps {
+interface PlaceProps {
   ports: string[];
-  port: string;
-  choose: (port: string) => void;
+  place: string;
+  usual: string;
+  children?: preact.ComponentChildren;
 }
 
-function Ports({ ports, port, choose }: PortsProps) {
-  if (ports.length < 2) return null;
+function Place({ ports, place, usual, children }: PlaceProps) {
+  const key = `${ports[0]} ${place}`;
+  const port = ports.find((each) => each === chosen.value[key]) ?? usual;
   return (
-    <div class="row" role="group" aria-label="Ports">
-      {ports.map((each) => (
-        <button key={each} type="button" aria-pressed={each === port} onClick={() => choose(each)}>
-          {each}
-        </button>
-      ))}
-    </div>
-  );
-}
-
-function PastTerminals(given: PortsProps) {
-  return (
-    <>
-      <Ports {...given} />
-      <PastTerminal key={given.port} port={given.port} />
-    </>
-  );
-}
-
-function LoadedTerminal({ port }: { port: string }) {
-  useEffect(() => void (code.peek() ?? loadCode()), []);
-  if (code.value) return <TerminalView key={port} session={code.value.sessionOf(port)} />;
-  return <p class={whyNoCode.value ? "problem" : "soft"}>{whyNoCode.value || "The terminal is loaded …"}</p>;
-}
-
-function TerminalView({ session }: { session: TerminalSession }) {
-  const place = useRef<HTMLDivElement>(null);
-  useEffect(() => (place.current ? session.show(place.current) : undefined), [session]);
-  const isOpen = session.isOpen.value;
-  return (
-    <div class="terminal" role="group" aria-label={`Terminal at ${session.port}`}>
-      <div class="row">
-        <button type="button" onClick={() => (isOpen ? session.close() : session.open())}>
-          {isOpen ? "Close the port" : "Open the port"}
-        </button>
-        <button type="button" onClick={() => session.clear()}>
-          Clear
-        </button>
-        <span class="soft" role="status">
-          {session.port}: {session.note.value}
-        </span>
-      </div>
-      <div class="terminal-place" ref={place} />
-      <p class="soft">A client as any other: what you type goes to the board. Ctrl-] leaves it for the keyboard.</p>
-    </div>
+    <section class="terminal-half" aria-label={`Terminal ${place}`}>
+      {ports.length > 1 && (
+        <div class="row" role="group" aria-label="Ports">
+          {ports.map((each) => (
+            <button key={each} type="button" aria-pressed={each === port} onClick={() => (chosen.value = { ...chosen.peek(), [key]: each })}>
+              {each}
+            </button>
+          ))}
+        </div>
+      )}
+      <Terminal port={port} place={place}>
+        {children}
+      </Terminal>
+    </section>
   );
 }
