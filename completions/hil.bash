@@ -1,6 +1,6 @@
 # bash completion of hil
 declare -gA _hil_commands=(
-    ['hil']='init virtual check serve stop list status pause resume reload benches seeds monitor type wait parity with-lines state reset pin set zero profile sketch axis run runs step drive plot recordings export replay find diff bundle capture decode play mother fault doctor usb docs schema completion arduino sac can modbus web zenoh'
+    ['hil']='init virtual check serve stop list status pause resume reload benches seeds monitor type wait parity with-lines state reset pin set zero profile sketch axis run runs halt step drive plot recordings export replay find diff bundle capture decode play mother fault doctor usb docs schema completion arduino sac can modbus web zenoh'
     ['hil seeds']='merge'
     ['hil profile']='list new check'
     ['hil sketch']='build load reset pins registers stack cycles profile plot gdb'
@@ -61,6 +61,7 @@ declare -gA _hil_options=(
     ['hil runs show']='--json --bench -b --runtime-dir -h --help'
     ['hil runs cancel']='--at-once --json --bench -b --runtime-dir -h --help'
     ['hil runs pace']='--json --bench -b --runtime-dir -h --help'
+    ['hil halt']='--at-once --json --bench -b --runtime-dir -h --help'
     ['hil step']='--seconds --interval --output -o --json --bench -b --runtime-dir -h --help'
     ['hil drive']='--steps --rate --acceleration --file --stop --plot --output -o --json --bench -b --runtime-dir -h --help'
     ['hil plot']='--signals --seconds --interval --output -o --json --bench -b --runtime-dir -h --help'
@@ -244,6 +245,9 @@ declare -gA _hil_takes=(
     ['hil runs pace --bench']='benches'
     ['hil runs pace -b']='benches'
     ['hil runs pace --runtime-dir']='folder'
+    ['hil halt --bench']='benches'
+    ['hil halt -b']='benches'
+    ['hil halt --runtime-dir']='folder'
     ['hil step --seconds']='-'
     ['hil step --interval']='-'
     ['hil step --output']='file'

@@ -58,6 +58,8 @@ ASKED: tuple[tuple[str, dict[str, Any]], ...] = (
     ("counted", {"device": "u1"}),
     ("count", {"device": "u1", "starts": []}),
     ("load_program", {"device": "u1", "program": HEX, "file": "still.hex"}),
+    ("halt", {}),
+    ("events", {"after": 0}),
     ("pause", {}),
     ("resume", {}),
     ("reload", {}),

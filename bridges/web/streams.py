@@ -215,6 +215,39 @@ class RunsProgress:
         self._watch.close()
 
 
+class BenchEvents:
+    """Events of the bench: those that it keeps, then each as it happens, or as others join it."""
+
+    is_fast = False
+
+    def __init__(self, desk: Desk, source: Source, number: int) -> None:
+        told = desk.ask(source, "events", "", {})
+        self._number, self.lost, self._told_lost = number, told["left_out"], -1
+        self._waiting: dict[int, Mapping[str, Any]] = {row["number"]: row for row in told["events"]}
+        self._watch = desk.watch(source, Watched.EVENTS, "", self._put)
+
+    def _put(self, event: Mapping[str, Any]) -> None:
+        self._waiting[event["number"]] = event
+        if len(self._waiting) > MOST_ITEMS:
+            del self._waiting[min(self._waiting)]
+            self.lost += 1
+
+    def next_message(self, now_s: float) -> str | None:
+        items = list(self._waiting.values())[:TAKEN_ITEMS]
+        if not items and self.lost == self._told_lost:
+            return None
+        for item in items:
+            del self._waiting[item["number"]]
+        self._told_lost = self.lost
+        return json_text({"watch": self._number, "items": items, "lost": self.lost})
+
+    def drop(self) -> None:
+        """Nothing: what waits has its limit."""
+
+    def close(self) -> None:
+        self._watch.close()
+
+
 class DoorClock:
     """Time of the loop, in ms. It is told while nothing else is new, too: a page knows by it how old is what
     it shows, and can say until when a request of it has to begin."""

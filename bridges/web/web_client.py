@@ -15,6 +15,7 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from bridges.web.bench_words import BenchWords, is_offered
 from bridges.web.outbox import LongText, Outbox
+from bridges.web.read_ahead import Ahead, ReadAhead
 from bridges.web.shared_reading import SharedReading
 from bridges.web.web_messages import (
     NAME,
@@ -35,7 +36,7 @@ from bridges.web.wire_streams import Captured, Records
 from hil.net.acceptor import abort
 from hil.net.fair_share import FairShare
 from hil.vocab.desk_protocol import Desk, Encoded, Source
-from hil.vocab.operation import Urgency, moved_by, urgency_of
+from hil.vocab.operation import Operation, Urgency, moved_by, urgency_of
 from hil.vocab.verbs import VerbRefused
 
 MOST_EXPORTS = 8
@@ -75,6 +76,8 @@ def _message(number: int, captured: Captured) -> Iterator[bytes]:
 MOST_TASKS = 32
 """Requests of a page that wait for their answers at a time."""
 EXPORT = "export"
+STOPS_PER_S = 20.0
+"""Stops of a page in a second, at the most: they are carried out at once."""
 SHORT_CHARACTERS = 1024
 """Length of a message that is read before its turn: a stop must not wait for one."""
 STALLED_S = 10.0
@@ -119,7 +122,10 @@ class MessageRate:
 
 class WebClient:
     """Page of a user. ``can_write``: set while its transport has room; ``woken``: called when it may want
-    turns."""
+    turns.
+
+    Long because what a page asks, watches and has open begins and ends with its socket.
+    """
 
     def __init__(
         self,
@@ -135,7 +141,8 @@ class WebClient:
         self._outbox = Outbox(socket, transport, can_write)
         self.watches = PageWatches(around.desk, source, around.shared, around.records, around.samples_per_s)
         self._terminals = PageTerminals(around.desk, source, around.ports, self._outbox)
-        self._rate = MessageRate(around.messages_per_s)
+        self._rate, self._stop_rate = MessageRate(around.messages_per_s), MessageRate(STOPS_PER_S)
+        self._ahead = ReadAhead()
         self._tasks: set[asyncio.Future[Any]] = set()
         self._stalled_at_s: float | None = None
         self._is_greeted = False
@@ -151,33 +158,56 @@ class WebClient:
 
     async def stay(self) -> None:
         """Serve the page until it leaves."""
-        sending = asyncio.create_task(self._send_all())
+        sending, working = asyncio.create_task(self._send_all()), asyncio.create_task(self._work())
+        working.add_done_callback(self._worked)
         try:
             self._outbox.put(await self._around.words.told("hello", self._source))
             self._is_greeted = True
             async for message in self._socket:
-                await self._rate.wait(asyncio.get_running_loop().time())
-                await self._outbox.room()
-                await self._have_turn(message)
+                await self._come(message)
+            await self._ahead.emptied(sending, working)
         finally:
             self.watches.close_all()
             self._terminals.close_all()
-            for task in (sending, *self._tasks):
+            for task in (sending, working, *self._tasks):
                 task.cancel()
-            await asyncio.gather(sending, *self._tasks, return_exceptions=True)
+            await asyncio.gather(sending, working, *self._tasks, return_exceptions=True)
             self._outbox.drop()
 
-    async def _have_turn(self, message: WSMessage) -> None:
+    async def _come(self, message: WSMessage) -> None:
+        """Let a message wait behind those before it. A stop passes them."""
+        number, urgency, moves = _wanted(message, self._desk)
+        if urgency is Urgency.STOP:
+            await self._stop_rate.wait(asyncio.get_running_loop().time())
+            self._read(message, self._ahead.stop(moves))
+        else:
+            is_long = message.type is WSMsgType.TEXT and len(message.data) > SHORT_CHARACTERS
+            await self._ahead.put(message, number, urgency, moves, is_long=is_long)
+
+    async def _work(self) -> None:
+        """Carry out messages, each when its turn has come."""
+        while True:
+            ahead: Ahead[WSMessage] = await self._ahead.next()
+            await self._rate.wait(asyncio.get_running_loop().time())
+            await self._outbox.room()
+            await self._have_turn(ahead)
+            self._ahead.done()
+
+    def _worked(self, working: "asyncio.Task[None]") -> None:
+        if not working.cancelled() and (error := working.exception()):
+            log.error("bridges.web: a page is sent away", exc_info=error)  # hil's own error
+            self.abort()
+
+    async def _have_turn(self, ahead: Ahead[WSMessage]) -> None:
         """Carry out a message when its turn has come."""
         turns = self._around.turns
-        number, urgency, moves = _wanted(message, self._desk)
         try:
-            await turns.wait(urgency, moves)
+            await turns.wait(ahead.urgency, ahead.moves)
         except VerbRefused as refusal:
-            self._refuse(number, refusal)
+            self._refuse(ahead.number, refusal)
             return
         began_s = thread_time()
-        self._read(message)
+        self._read(ahead.message, ahead.place)
         turns.note(None, thread_time() - began_s)
 
     def turn(self, now_s: float) -> None:
@@ -212,19 +242,20 @@ class WebClient:
         except OSError:
             return  # it has gone
 
-    def _read(self, message: WSMessage) -> None:
+    def _read(self, message: WSMessage, place: int) -> None:
         try:
             if message.type is WSMsgType.BINARY:
                 self._terminals.typed(*read_terminal(message.data))
             elif message.type is WSMsgType.TEXT:
-                self._carry_out(read_request(message.data))
+                self._carry_out(read_request(message.data), place)
         except BadMessage as error:
             self.rejected += 1
             self._outbox.put(refusal_text(error.id, error))
 
-    def _carry_out(self, asked: PageRequest) -> None:
+    def _carry_out(self, asked: PageRequest, place: int) -> None:
         try:
-            _check_deadline(asked.until_ms)
+            self._check_deadline(asked)
+            self._ahead.check(place, _moves(asked, self._desk))
             if asked.do == EXPORT:
                 answer: Any = self._export(asked.id, asked.given)
             elif do := self._does.get(asked.do):
@@ -242,6 +273,20 @@ class WebClient:
             self._refuse(asked.id, refusal)
         except Exception as error:  # hil's own error: this request is lost, all else goes on
             self._fault_of_ours(asked.id, error)
+
+    def _check_deadline(self, asked: PageRequest) -> None:
+        """Refuse what would begin too late: nobody expects it any more. Raises VerbRefused."""
+        until_ms = asked.until_ms
+        late_ms = 0.0 if until_ms is None else asyncio.get_running_loop().time() * 1000 - until_ms
+        if late_ms <= 0:
+            return
+        why = f"its turn came {late_ms / 1000:.1f} s after its deadline, so it was not carried out"
+        refusal = VerbRefused("not_now", f"{why}; ask for it again")
+        match asked.given:
+            case {"operation": str(name), "given": dict(given)} if asked.do == "ask":
+                target = str(asked.given.get("target", ""))
+                self._desk.note_refusal(self._source, name, target, given, refusal)
+        raise refusal
 
     def _later(self, number: int, doing: Awaitable[Any]) -> None:
         task = asyncio.ensure_future(doing)
@@ -314,23 +359,25 @@ class WebClient:
         return self._around.exports.begin(self, number, recorded.capture("hil"))
 
 
-def _check_deadline(until_ms: float | None) -> None:
-    """Refuse what would begin too late: nobody expects it any more. Raises VerbRefused."""
-    late_ms = 0.0 if until_ms is None else asyncio.get_running_loop().time() * 1000 - until_ms
-    if late_ms > 0:
-        why = f"its turn came {late_ms / 1000:.1f} s after its deadline, so it was not carried out"
-        raise VerbRefused("not_now", f"{why}; ask for it again")
-
-
 def _wanted(message: WSMessage, desk: Desk) -> tuple[int, Urgency, str]:
     """Number of a message, its class, and the device that it tells a verb. A long one, which takes time to
     read, is a reading."""
     if message.type is WSMsgType.TEXT and len(message.data) <= SHORT_CHARACTERS:
         with suppress(BadMessage):
             asked = read_request(message.data)
-            match asked.given:
-                case {"operation": str(name), "given": dict(given)} if asked.do == "ask":
-                    if known := desk.describe().operations.get(name):
-                        target = str(asked.given.get("target", ""))
-                        return asked.id, urgency_of(known, given), moved_by(known, target)
+            if known := _asked_for(asked, desk):
+                given = asked.given.get("given", {})
+                given = given if isinstance(given, dict) else {}
+                return asked.id, urgency_of(known, given), _moves(asked, desk)
     return 0, Urgency.READING, ""
+
+
+def _moves(asked: PageRequest, desk: Desk) -> str:
+    known = _asked_for(asked, desk)
+    return moved_by(known, str(asked.given.get("target", ""))) if known else ""
+
+
+def _asked_for(asked: PageRequest, desk: Desk) -> Operation | None:
+    """Operation that a request asks for; None: there is no such, or it asks for something else."""
+    name = asked.given.get("operation")
+    return desk.describe().operations.get(name) if asked.do == "ask" and isinstance(name, str) else None

@@ -24,7 +24,9 @@ REQUESTS = {
         f"tells from now on: {', '.join(KINDS)}; `watch`, its number. `fields` are for samples, at `rate_Hz`"
         " in simulated time. With `points` above 1, two samples of each interval have the smallest and the"
         " largest value of each field of so many looks, in the order in which they came: what swings faster"
-        f" has its true size. `status` and `faults` are told up to {MOST_READINGS_HZ:g} times a second, when"
+        " has its true size. `events` tells those that are kept, then each as it happens, and again when"
+        " others have joined it (its `count`). `status` and `faults` are told up to"
+        f" {MOST_READINGS_HZ:g} times a second, when"
         " they have changed, and `clock`, the door's own, always",
     ),
     "unwatch": ("watch", "ends a watch"),
@@ -70,7 +72,8 @@ def reference() -> str:
             "A text message is a JSON object. A request has a number, and its answer repeats it:"
             ' `{"id": 1, "do": "ask", "operation": "faults"}` is answered with `{"id": 1, "answer": ...}` or'
             ' `{"id": 1, "error": {"code": "...", "message": "..."}}`. Codes are those of the control'
-            " socket. A request with `until_ms`, a time of the watch `clock`, is refused with `not_now` if"
+            " socket. Stops, the verb `stop` and `halt`, pass what waits, and what they pass moves nothing"
+            " any more. A request with `until_ms`, a time of the watch `clock`, is refused with `not_now` if"
             " its turn comes later: nothing is done long after it was asked for.",
             "",
             "| `do` | given | what it does, and answers |",

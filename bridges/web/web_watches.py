@@ -8,6 +8,7 @@ from bridges.web.page_rows import WatchAnswer
 from bridges.web.shared_reading import SharedReading
 from bridges.web.streams import (
     AxisSamples,
+    BenchEvents,
     DoorClock,
     PageStream,
     PassingItems,
@@ -26,7 +27,7 @@ MOST_WATCHES = 256
 MOST_WIRES = 16
 """Maximum number of watches of packets, frames and bytes: each may hold up to half a megabyte."""
 MOST_READINGS_HZ = 4.0
-KINDS = ("samples", "packets", "frames", "bytes", "runs", "status", "faults", "clock")
+KINDS = ("samples", "packets", "frames", "bytes", "runs", "events", "status", "faults", "clock")
 _FORMS = {"what": NAME, "target": NAME, "fields": NAMES, "rate_Hz": NUMBER, "points": WHOLE}
 _DEFAULTS: Mapping[str, Any] = {"target": "", "fields": [], "rate_Hz": None, "points": 1}
 
@@ -143,6 +144,8 @@ class PageWatches:
                 return PortBytes(desk, source, number, target)
             case "runs":
                 return RunsProgress(desk, source, number)
+            case "events":
+                return BenchEvents(desk, source, number)
             case "status" | "faults" | "clock":
                 rate = _rate(rate_Hz, MOST_READINGS_HZ, MOST_READINGS_HZ)
                 return (

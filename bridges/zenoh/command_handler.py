@@ -19,6 +19,7 @@ from bridges.zenoh.sender import Sender
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BenchProblem
 from hil.vocab.desk_protocol import Desk, Done, Source
+from hil.vocab.operation import HALT, STOP_VERB
 from hil.vocab.verbs import VerbRefused
 
 log = logging.getLogger("hil")
@@ -70,7 +71,6 @@ class Work:
         await asyncio.gather(*under_way, return_exceptions=True)
 
 
-_STOP = "stop"
 ACKNOWLEDGED, REFUSED = encoding("hil.ack.v1"), encoding("hil.error.v1")
 
 
@@ -80,6 +80,11 @@ class Command(NamedTuple):
     operation: str
     target: str
     given: Mapping[str, object]
+
+    @property
+    def is_stop(self) -> bool:
+        """True if it stops an axis, or all."""
+        return self.operation == HALT or (self.operation == "do" and self.given.get("name") == STOP_VERB)
 
 
 Reader = Callable[[bytes | None], Command]
@@ -106,7 +111,7 @@ class CommandHandler:
         self._sender, self._work = sender, work
         self._clash = clash
         self._stopped: dict[str, int] = {}
-        """Number of the last stop of each device, or axis of one."""
+        """Number of the last stop of each device, or axis of one; empty: of all."""
         self.carried_out = 0
 
     def handle(self, request: Request) -> None:
@@ -135,14 +140,14 @@ class CommandHandler:
 
     def _is_meant(self, command: Command) -> None:
         """Check that a command is for this bench and no other. A stop is for all. Raises VerbRefused."""
-        if (clash := self._clash()) and command.given.get("name") != _STOP:
+        if (clash := self._clash()) and not command.is_stop:
             raise VerbRefused("not_now", f"{clash.what}; {clash.remedy}")
 
     def _in_order(self, command: Command, number: int) -> None:
         """Check that no stop has overtaken a verb: a stop comes before all that waits, and what was asked for
         earlier must not move the axis afterwards. Raises VerbRefused."""
-        names = {command.target, owner_of(command.target)}
-        if command.operation != "do" or command.given["name"] == _STOP:
+        names = {command.target, owner_of(command.target), ""}
+        if command.operation != "do" or command.is_stop:
             return
         if number < max(self._stopped.get(name, 0) for name in names):
             raise VerbRefused(
@@ -150,7 +155,7 @@ class CommandHandler:
             )
 
     def _note_stop(self, command: Command, number: int) -> None:
-        if command.operation == "do" and command.given["name"] == _STOP:
+        if command.is_stop:
             self._stopped[command.target] = number
 
     def _carry_out(self, source: Source, key: str, command: Command, query: zenoh.Query | None) -> None:
@@ -254,6 +259,8 @@ def command_at(rest: str, has_payload: bool) -> Reader | None:
             )
         case ["axis" | "segment", target, "fault"] if "*" not in target:
             return lambda payload: _fault(target, read_payload(payload))
+        case ["halt"]:
+            return lambda payload: Command(HALT, "", read_payload(payload))
         case ["run", "submit"]:
             return lambda payload: Command("run", "", {"text": read_text(payload)})
         case ["run", name, "part"] if "*" not in name:

@@ -16,7 +16,7 @@ import zenoh
 from bridges.zenoh.keys import COMMAND, JSON_VERSION, KEYS
 from bridges.zenoh.publications import encoding
 from bridges.zenoh.sender import Sender
-from hil.vocab.operation import Urgency
+from hil.vocab.operation import HALT, Urgency
 from hil.wire.json_text import JsonError, read_json
 
 Item = TypeVar("Item")
@@ -94,7 +94,7 @@ class Request(NamedTuple):
     def urgency(self) -> Urgency:
         if self.pattern not in _COMMANDS or (self.pattern == _PARAMETERS and self.query and not self.payload):
             return Urgency.READING
-        is_stop = self.pattern == _VERBS and self.key.endswith(_STOP)
+        is_stop = self.pattern == HALT or (self.pattern == _VERBS and self.key.endswith(_STOP))
         return Urgency.STOP if is_stop else Urgency.COMMAND
 
 

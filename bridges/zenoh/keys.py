@@ -70,6 +70,10 @@ KEYS = (
         "each command that was refused, for its sender or for others",
         '{"v":1,"key":"hil/b/axis/m1/cmd/jump","code":"no_verb","error":"m1, a mechaduino, has no '
         "'jump'\"}"),
+    Key("halt", (COMMAND,), JSON, "hil.ack.v1", Role.OPERATOR,
+        "stop all axes that move and end all runs; it comes before all that waits: {\"how\":\"grace\"} is a"
+        " controlled stop, {\"how\":\"prejudice\"} an immediate one",
+        '{} answers {"v":1,"stopped":["m1"],"runs":["square"],"refused":{}}'),
     Key("run/submit", (COMMAND,), "YAML or JSON", "hil.run.v1", Role.OPERATOR,
         "submit a multi-axis run; the same text again answers how it does, and does nothing twice; "
         "another text under its name is refused",

@@ -72,6 +72,14 @@ async def memory_desk(sim: BenchRuntime, config: BenchConfig, catalogue: Catalog
     stack = AsyncExitStack()
     runs = make_runs(stack, live, clock)
     desk = make_desk(
-        stack, live, runs, clock, _NOT_ASKED, state_dir=Path(), is_service=False, stop=lambda: None
+        stack,
+        live,
+        runs,
+        clock,
+        _NOT_ASKED,
+        state_dir=Path(),
+        is_service=False,
+        stop=lambda: None,
+        is_seen=False,
     )
     return MemoryDesk(desk, watches.sampler)

@@ -9,6 +9,7 @@ be there.
 from typing import Any
 
 from hil.net.axis_states import SHOWN_STATES
+from hil.vocab.monitoring import EVENT_KINDS
 
 _MAYBE_TEXT, _MAYBE_NUMBER = (str, None), (float, None)
 _SHOWN = 60
@@ -137,6 +138,11 @@ _PAST: dict[str, Any] = {
     "revision": int,
 }
 _MARK: dict[str, Any] = {"lane": str, "from_ns": int, "to_ns": _MAYBE_NUMBER, "of": str, "text": str}
+_EVENT: dict[str, Any] = (
+    {"kind": tuple(EVENT_KINDS)}
+    | dict.fromkeys(("number", "revision", "at_ns", "to_ns", "count"), int)
+    | dict.fromkeys(("of", "who", "text"), str)
+)
 _DICTS = (
     *(
         "reset",
@@ -240,6 +246,8 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     ],
     "segments": [_SEGMENT],
     "buses": [_BUS],
+    "halt": {"stopped": [str], "runs": [str], "refused": {str: str}},
+    "events": {"events": [_EVENT], "left_out": int, "revision": int},
     "pause": {"sim_ns": int},
     "resume": {"sim_ns": int},
     "reload": (_PROBLEMS, {key: [str] for key in ("removed", "restarted", "added", "kept")}),

@@ -65,9 +65,10 @@ class FairShare:
             raise VerbRefused("not_now", f"a stop of {moves} came while this waited; ask for it again")
 
     def stopped(self, name: str) -> None:
-        """Refuse the verbs of a device, or axis of one, that wait: a stop of it was carried out."""
+        """Refuse the verbs of a device, or axis of one, that wait: a stop of it was carried out. An empty
+        name: of all."""
         for sleeper in self._sleepers:
-            if sleeper.moves and name in (sleeper.moves, owner_of(sleeper.moves)):
+            if sleeper.moves and name in ("", sleeper.moves, owner_of(sleeper.moves)):
                 sleeper.is_overtaken = True
 
     def _waits(self, urgency: Urgency = Urgency.READING) -> bool:

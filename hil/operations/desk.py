@@ -1,27 +1,31 @@
 """The desk: every request to a bench is checked here against the table and handed to the part that answers
 it, so that it is refused in the same words at every door."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from hil.config.explain import suggestion
+from hil.operations.event_log import EventLog, NotedDoing, Wish
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
 from hil.operations.watch_operations import WatchOperations
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Description, Source, Watch, Watched
 from hil.vocab.device import Device
 from hil.vocab.near_words import meant
-from hil.vocab.operation import Target
-from hil.vocab.verbs import Role, VerbRefused, checked
+from hil.vocab.operation import Operation, Target
+from hil.vocab.verbs import Effect, Role, VerbRefused, checked
 
 _SHOWN = 80
+_STREAMS = ("transmit", "play", "set", "pin")
+"""Operations that programs ask for again and again."""
 _OF_DEVICES = (Target.DEVICE, Target.MEMBER, Target.TWIN, Target.UART)
 
 
 class Desk:
     """Desk of a bench, ``hil.vocab.desk_protocol.Desk``. ``description``: current whenever it is looked at;
-    ``answerers``: of all operations, by name."""
+    ``answerers``: of all operations, by name; ``events``: has what is done, and what is refused."""
 
     def __init__(
         self,
@@ -29,8 +33,9 @@ class Desk:
         devices: Mapping[str, Device],
         looks: WatchOperations,
         answerers: Mapping[str, Answerer],
+        events: EventLog,
     ) -> None:
-        self._description = description
+        self._description, self._events = description, events
         self._known, self._devices = devices, description.devices
         self._looks, self._answerers = looks, answerers
         assert answerers.keys() == OPERATIONS.keys(), answerers.keys() ^ OPERATIONS.keys()
@@ -42,10 +47,46 @@ class Desk:
         operation = operation.replace("-", "_")
         if (known := OPERATIONS.get(operation)) is None:
             raise no_operation(operation)
-        require_role(source, operation, known.role)
+        if operation != "do" and known.role is Role.VIEWER:
+            return self._answer(source, known, target, given)
+        wish = self._wish(Asked(source, target), operation, given)
+        try:
+            answer = self._answer(source, known, target, given)
+        except VerbRefused as refusal:
+            self._events.refused(wish, refusal)
+            raise
+        if isinstance(answer, Coroutine):
+            events = self._events
+            return NotedDoing(answer, partial(events.done, wish), partial(events.refused, wish))
+        self._events.done(wish, answer)
+        return answer
+
+    def note_refusal(
+        self, source: Source, operation: str, target: str, given: Mapping[str, object], refusal: VerbRefused
+    ) -> None:
+        operation = operation.replace("-", "_")
+        known = OPERATIONS.get(operation)
+        if known and (operation == "do" or known.role is not Role.VIEWER):
+            self._events.refused(self._wish(Asked(source, target), operation, given), refusal)
+
+    def _answer(self, source: Source, known: Operation, target: str, given: Mapping[str, object]) -> Any:
+        require_role(source, known.name, known.role)
         asked = Asked(source, self._find(known.target, target))
-        values = checked(operation, known.parameters, given)
-        return self._do(asked, **values) if operation == "do" else self._answerers[operation](asked, **values)
+        values = checked(known.name, known.parameters, given)
+        if known.name == "do":
+            return self._do(asked, **values)
+        return self._answerers[known.name](asked, **values)
+
+    def _wish(self, asked: Asked, operation: str, given: Mapping[str, object]) -> Wish:
+        """Request as an event has it; a device's verb in the place of ``do``."""
+        if operation != "do":
+            return Wish(asked, operation, operation, given, operation in _STREAMS)
+        name = str(given.get("name", ""))[:_SHOWN].replace("-", "_")
+        device, parameters = self._devices.get(asked.target), given.get("parameters")
+        verb = device.verbs.get(name) if device else None
+        streams = verb is not None and verb.effect is Effect.STREAM
+        named = parameters if isinstance(parameters, Mapping) else {}
+        return Wish(asked, name if name in EVERY_BOARDS else "do", name, named, streams)
 
     def watch(
         self,
@@ -78,7 +119,7 @@ class Desk:
         """Carry out a verb of the device. A verb that all boards have is an operation itself."""
         name = name.replace("-", "_")  # as in move-abs
         if name in EVERY_BOARDS:
-            return self.ask(asked.source, name, asked.target, parameters)
+            return self._answer(asked.source, OPERATIONS[name], asked.target, parameters)
         device = self._devices[asked.target]
         if (verb := device.verbs.get(name)) is None:
             raise VerbRefused(

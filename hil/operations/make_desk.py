@@ -14,11 +14,14 @@ from hil.operations.bench_operations import BenchOperations
 from hil.operations.desk import Desk
 from hil.operations.device_operations import ChannelOperations, DeviceOperations
 from hil.operations.drawing_operation import DrawingOperation
+from hil.operations.event_log import EventLog
+from hil.operations.halt_operation import HaltOperation
 from hil.operations.health import Health
 from hil.operations.metrics import Metrics
 from hil.operations.past_operations import PastOperations
 from hil.operations.processor_operations import ProcessorOperations
 from hil.operations.reports import Reports, SharedReport
+from hil.operations.seen_events import SeenEvents
 from hil.operations.table import OPERATIONS, Answerer
 from hil.operations.watch_operations import WatchOperations
 from hil.operations.wire_reports import data_sheet, listed_wires
@@ -35,15 +38,21 @@ def make_desk(
     state_dir: Path,
     is_service: bool,
     stop: Callable[[], None],
+    is_seen: bool = True,
 ) -> Desk:
     """Make the desk of a running bench; ``stack`` ends what it begins. ``is_service``: a service manager
-    started the bench; ``stop``: ends it."""
+    started the bench; ``stop``: ends it; ``is_seen``: its events have what nobody asked for, too."""
     sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
     known = live.devices
     health = Health(sim, known, places, commits, vitals, grant, state_dir, is_service, bridges)
     metrics = Metrics(sim, configured, known, places, clock, commits, faults, queue, bridges, vitals, health)
-    looks = WatchOperations(sim, known, places, clock, live.watches, queue)
+    events = EventLog(lambda: sim.now_ns)
+    seen = SeenEvents(events, sim, places, faults, queue, bridges, health)
+    stack.push_async_callback(seen.end)
+    if is_seen:
+        seen.begin()
+    looks = WatchOperations(sim, known, places, clock, live.watches, queue, events)
     drawings = DrawingOperation(runs.axes)
     reports = Reports(
         sim, configured, places, known, faults, bridges, grant, health, queue, live.recording, drawings.last
@@ -107,6 +116,8 @@ def make_desk(
         "cancel_run": lambda asked, how: queue.cancel(asked.target, how).as_dict(),
         "pace_run": lambda asked, pace: queue.set_pace(asked.target, pace).as_dict(),
         "part": lambda asked, given: runs.parts.answer(asked.source, asked.target, given),
+        "halt": HaltOperation(known, queue).halt,
+        "events": lambda asked, after: events.told(after),
         "pause": lambda asked: {"sim_ns": held.hold(True)},
         "resume": lambda asked: {"sim_ns": held.hold(False)},
         "reload": bench.reload,
@@ -115,4 +126,4 @@ def make_desk(
     buses = {name: wire.frames for name, wire in sim.wires.items() if wire.frames}
     bench_name, infos = configured.config.bench, DeviceInfos(known)
     description = Description(bench_name, clock, infos, sim.segments, places, OPERATIONS, buses)
-    return Desk(description, known, looks, answerers)
+    return Desk(description, known, looks, answerers, events)

@@ -289,6 +289,14 @@ _ROWS = (
            Parameter("pace", "share of the planned speed", "", 0, 1)),
     _asked("part", RUN, OPERATOR, "what the bench that leads a run asks of this one",
            Parameter("given", "see run/<id>/part", form=OBJECT), takes_time=True),
+    # All of it.
+    _asked("halt", BENCH, OPERATOR,
+           "stop all axes that move, and end all runs; answers what was stopped, and what was not, with why."
+           " It overtakes what waits",
+           HOW_TO_STOP, takes_time=True),
+    _asked("events", BENCH, VIEWER,
+           "what happened to the bench, and who asked for it, the oldest first",
+           replace(_number("after", "the revision after which; 0: all that is kept"), default=0)),
     # The daemon.
     _asked("pause", BENCH, OPERATOR,
            "hold the bench's time: boards answer nothing, and what clients send waits until `resume`"),

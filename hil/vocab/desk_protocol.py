@@ -12,7 +12,7 @@ from hil.vocab.dialogue import TextReader
 from hil.vocab.late_dataclass import dataclass
 from hil.vocab.operation import Operation
 from hil.vocab.segment import SegmentView
-from hil.vocab.verbs import Role, Verb
+from hil.vocab.verbs import Role, Verb, VerbRefused
 from hil.vocab.wire import FrameKind
 
 
@@ -107,6 +107,7 @@ class Watched(Enum):
     BYTES = 'what passes at a port: whom it is for, "board" or "client", and the bytes'
     FRAMES = "what was on a CAN bus: an event of its ``FrameKind``"
     RUNS = "runs whose progress changes: the progress, a mapping"
+    EVENTS = "what happens to the bench: the event, a mapping"
 
 
 class Watch(Protocol):
@@ -177,6 +178,11 @@ class Desk(Protocol):
         Raises:
             VerbRefused: there is no such thing, or it, or so much, cannot be watched.
         """
+
+    def note_refusal(
+        self, source: Source, operation: str, target: str, given: Mapping[str, object], refusal: VerbRefused
+    ) -> None:
+        """Note for the bench's events that a door refused a request itself, as one that came too late."""
 
     def describe(self) -> Description:
         """Describe the bench."""

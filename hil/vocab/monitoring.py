@@ -12,6 +12,18 @@ STATES = {
     FAILED: "something does not work",
 }
 """States of a bench, and the meaning of each."""
+EVENT_KINDS = {
+    "verbs": "what was asked of a device, and of the bench's time",
+    "typed": "what was typed at a board by a request, not by a client of its port",
+    "faults": "faults that began, and ended",
+    "runs": "runs that were submitted, began, ended",
+    "refusals": "what was asked for and refused",
+    "clients": "clients of ports, and connections of doors, that came and went",
+    "reloads": "reloads of the configuration",
+    "lateness": "lateness that began, and ended",
+    "trouble": "other problems of the bench's health that began, and ended",
+}
+"""Kinds of events, and what they are."""
 LATE_KINDS = ("real_time", "wakes", "loop")
 """Kinds of problems that make a bench late; all others are failures."""
 

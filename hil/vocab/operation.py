@@ -58,16 +58,24 @@ class Urgency(IntEnum):
     READING = 2
 
 
-STOP_VERB = "stop"
+STOP_VERB, HALT = "stop", "halt"
 
 
 def urgency_of(operation: Operation, given: Mapping[str, object]) -> Urgency:
     """Class of a request for an operation. A viewer's are readings, whatever else he asks for is refused."""
     if operation.name == "do":
         return Urgency.STOP if given.get("name") == STOP_VERB else Urgency.COMMAND
+    if operation.name == HALT:
+        return Urgency.STOP
     return Urgency.READING if operation.role is Role.VIEWER else Urgency.COMMAND
 
 
+A_RUN = "a run"
+"""In the place of an axis's name, for what moves those that its text names."""
+
+
 def moved_by(operation: Operation, target: str) -> str:
-    """Device, or axis of one, that a request tells a verb; empty: none."""
-    return target if operation.name == "do" else ""
+    """Device, or axis of one, that a request tells a verb, or ``A_RUN``; empty: none."""
+    if operation.name in ("do", "drive"):
+        return target
+    return A_RUN if operation.name == "run" else ""

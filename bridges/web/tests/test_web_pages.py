@@ -472,6 +472,46 @@ def test_a_long_answer_is_made_once_for_all_and_waits_in_small_pieces() -> None:
     run(use, desk)
 
 
+def test_events_are_told_with_those_of_before_and_again_when_others_join_them() -> None:
+    def event(number: int, count: int = 1) -> dict[str, Any]:
+        return {"number": number, "revision": number, "count": count, "kind": "verbs", "text": "enable"}
+
+    desk = PagesDesk({"events": {"events": [event(7)], "left_out": 6, "revision": 7}})
+
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            number = (await page.ask("watch", what="events"))["watch"]
+            told = await page.until(lambda each: isinstance(each, dict) and each.get("watch") == number)
+            assert (told["items"], told["lost"]) == ([event(7)], 6)
+            for count in (1, 2, 3):
+                watching(door).call(event(8, count))
+            seen: list[Any] = []
+            while not seen or seen[-1]["count"] < 3:
+                more = await page.until(lambda each: isinstance(each, dict) and each.get("watch") == number)
+                seen += more["items"]
+            assert {each["number"] for each in seen} == {8}
+
+    run(use, desk)
+
+
+def test_what_came_too_late_is_an_event() -> None:
+    noted: list[tuple[str, str, str]] = []
+
+    class Noting(PagesDesk):
+        def note_refusal(self, source: Any, operation: str, target: str, given: Any, refusal: Any) -> None:
+            noted.append((operation, target, refusal.code))
+
+    async def use(door: Door) -> None:
+        async with door.page() as page:
+            given = {"name": "enable", "parameters": {}}
+            late = await page.ask("ask", operation="do", target="m1", given=given, until_ms=1)
+            assert late["code"] == "not_now"
+            assert (await page.ask("watch", what="faults", until_ms=1))["code"] == "not_now"
+
+    run(use, Noting())
+    assert noted == [("do", "m1", "not_now")]
+
+
 def test_what_a_page_waits_for_ends_with_it() -> None:
     begun, ended = asyncio.Event(), asyncio.Event()
 

@@ -88,6 +88,7 @@ _ROWS = (
     CommandRow("runs show", MOTION, "runs.runs_commands:show"),
     CommandRow("runs cancel", MOTION, "runs.runs_commands:cancel"),
     CommandRow("runs pace", MOTION, "runs.runs_commands:pace"),
+    CommandRow("halt", MOTION, "runs.halt_command:halt"),
     CommandRow("step", MOTION, "boards.draw_commands:step", takes_negative=True),
     CommandRow("drive", MOTION, "boards.draw_commands:drive"),
     CommandRow("plot", MOTION, "boards.draw_commands:plot"),

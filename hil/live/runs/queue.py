@@ -114,6 +114,11 @@ class RunQueue:
             for entry in self._entries.values()
         ]
 
+    def devices_of(self, name: str) -> Collection[str]:
+        """Axes of a run that waits or moves, by their addresses; none of any other."""
+        entry = self._entries.get(name)
+        return entry.devices if entry else ()
+
     async def check(self, source: Source, text: str, file: str) -> dict[str, Any]:
         """Check that a run can be done, without doing it; raises as ``submit``."""
         _refuse(text, self._entries.values())

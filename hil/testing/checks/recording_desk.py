@@ -88,6 +88,11 @@ class RecordingDesk:
         self.watches.add(watching)
         return watching
 
+    def note_refusal(
+        self, source: Source, operation: str, target: str, given: Mapping[str, object], refusal: VerbRefused
+    ) -> None:
+        """Do nothing: it has no events."""
+
     def describe(self) -> Description:
         ports: Sequence[str] = tuple(self.devices)
         return Description("check", _Clock(), self.devices, {}, ports, self._operations)

@@ -9,7 +9,7 @@ export const TIMED = 3;
 export const TIMED_HEAD = 16;
 
 export type Role = "viewer" | "operator" | "admin";
-export type WatchKind = "samples" | "packets" | "frames" | "bytes" | "runs" | "status" | "faults" | "clock";
+export type WatchKind = "samples" | "packets" | "frames" | "bytes" | "runs" | "events" | "status" | "faults" | "clock";
 
 /** Parameter of a verb, a fault or an operation. ``text``: values, unit and default, in one line. */
 export interface ParameterRow {
@@ -218,6 +218,10 @@ export interface Operations {
   cancel_run: { given: { how: "grace" | "prejudice" }; answer: { run: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; step: number; steps: number; submissions: number; planned_end_ns: number | null; why: string | null; axes: Record<string, { target_deg: number; at_end: null | "stands" | "moves" | "off" | "failed" | "unknown"; commanded_deg: number | null; position_deg: number | null; error_max_deg: number | null; error_rms_deg: number | null }>; benches: Record<string, { state: string; clock_offset_ns: number; clock_error_ns: number }> } };
   /** slow a run down along its paths: 1 is as planned, 0 pauses it; moves of SACs are not slowed */
   pace_run: { given: { pace: number }; answer: { run: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; step: number; steps: number; submissions: number; planned_end_ns: number | null; why: string | null; axes: Record<string, { target_deg: number; at_end: null | "stands" | "moves" | "off" | "failed" | "unknown"; commanded_deg: number | null; position_deg: number | null; error_max_deg: number | null; error_rms_deg: number | null }>; benches: Record<string, { state: string; clock_offset_ns: number; clock_error_ns: number }> } };
+  /** stop all axes that move, and end all runs; answers what was stopped, and what was not, with why. It overtakes what waits */
+  halt: { given: { how?: "grace" | "prejudice" }; answer: { stopped: string[]; runs: string[]; refused: Record<string, string> } };
+  /** what happened to the bench, and who asked for it, the oldest first */
+  events: { given: { after?: number }; answer: { events: ({ kind: "verbs" | "typed" | "faults" | "runs" | "refusals" | "clients" | "reloads" | "lateness" | "trouble"; number: number; revision: number; at_ns: number; to_ns: number; count: number; of: string; who: string; text: string })[]; left_out: number; revision: number } };
   /** hold the bench's time: boards answer nothing, and what clients send waits until `resume` */
   pause: { given: Record<string, never>; answer: { sim_ns: number } };
   /** let the bench's time go on from where it stands */

@@ -1,0 +1,103 @@
+"""Stop of all that moves on a bench: its runs, and its axes."""
+
+import asyncio
+from collections.abc import Coroutine, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from hil.live.devices.bench_devices import Devices
+from hil.live.runs.queue import RunQueue
+from hil.operations.table import Asked
+from hil.vocab.address import address_of
+from hil.vocab.axis import TURNS_RPM, How
+from hil.vocab.desk_protocol import Done
+from hil.vocab.device import Device, Doing
+from hil.vocab.operation import STOP_VERB
+from hil.vocab.verbs import HOW_TO_STOP, VerbRefused
+
+CONFIRM_S = 5.0
+"""Maximum time for real boards to say that they have stopped."""
+_STEP = "step"
+"""Input of boards that follow pulses."""
+
+
+@dataclass(frozen=True)
+class HaltOperation:
+    """Stop of all: everything is told to stop before anything is awaited."""
+
+    devices: Devices
+    queue: RunQueue
+
+    def halt(self, asked: Asked, how: How) -> Any:
+        """End all runs and stop all axes that move, or do not tell; answers what was stopped."""
+        runs = [name for name, progress in list(self.queue.progress.items()) if not progress.is_over]
+        held = {device for name in runs for device in self.queue.devices_of(name)}
+        stopped, refused = list[str](), dict[str, str]()
+        waits: dict[str, Coroutine[Any, Any, Done]] = {}
+        for name in runs:
+            self.queue.cancel(name, how)
+        for address, device, part in self._axes():
+            if address in held:
+                stopped.append(address)  # by its run, on its path
+                continue
+            try:
+                if isinstance(doing := _stopped(device, part, how), Done):
+                    stopped.append(address)
+                elif doing:
+                    waits[address] = doing
+            except VerbRefused as refusal:
+                refused[address] = str(refusal)
+        answer = {"stopped": stopped, "runs": runs, "refused": refused}
+        return _confirmed(waits, answer) if waits else answer
+
+    def _axes(self) -> Iterator[tuple[str, Device, str]]:
+        for device in list(self.devices.values()):
+            for address in device.addresses():
+                yield address, device, address_of(address).part
+
+
+def _stopped(device: Device, part: str, how: How) -> Doing | None:
+    """Stop an axis, by its verb, or by ending the pulses that drive it. None: it stands.
+
+    Raises:
+        VerbRefused: it does not stop.
+    """
+    info = device.info(part)
+    moves = not info.is_seen or _moves(device, part)
+    if verb := info.verbs.get(STOP_VERB):
+        has_how = any(parameter.name == HOW_TO_STOP.name for parameter in verb.parameters)
+        return device.do(part, STOP_VERB, verb.filled({"how": how} if has_how else {})) if moves else None
+    if _STEP not in info.inputs:
+        return None
+    ended = device.drive(part, ())
+    return ended if moves else None
+
+
+def _moves(device: Device, part: str) -> bool:
+    """True if an axis moves or is going to, by what it was given or by pulses."""
+    motion = device.look(part).motion
+    if motion.is_on is False:
+        return False
+    velocity_rpm = device.state(part).get("velocity_rpm") or 0.0
+    return motion.is_moving or motion.is_under_way or abs(velocity_rpm) > TURNS_RPM
+
+
+async def _confirmed(waits: dict[str, Coroutine[Any, Any, Done]], answer: dict[str, Any]) -> dict[str, Any]:
+    """Answer when all that were told to stop have confirmed it, or have not in time."""
+
+    async def confirm(address: str, doing: Coroutine[Any, Any, Done]) -> None:
+        try:
+            async with asyncio.timeout(CONFIRM_S):
+                await doing
+        except TimeoutError:
+            why = f"it was told to stop, and has not confirmed it within {CONFIRM_S:g} s"
+            answer["refused"][address] = why
+        except VerbRefused as refusal:
+            answer["refused"][address] = str(refusal)
+        else:
+            answer["stopped"].append(address)
+
+    async with asyncio.TaskGroup() as group:
+        for address, doing in waits.items():
+            group.create_task(confirm(address, doing))
+    return answer

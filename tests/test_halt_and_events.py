@@ -1,0 +1,124 @@
+"""The stop of all that moves, and the events of a bench, at the desk of a daemon."""
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+from desk_support import ADMIN, OPERATOR, VIEWER, Asking, Using, desk_in, refusal
+
+from hil.vocab.desk_protocol import Watched
+from hil.vocab.verbs import VerbRefused
+
+RUN = "run: slow\naxes: {s1: {velocity_rpm: 60}}\nsteps: [{move: {s1: 36000}}]\n"
+
+
+@pytest.fixture
+def using(tmp_path: Path) -> Using:
+    """Runs what is awaited with the desk of a daemon that has started."""
+    return desk_in(tmp_path)
+
+
+async def moves(ask: Asking, axis: str) -> bool:
+    return ask.serving.live.devices[axis].look("").motion.is_moving
+
+
+async def until(holds: Any) -> None:
+    async with asyncio.timeout(40):
+        while not await holds():
+            await asyncio.sleep(0.01)
+
+
+async def texts(ask: Asking, kind: str) -> list[tuple[str, str, str]]:
+    events = (await ask("events", source=VIEWER))["events"]
+    return [(each["of"], each["who"], each["text"]) for each in events if each["kind"] == kind]
+
+
+@pytest.mark.parametrize("how", ["grace", "prejudice"])
+def test_a_halt_stops_what_moves_and_leaves_what_stands(using: Using, how: str) -> None:
+    async def use(ask: Asking) -> None:
+        await ask.until_ready("m1")
+        await ask.until_ready("s10")
+        await ask.verb("m1", "enable")
+        await ask.verb("m1", "velocity", velocity_rpm=60)
+        await until(lambda: moves(ask, "m1"))
+        answer = await ask("halt", source=OPERATOR, how=how)
+        assert answer["stopped"] == ["m1"]
+        assert answer["runs"] == []
+        assert list(answer["refused"]) in (["real"], [])  # nobody knows whether a board that is away moves
+        await until(lambda: _stands(ask, "m1"))
+
+    using(use)
+
+
+async def _stands(ask: Asking, axis: str) -> bool:
+    return not await moves(ask, axis)
+
+
+def test_a_halt_ends_runs_that_move_and_those_that_wait(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        await ask.until_ready("s1")
+        for name in ("slow", "next"):
+            await ask("run", text=RUN.replace("slow", name), file="r.yaml")
+        await until(lambda: moves(ask, "s1"))
+        answer = await ask("halt")
+        assert answer["runs"] == ["slow", "next"]
+        assert "s1" in answer["stopped"]
+        await until(lambda: _stands(ask, "s1"))
+        states = {row["run"]: row["state"] for row in await ask("runs")}
+        assert states == {"slow": "cancelled", "next": "cancelled"}
+        said = [text for _, _, text in await texts(ask, "runs")]
+        assert {"slow submitted", "slow running"} <= set(said)
+        assert any(text.startswith("next cancelled") for text in said)
+
+    using(use)
+
+
+def test_a_viewer_may_not_halt(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        assert (await refusal(ask("halt", source=VIEWER)))[0] == "forbidden"
+        assert ("", "a guest", "halt: halt needs the role operator") in await texts(ask, "refusals")
+
+    using(use)
+
+
+def test_events_tell_who_asked_for_what_and_what_was_refused(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        heard: list[Any] = []
+        watch = ask.desk.watch(VIEWER, Watched.EVENTS, "", heard.append)
+        await ask.until_ready("m1")
+        await ask.verb("m1", "enable", OPERATOR)
+        await refusal(ask.verb("m1", "jump", OPERATOR))
+        await ask("type", "s1", text="P")
+        number = (await ask("inject", "s1", fault="shaft_jam", parameters={"for_s": 1000}))["number"]
+        await ask("clear", number=number)
+        ask.desk.note_refusal(ADMIN, "do", "m1", {"name": "enable"}, VerbRefused("not_now", "too late"))
+        assert await texts(ask, "verbs") == [("m1", "a hand", "enable")]
+        assert await texts(ask, "typed") == [("s1", "the tests", "type text P")]
+        assert await texts(ask, "faults") == [
+            ("s1", "the tests", "shaft_jam for_s 1000"),
+            ("", "the tests", f"cleared {number}"),
+        ]
+        refusals = await texts(ask, "refusals")
+        assert refusals[0][2].startswith("jump: m1, a mechaduino, has no 'jump'")
+        assert refusals[1] == ("m1", "the tests", "enable: too late")
+        assert [each["kind"] for each in heard].count("faults") == 2
+        watch.close()
+
+    using(use)
+
+
+def test_a_fault_that_ends_by_itself_and_a_trouble_are_told(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        await ask.until_ready("m1")
+        await ask("inject", "m1", fault="node_brown_out", parameters={})
+        await ask("inject", "s1", fault="shaft_jam", parameters={"for_s": 25})
+
+        async def are_told() -> bool:
+            faults, trouble = await texts(ask, "faults"), await texts(ask, "trouble")
+            has_ended = any("ended: shaft_jam on s1" in text for *_, text in faults)
+            return has_ended and any(of == "m1" for of, *_ in trouble)
+
+        await until(are_told)
+
+    using(use)
