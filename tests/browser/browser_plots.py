@@ -131,3 +131,53 @@ def test_a_trigger_holds_the_picture_about_an_edge(pages: Bench) -> None:
     pages.server.ask("clear", number="all")
     button(page, "Trigger off")
     expect(state).to_be_empty()
+
+
+def test_a_field_is_drawn_over_another(pages: Bench) -> None:
+    page = opened(pages)
+    add_of(page, "m2", "yw")
+    button(page, "X-Y")
+    page.get_by_label("Field to the right").select_option("m1.yw")
+    page.get_by_label("Field upwards").select_option("m2.yw")
+    page.get_by_label("equal scales").check()
+    plot = page.get_by_role("img", name="m2.yw over m1.yw")
+    before = plot.screenshot()
+    move(pages, "m1", 60)
+    move(pages, "m2", -60)
+    expect(page.locator(".trace", has_text="m1.yw").locator(".trace-value")).to_have_text(
+        re.compile("^60|^59")
+    )
+    assert plot.screenshot() != before
+    plot.click(position={"x": 200, "y": 150})
+    cursors = page.get_by_role("region", name="Values at the cursors")
+    expect(cursors.get_by_role("row", name="time").get_by_role("cell").first).to_have_text(re.compile(r"\d"))
+    assert violations(page) == []
+    page.reload()
+    expect(plot).to_be_visible()
+
+
+def test_a_plot_goes_back_beyond_what_the_page_has(pages: Bench) -> None:
+    page = opened(pages)
+    page.get_by_label("Shown time").select_option("5 s")
+    banner = page.get_by_role("button", name="Back to live")
+    expect(page.get_by_role("region", name="Time line of the run")).to_be_visible()
+    panes = page.get_by_role("group", name=re.compile("^Plots"))
+    panes.focus()
+    page.keyboard.press("PageUp")  # the page was opened a moment ago: all before it is recorded
+    panes.hover()
+    page.mouse.wheel(-2000, 0)  # further back than the page was open
+    expect(banner).to_be_visible()
+    expect(page.locator(".pane-range").first).to_contain_text(re.compile(r"/s|min/max"))
+    at = page.locator(".past-banner .mono")
+    before = at.inner_text()
+    axis = page.locator(".has-times .u-axis").first
+    box = axis.bounding_box()
+    assert box
+    axis.hover()
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.5 + 150, box["y"] + 5, steps=3)
+    page.mouse.up()
+    expect(at).not_to_have_text(before)
+    panes.focus()
+    page.keyboard.press("Home")
+    expect(banner).to_be_hidden()

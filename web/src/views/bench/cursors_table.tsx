@@ -14,8 +14,8 @@ function figuresOf(model: PlotModel, name: string, usual: string, a: number | nu
   const digits = digitsOf(units[0] ?? usual);
   const unit = [...new Set(units)].join(", ");
   if (a === null || b === null || !isOne) return { unit, digits, values: [value(a), value(b), ...FIGURES.map(() => NaN)] };
-  const { ring, column } = model.placeOf(name, Math.min(a, b));
-  const { slope, mean, least, most, rms } = between(ring, column, a, b);
+  const { layer, column } = model.placeOf(name, Math.min(a, b));
+  const { slope, mean, least, most, rms } = between(layer.ring, column, a, b);
   return { unit, digits, values: [value(a), value(b), value(b) - value(a), slope, mean, least, most, rms] };
 }
 

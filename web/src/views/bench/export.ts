@@ -1,7 +1,6 @@
 /** Plots as files: a PNG of the shown panes. */
 
 import { palette } from "../../parts/palette";
-import type { PlotPane } from "./plot_pane";
 
 /** Offer a file for download. */
 export function download(name: string, content: Blob): void {
@@ -21,11 +20,17 @@ export function fileName(device: string, ending: string): string {
 
 const TITLE_PX = 18;
 
-/** Draw the panes below one another, with their titles, as a PNG. */
-export async function pngOf(title: string, panes: PlotPane[]): Promise<Blob | null> {
+/** A plot that is drawn, and the names of its lines. */
+export interface Picture {
+  canvas: HTMLCanvasElement;
+  names: string[];
+}
+
+/** Draw plots below one another, with their titles, as a PNG. */
+export async function pngOf(title: string, panes: Picture[]): Promise<Blob | null> {
   const scale = devicePixelRatio;
-  const width = Math.max(...panes.map((pane) => pane.plot.ctx.canvas.width));
-  const heights = panes.map((pane) => pane.plot.ctx.canvas.height + TITLE_PX * scale);
+  const width = Math.max(...panes.map((pane) => pane.canvas.width));
+  const heights = panes.map((pane) => pane.canvas.height + TITLE_PX * scale);
   const canvas = document.createElement("canvas");
   canvas.width = width;
   canvas.height = heights.reduce((sum, height) => sum + height, TITLE_PX * scale);
@@ -44,11 +49,11 @@ export async function pngOf(title: string, panes: PlotPane[]): Promise<Blob | nu
   let top = TITLE_PX * scale;
   panes.forEach((pane, at) => {
     let left = 8;
-    pane.pane.fields.forEach((field, number) => {
-      write(field.name, left, top + 13 * scale, colours.traces[number % colours.traces.length]!);
-      left += context.measureText(field.name).width / scale + 12;
+    pane.names.forEach((name, number) => {
+      write(name, left, top + 13 * scale, colours.traces[number % colours.traces.length]!);
+      left += context.measureText(name).width / scale + 12;
     });
-    context.drawImage(pane.plot.ctx.canvas, 0, top + TITLE_PX * scale);
+    context.drawImage(pane.canvas, 0, top + TITLE_PX * scale);
     top += heights[at]!;
   });
   return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));

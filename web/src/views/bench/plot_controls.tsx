@@ -6,15 +6,25 @@ import { FieldChoice } from "./field_choice";
 import type { PlotPane } from "./plot_pane";
 import { type PlotModel, WINDOWS_s } from "./plot_model";
 import { saveAll, savePng, saveShown } from "./plot_save";
+import type { XyPane } from "./xy_pane";
 import { TriggerBar } from "./trigger_bar";
 
-export function Controls({ model, made, panes }: { model: PlotModel; made: Map<string, PlotPane>; panes: Pane[] }) {
+interface ControlsProps {
+  model: PlotModel;
+  panes: Pane[];
+  /** What draws them, and the x-y plot: for pictures. */
+  made: Map<string, PlotPane>;
+  xy: { current: XyPane | null };
+}
+
+export function Controls({ model, made, panes, xy }: ControlsProps) {
   const isPaused = model.isPaused.value;
   const [isTriggerShown, setTriggerShown] = useState(false);
   const savePicture = () =>
     savePng(
       model,
       panes.map((pane) => made.get(pane.key)).filter((pane) => pane !== undefined),
+      xy.current?.canvas,
     );
   return (
     <>
@@ -44,20 +54,28 @@ export function Controls({ model, made, panes }: { model: PlotModel; made: Map<s
         <button type="button" aria-label="Zoom out" title="Zoom out (−)" onClick={() => model.zoom(2)}>
           −
         </button>
+        <button type="button" aria-label="Earlier" title="Earlier (Page up)" onClick={() => model.pan(-0.5)}>
+          ◂
+        </button>
         {isPaused && (
           <>
-            <button type="button" aria-label="Earlier" title="Earlier (Page up)" onClick={() => model.pan(-0.5)}>
-              ◂
-            </button>
             <button type="button" aria-label="Later" title="Later (Page down)" onClick={() => model.pan(0.5)}>
               ▸
             </button>
-            <button type="button" class="primary" title="Back to the present (Home)" onClick={() => model.live()}>
+            <button type="button" class="primary" title="Back to the present (Home)" onClick={() => model.toPresent()}>
               Live
             </button>
           </>
         )}
         <FieldChoice model={model} panes={panes} />
+        <button
+          type="button"
+          aria-pressed={model.xy.value !== null}
+          title="Draw a field over another"
+          onClick={() => (model.xy.value = model.xy.peek() ? null : { x: "", y: "", isEqual: false })}
+        >
+          X-Y
+        </button>
         <button type="button" aria-expanded={isTriggerShown} onClick={() => setTriggerShown(!isTriggerShown)}>
           Trigger
         </button>

@@ -5,8 +5,8 @@ import { computed, signal } from "@preact/signals";
 import { Kept, keptFor } from "../../kept";
 import { windowWithin } from "../../model/decimate";
 import type { DeviceRow, FieldRow } from "../../model/door";
-import type { Ring } from "../../model/ring";
 import { type Layer, layerOver } from "../../model/sampling";
+import { end_s, live, lookAt, pastAt } from "../../past";
 import { devices } from "../../store";
 import { feedOf } from "./axis_feed";
 import { besideOf, drawable, fieldAt, fieldsBeside, isByMode, type Pane, panesOf, unitIn, usualFields } from "./axis_fields";
@@ -16,6 +16,14 @@ import { ShownRows } from "./shown_rows";
 export const WINDOWS_s = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 60, 120, 300];
 
 const USUAL_WINDOW_s = 10;
+
+/** Addresses of two fields of which one is drawn over the other. */
+export interface XyChoice {
+  x: string;
+  y: string;
+  /** Whether a unit is as long in both axes. */
+  isEqual: boolean;
+}
 
 export class PlotModel {
   readonly window_s: Kept<number>;
@@ -31,6 +39,8 @@ export class PlotModel {
   readonly others: Kept<string[]>;
   /** Panes at whose right axis fields are drawn, by the fields' names. */
   readonly right: Kept<Readonly<Record<string, string>>>;
+  /** A field that is drawn over another; null: none is. */
+  readonly xy: Kept<XyChoice | null>;
   private othersPaused = new Map<string, Layer[]>();
   /** Fixed ranges of values by pane; the others fit what is shown. */
   readonly fixed = signal<ReadonlyMap<string, readonly [number, number]>>(new Map());
@@ -62,6 +72,7 @@ export class PlotModel {
     );
     this.others = new Kept(`plot.${id}.others`, () => [], readOthers);
     this.right = new Kept(`plot.${id}.right`, () => ({}), readRight);
+    this.xy = new Kept<XyChoice | null>(`plot.${id}.xy`, () => null, readXy);
     [this.cursorA, this.cursorB] = cursorsOf(id);
   }
 
@@ -109,11 +120,11 @@ export class PlotModel {
     return this.paused.peek() ? this.to_s.peek() : this.feed.edge_s(now_ms);
   }
 
-  /** Ring and column of a field, for what is shown from a time on. */
-  placeOf(name: string, from_s: number): { ring: Ring; column: number } {
+  /** Samples and column of a field, for what is shown from a time on. */
+  placeOf(name: string, from_s: number): { layer: Layer; column: number } {
     const other = besideOf(name);
     const { layer, columnOf } = this.sourceOf(other?.axis ?? this.axis, from_s);
-    return { ring: layer.ring, column: columnOf(other?.field ?? name) };
+    return { layer, column: columnOf(other?.field ?? name) };
   }
 
   /** Samples of an axis for what is shown from a time on, and where its fields stand in them. */
@@ -131,8 +142,8 @@ export class PlotModel {
   /** Value of a field at a time; NaN where it had another unit then than this, if one is given. */
   valueAt(name: string, at_s: number, unit?: string): number {
     if (unit !== undefined && this.unitAt(name, at_s, unit) !== unit) return NaN;
-    const { ring, column } = this.placeOf(name, at_s);
-    return column ? ring.nearest(column, at_s) : NaN;
+    const { layer, column } = this.placeOf(name, at_s);
+    return column ? layer.ring.nearest(column, at_s) : NaN;
   }
 
   /** Value at a cursor. A cursor of before the page was loaded may be where there are no samples: NaN. */
@@ -188,11 +199,16 @@ export class PlotModel {
   show(from_s: number, to_s: number): void {
     if (!(to_s - from_s > 1e-4)) return;
     this.pause();
-    const rings = this.layers.map(({ ring }) => ring).filter((ring) => ring.total > 0);
-    const first_s = Math.min(this.from_s.peek(), ...rings.map((ring) => ring.first_s));
-    const last_s = Math.max(this.to_s.peek(), ...rings.map((ring) => ring.last_s));
-    [this.from_s.value, this.to_s.value] = windowWithin(from_s, to_s, first_s, last_s);
+    const [first_s, last_s] = this.reach();
+    const within = windowWithin(from_s, to_s, Math.min(this.from_s.peek(), first_s), Math.max(this.to_s.peek(), last_s));
+    [this.from_s.value, this.to_s.value] = within;
     this.changes++;
+  }
+
+  /** First and last time of all samples that the page has about what is shown. */
+  private reach(): [number, number] {
+    const rings = this.layers.map(({ ring }) => ring).filter((ring) => ring.total > 0);
+    return [Math.min(...rings.map((ring) => ring.first_s)), Math.max(...rings.map((ring) => ring.last_s))];
   }
 
   /** Zoom by a factor, below 1 in, around a time; live plots change their window. */
@@ -209,10 +225,33 @@ export class PlotModel {
     this.show(centre - (centre - from) * factor, centre + (to - centre) * factor);
   }
 
-  /** Move what is shown by a part of its length. */
+  /** Move what is shown by a part of its length: beyond what the page has by looking back, where there is a recording. */
   pan(part: number): void {
-    const by = (this.to_s.peek() - this.from_s.peek()) * part;
-    if (this.paused.peek()) this.show(this.from_s.peek() + by, this.to_s.peek() + by);
+    const now_ms = performance.now();
+    const [from_s, to_s] = [this.left_s(now_ms), this.right_s(now_ms)];
+    const by_s = (to_s - from_s) * part;
+    if (!by_s) return;
+    if (pastAt.peek() !== null && !this.paused.peek()) return lookAt(to_s + by_s);
+    if (!this.paused.peek() && part > 0) return; // it is at the newest already
+    this.pause();
+    const [first_s, last_s] = this.reach();
+    const isOutside = from_s + by_s < first_s || (pastAt.peek() !== null && to_s + by_s > last_s);
+    if (isOutside && end_s.peek() > 0 && first_s > 0) this.lookBack(to_s + by_s, to_s - from_s);
+    else this.show(from_s + by_s, to_s + by_s);
+  }
+
+  /** Show a time of the run in all plots, and so much before it in this one. */
+  private lookBack(at_s: number, length_s: number): void {
+    this.live();
+    const off = (window_s: number) => Math.abs(Math.log(window_s / length_s));
+    this.window_s.value = WINDOWS_s.reduce((best, each) => (off(each) < off(best) ? each : best));
+    lookAt(at_s);
+  }
+
+  /** Show the present, in all plots. */
+  toPresent(): void {
+    this.live();
+    live();
   }
 
   setCursor(isB: boolean, time_s: number | null): void {
@@ -279,6 +318,12 @@ const MOST_OTHERS = 40;
 function readOthers(raw: unknown): string[] | undefined {
   if (!Array.isArray(raw)) return undefined;
   return raw.filter((each): each is string => typeof each === "string" && besideOf(each) !== null).slice(0, MOST_OTHERS);
+}
+
+function readXy(raw: unknown): XyChoice | null | undefined {
+  const { x, y, isEqual } = (raw ?? {}) as Partial<XyChoice>;
+  if (raw === null) return null;
+  return typeof x === "string" && typeof y === "string" ? { x, y, isEqual: isEqual === true } : undefined;
 }
 
 function readRight(raw: unknown): Record<string, string> | undefined {

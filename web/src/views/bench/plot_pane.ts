@@ -12,7 +12,8 @@ import { besideOf, isByMode, type Pane, rangeKey, unitIn } from "./axis_fields";
 import type { PlotModel } from "./plot_model";
 import { triggerOf } from "./plot_trigger";
 
-const LEAST_SPAN: Record<string, number> = { deg: 1, rpm: 1, Nm: 0.01, A: 0.1, V: 1 };
+/** An axis shows at least so much, by its unit. */
+export const LEAST_SPAN: Record<string, number> = { deg: 1, rpm: 1, Nm: 0.01, A: 0.1, V: 1 };
 const AXIS_LEFT_PX = 78;
 const AXIS_RIGHT_PX = 66;
 const PADDING_RIGHT_PX = 24;
@@ -53,6 +54,16 @@ export class PlotPane implements Drawer {
     this.resize = new ResizeObserver(() => this.fit());
     this.resize.observe(place);
     this.endFrames = onFrames(this);
+    if (hasTimes) this.dragTimes();
+  }
+
+  /** Move the time by a drag of its axis. */
+  private dragTimes(): void {
+    const axis = this.place.querySelector<HTMLElement>(".u-axis");
+    axis?.addEventListener("pointerdown", (event) => axis.setPointerCapture(event.pointerId));
+    axis?.addEventListener("pointermove", (event) => {
+      if (event.buttons & 1 && event.movementX) this.model.pan(-event.movementX / Math.max(this.plot.over.clientWidth, 1));
+    });
   }
 
   end(): void {
@@ -146,8 +157,8 @@ export class PlotPane implements Drawer {
     const { feed, rows } = this.model;
     this.pane.fields.forEach((field, at) => {
       if (besideOf(field.name)) {
-        const { ring, column } = this.model.placeOf(field.name, this.x.min);
-        beside(ring, column, this.all[0]!, rows.made, this.data[at + 1] as Float64Array);
+        const { layer, column } = this.model.placeOf(field.name, this.x.min);
+        beside(layer.ring, column, this.all[0]!, rows.made, this.data[at + 1] as Float64Array);
         return;
       }
       const all = this.all[feed.column(field.name)] ?? this.all[0]!;
@@ -199,7 +210,7 @@ export class PlotPane implements Drawer {
         sync: { key: `plot ${this.model.id}` },
         points: { show: false },
         drag: { x: true, y: false, setScale: false },
-        bind: { dblclick: () => () => (this.model.live(), null) },
+        bind: { dblclick: () => () => (this.model.toPresent(), null) },
       },
       hooks: {
         drawClear: [(plot) => (this.drawFaults(plot), this.drawMarks(plot))],

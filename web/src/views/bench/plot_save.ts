@@ -5,7 +5,7 @@ import { type Layer, samplingText } from "../../model/sampling";
 import { notify, notifyError } from "../../parts/notices";
 import { trouble } from "../../past";
 import { besideOf, isByMode, neededFields, unitIn } from "./axis_fields";
-import { download, fileName, pngOf } from "./export";
+import { download, fileName, type Picture, pngOf } from "./export";
 import { allOf } from "./past_samples";
 import type { PlotPane } from "./plot_pane";
 import type { PlotModel } from "./plot_model";
@@ -68,10 +68,12 @@ function save(model: PlotModel, sourceOf: (axis: string) => Source | null, from_
   download(fileName(model.id, "csv"), new Blob([csv], { type: "text/csv" }));
 }
 
-/** Save the panes as a picture. */
-export async function savePng(model: PlotModel, panes: PlotPane[]): Promise<void> {
+/** Save the panes, and an x-y plot, as a picture. */
+export async function savePng(model: PlotModel, panes: PlotPane[], xy?: HTMLCanvasElement): Promise<void> {
   const title = `${model.id}: ${samplingText(model.shownLayer(performance.now()).sampling)}`;
-  const png = panes.length ? await pngOf(title, panes) : null;
+  const pictures: Picture[] = panes.map(({ plot, pane }) => ({ canvas: plot.ctx.canvas, names: pane.fields.map(({ name }) => model.labelOf(name)) }));
+  if (xy) pictures.push({ canvas: xy, names: [] });
+  const png = pictures.length ? await pngOf(title, pictures) : null;
   if (png) download(fileName(model.id, "png"), png);
   else notify("there is no plot to save", true);
 }

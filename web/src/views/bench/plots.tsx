@@ -12,6 +12,8 @@ import { Controls } from "./plot_controls";
 import type { PlotPane } from "./plot_pane";
 import type { PlotModel } from "./plot_model";
 import { wantedOf } from "./plot_save";
+import type { XyPane } from "./xy_pane";
+import { XyView } from "./xy_view";
 import "./plots.css";
 
 const KEY_STEP = 0.01;
@@ -22,6 +24,7 @@ export function Plots({ model, isFilling = false }: { model: PlotModel; isFillin
   const others = model.others.value;
   const panes = model.panes();
   const made = useRef(new Map<string, PlotPane>());
+  const xy = useRef<XyPane | null>(null);
   useMarks(model);
   useEffect(() => model.feed.want(neededFields(model.device, chosen), true), [model, chosen.join(" ")]);
   useEffect(() => wantBeside(model), [model, others.join(" ")]);
@@ -31,15 +34,15 @@ export function Plots({ model, isFilling = false }: { model: PlotModel; isFillin
   const isNarrow = panes.some(({ rightUnit }) => rightUnit !== undefined);
   return (
     <section class={isFilling ? "plots is-filling" : "card plots"} aria-label={`Plots of ${model.id}`}>
-      <Controls model={model} made={made.current} panes={panes} />
+      <Controls model={model} made={made.current} panes={panes} xy={xy} />
       {model.feed.refusal.value && <p class="problem">{model.feed.refusal.value}</p>}
       <div
         class="panes"
         role="group"
         tabIndex={0}
-        aria-label="Plots. Space pauses, plus and minus zoom, arrow keys move cursor A, with Shift cursor B, Home shows the present."
+        aria-label="Plots. Space pauses, plus and minus zoom, arrow keys move cursor A, with Shift cursor B, page up and down move the time, Home shows the present."
         onKeyDown={(event) => onKey(event, model)}
-        onWheel={(event) => event.ctrlKey && (event.preventDefault(), model.zoom(event.deltaY < 0 ? 0.8 : 1.25))}
+        onWheel={(event) => onWheel(event, model)}
       >
         {panes.length === 0 && <p class="empty">No field is chosen.</p>}
         {panes.map((pane, at) => (
@@ -54,6 +57,7 @@ export function Plots({ model, isFilling = false }: { model: PlotModel; isFillin
           />
         ))}
       </div>
+      {model.xy.value && <XyView model={model} choice={model.xy.value} made={xy} />}
       <CursorsTable model={model} />
       <FaultTimes model={model} />
     </section>
@@ -68,6 +72,15 @@ function wantBeside(model: PlotModel): () => void {
   };
 }
 
+/** Zoom with Ctrl; a wheel to the side, or with Shift, moves the time. */
+function onWheel(event: WheelEvent & { currentTarget: HTMLElement }, model: PlotModel): void {
+  const isAcross = Math.abs(event.deltaX) > Math.abs(event.deltaY);
+  if (!event.ctrlKey && !isAcross) return;
+  event.preventDefault();
+  if (event.ctrlKey) model.zoom(event.deltaY < 0 ? 0.8 : 1.25);
+  else model.pan(event.deltaX / event.currentTarget.clientWidth);
+}
+
 function onKey(event: KeyboardEvent, model: PlotModel): void {
   const actions: Record<string, () => void> = {
     " ": () => model.togglePause(),
@@ -78,7 +91,7 @@ function onKey(event: KeyboardEvent, model: PlotModel): void {
     ArrowRight: () => model.moveCursor(event.shiftKey, KEY_STEP),
     PageUp: () => model.pan(-0.5),
     PageDown: () => model.pan(0.5),
-    Home: () => model.live(),
+    Home: () => model.toPresent(),
   };
   const action = actions[event.key];
   if (!action || event.ctrlKey || event.altKey || event.metaKey) return;
