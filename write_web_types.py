@@ -12,6 +12,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, NotRequired, get_args, get_origin, get_type_hints, is_typeddict
 
+import write_web_words
 from bridges.web import page_rows
 from bridges.web.bench_words import is_offered
 from bridges.web.page_rows import RoleName
@@ -145,3 +146,4 @@ def _told(key: str, form: Any) -> str:
 
 if __name__ == "__main__":
     FILE.write_text(written())
+    write_web_words.FILE.write_text(write_web_words.written())
