@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 import pytest
-from browser_pages import Bench, Between, fits, served, violations
+from browser_pages import Bench, Between, editor, fits, served, shows, violations, write
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Error, Page, Route, expect
 
@@ -49,22 +49,17 @@ def button(page: Page, name: str) -> None:
     page.get_by_role("button", name=name, exact=True).click()
 
 
-def run_text(page: Page) -> str:
-    return page.get_by_role("textbox", name="Run, as YAML or JSON").input_value()
+LABEL = "Run, as YAML or JSON"
 
 
 def type_run(page: Page, text: str = RUN) -> None:
-    page.get_by_role("textbox", name="Run, as YAML or JSON").fill(text)
+    write(page, LABEL, text)
     page.wait_for_timeout(WRITTEN_MS)
 
 
 def type_drawing(page: Page, program: str, machine: str = MACHINE) -> None:
-    page.get_by_role("textbox", name="Program").fill(program)
-    page.get_by_role("textbox", name="Machine").fill(machine)
-
-
-def program(page: Page) -> str:
-    return page.get_by_role("textbox", name="Program").input_value()
+    write(page, "Program", program)
+    write(page, "Machine", machine)
 
 
 # ---- another version ----
@@ -96,12 +91,13 @@ def test_a_new_version_asks_where_something_is_not_saved(pages: Bench) -> None:
     between.cut()
     banner = page.get_by_role("status").filter(has_text="new version")
     expect(banner).to_contain_text("Not saved: the run")
-    assert (run_text(page), len(loads)) == (RUN, 1)
+    shows(page, LABEL, RUN)
+    assert len(loads) == 1
     assert violations(page) == []
     versions.clear()
     banner.get_by_role("button", name="Load it").click()
     page.wait_for_function("performance.getEntriesByType('navigation')[0].type === 'reload'")
-    expect(page.get_by_role("textbox", name="Run, as YAML or JSON")).to_have_value(RUN)
+    shows(page, LABEL, RUN)
     assert len(loads) == 2
 
 
@@ -110,7 +106,7 @@ def test_a_new_version_is_loaded_at_once_where_nothing_is_typed(pages: Bench) ->
     made: list[tuple[Between, list[str]]] = []
     page = pages.open("runs", prepare=lambda page: made.append(with_versions(page, versions)))
     [(between, loads)] = made
-    expect(page.get_by_role("textbox", name="Run, as YAML or JSON")).to_be_visible()
+    expect(editor(page, LABEL)).to_be_visible()
     versions.append("f" * 64)
     between.cut()
     between.until_connections(page, 2)
@@ -139,7 +135,7 @@ def test_what_is_typed_and_chosen_comes_back(pages: Bench) -> None:
     expect(page.locator(".trace", has_text=re.compile("^torque_Nm"))).to_have_count(0)
     expect(page.get_by_role("tab", name="Gains", exact=True)).to_have_attribute("aria-selected", "true")
     page.goto(f"{pages.url}#/runs")
-    assert run_text(page) == RUN
+    shows(page, LABEL, RUN)
 
 
 @pytest.mark.parametrize("text", ["{", "null", "[]", '{"text":7,"rows":[]}'])
@@ -157,17 +153,18 @@ def test_damaged_stores_are_as_none(pages: Bench, text: str) -> None:
     for view in ("bench/m1", "path", "companion/s1", "wire", "runs"):
         page.goto(f"{pages.url}#/{view}")
         expect(page.locator("main .card").first).to_be_visible()
-    assert run_text(page).startswith("run: example")
+    expect(editor(page, LABEL)).to_contain_text("run: example")
 
 
 def test_a_full_store_loses_nothing(pages: Bench) -> None:
     page = pages.open("runs")
-    expect(page.get_by_role("textbox", name="Run, as YAML or JSON")).to_be_visible()
+    expect(editor(page, LABEL)).to_be_visible()
     page.evaluate(FULL)
-    type_run(page, RUN + "#" * 5000)
+    long = RUN + ("#" * 200 + "\n") * 25
+    type_run(page, long)
     expect(page.get_by_role("alert")).to_contain_text("no room to keep what you type")
     page.reload()
-    expect(page.get_by_role("textbox", name="Run, as YAML or JSON")).to_have_value(RUN + "#" * 5000)
+    shows(page, LABEL, long)
 
 
 def test_twenty_pages_keep_their_own_texts(pages: Bench) -> None:
@@ -177,11 +174,11 @@ def test_twenty_pages_keep_their_own_texts(pages: Bench) -> None:
     for page in others:
         page.goto(f"{pages.url}#/runs")
     for number, page in enumerate(every):
-        page.get_by_role("textbox", name="Run, as YAML or JSON").fill(f"run: r{number}\n")
+        write(page, LABEL, f"run: r{number}\n")
     first.wait_for_timeout(WRITTEN_MS)
     for number, page in list(enumerate(every))[::6]:
         page.reload()
-        expect(page.get_by_role("textbox", name="Run, as YAML or JSON")).to_have_value(f"run: r{number}\n")
+        shows(page, LABEL, f"run: r{number}\n")
 
 
 # ---- drawings ----
@@ -199,22 +196,22 @@ def test_another_drawing_leaves_the_text_until_it_is_taken(pages: Bench) -> None
     expect(figures).to_contain_text("20.0 mm at a feed")
     offer = here.get_by_role("status", name="Drawing of the bench")
     expect(offer).to_contain_text("The bench draws program.ngc")
-    assert program(here) == FAR.format(far=40)
+    shows(here, "Program", FAR.format(far=40))
     expect(here.get_by_text(re.compile(r"line \d+, .* s left"))).to_be_visible()
     here.reload()
     expect(offer).to_be_visible()
-    assert program(here) == FAR.format(far=40)
+    shows(here, "Program", FAR.format(far=40))
     assert violations(here) == []
     for page in (here, there):
         expect(page.get_by_text("done", exact=True)).to_be_visible()
     button(here, "Take its texts")
-    assert program(here) == FAR.format(far=10)
+    shows(here, "Program", FAR.format(far=10))
     expect(offer).to_have_count(0)
 
 
 def test_a_page_that_waits_sees_the_drawing_that_is_planned(pages: Bench) -> None:
     waits, other = pages.open("path"), pages.open("path")
-    expect(waits.get_by_role("textbox", name="Program")).to_be_visible()
+    expect(editor(waits, "Program")).to_be_visible()
     type_drawing(other, FAR.format(far=7))
     button(other, "Check")
     expect(waits.get_by_role("region", name="Figures of the drawing")).to_contain_text("14.0 mm at a feed")

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from e2e_support import Place, Server, config, until
-from playwright.sync_api import Browser, BrowserContext, Page, WebSocketRoute
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, WebSocketRoute, expect
 
 ROOT = Path(__file__).parents[2]
 AXE = ROOT / "web/node_modules/axe-core/axe.min.js"
@@ -137,6 +137,33 @@ class Between:
     def cut(self) -> None:
         """Cut the connection."""
         self.sockets[-1].close()
+
+
+_PASTE = """(area, text) => {
+  const data = new DataTransfer();
+  data.setData("text/plain", text);
+  area.dispatchEvent(new ClipboardEvent("paste", {clipboardData: data, bubbles: true, cancelable: true}));
+}"""
+
+
+def editor(page: Page, label: str) -> Locator:
+    """The editor of a text."""
+    return page.get_by_role("textbox", name=label, exact=True)
+
+
+def write(page: Page, label: str, text: str) -> None:
+    """Put a text in the place of an editor's."""
+    area = editor(page, label)
+    area.press("ControlOrMeta+a")
+    area.press("Delete")
+    if text:
+        area.evaluate(_PASTE, text)
+
+
+def shows(page: Page, label: str, text: str) -> None:
+    """Wait until an editor has a short text."""
+    lines = editor(page, label).locator(".cm-line")
+    expect(lines).to_have_text(text.split("\n"))
 
 
 def fits(page: Page, width_px: int) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_pages import DESK, PHONE, Bench, fits, served, violations
+from browser_pages import DESK, PHONE, Bench, fits, served, violations, write
 from e2e_support import READY_NS, Place
 from playwright.sync_api import Browser, Page, expect
 
@@ -240,12 +240,12 @@ def test_a_viewer_looks_at_a_drawing_and_starts_none(pages: Bench) -> None:
     )
     machine += " acceleration_mm_per_s2: 99}\n"
     page = logged_in(pages, "viewer", "path")
-    page.get_by_role("textbox", name="Program").fill("G21 G90 F300\nG1 X5\nG1 X0\nM2\n")
-    page.get_by_role("textbox", name="Machine").fill(machine)
+    write(page, "Program", "G21 G90 F300\nG1 X5\nG1 X0\nM2\n")
+    write(page, "Machine", machine)
     button(page, "Check")
     expect(page.get_by_role("region", name="Figures of the drawing")).to_contain_text("mm at a feed")
     for name in ("Start", "Pause", "Stop", "Stop at once"):
         expect(page.get_by_role("button", name=name, exact=True)).to_be_disabled()
     operator = logged_in(pages, "operator", "path")
-    operator.get_by_role("textbox", name="Machine").fill(machine)
+    write(operator, "Machine", machine)
     expect(operator.get_by_role("button", name="Start", exact=True)).to_be_enabled()

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser_pages import DESK, PHONE, Bench, fits, served
+from browser_pages import DESK, PHONE, Bench, editor, fits, served, write
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -16,6 +16,7 @@ DEVICES = {
 }
 GOOD = "run: wave\naxes:\n  m1: {velocity_rpm: 120}\nsteps:\n- move: {m1: 90}\n- move: {m1: 0}\n"
 BAD = "run: wave\naxes:\n  m1: {velocity_rpm: fast}\nsteps:\n- move: {m1: 90}\n- mve: {m1: 0}\n"
+LABEL = "Run, as YAML or JSON"
 SLOW = "run: slow\naxes:\n  m1: {velocity_rpm: 1}\nsteps:\n- move: {m1: 300}\n"
 
 
@@ -112,22 +113,24 @@ def test_a_run_with_errors_is_marked_at_its_lines(pages: Bench) -> None:
     page = pages.open("runs")
     upload(page, BAD)
     expect(page.get_by_text("wave.yaml")).to_be_visible()
-    problems = page.locator("#run-problems li")
+    problems = page.get_by_role("list", name="Problems of the run").get_by_role("listitem")
     expect(problems).to_have_count(2)
     expect(problems.nth(0)).to_contain_text("velocity_rpm")
-    expect(page.locator(".line-numbers .is-bad")).to_have_text([re.compile("● 3"), re.compile("● 6")])
-    page.get_by_role("button", name=re.compile("^Go to line 6")).click()
-    text = page.get_by_label("Run, as YAML or JSON")
+    expect(page.locator(".cm-lint-marker-error")).to_have_count(2)
+    expect(page.get_by_role("button", name="Start", exact=True)).not_to_have_class("primary")
+    page.get_by_role("button", name=re.compile("^6:3")).click()
+    text = editor(page, LABEL)
     expect(text).to_be_focused()
-    assert text.evaluate("(area) => area.value.slice(0, area.selectionStart).split('\\n').length") == 6
+    expect(text).to_have_attribute("aria-invalid", "true")
+    expect(page.locator(".cm-activeLine")).to_contain_text("mve")
     button(page, "Start")
     expect(problems).to_have_count(2)
     assert pages.server.ask("runs", name="") == []
     # It is mended by typing: the marks go, and the check is good.
-    text.fill(GOOD)
-    expect(page.locator(".line-numbers .is-bad")).to_have_count(0)
-    button(page, "Check")
+    write(page, LABEL, GOOD)
     expect(page.get_by_text("run wave, 2 steps, no problems")).to_be_visible()
+    expect(page.locator(".cm-lint-marker-error")).to_have_count(0)
+    expect(page.get_by_role("button", name="Start", exact=True)).to_have_class("primary")
     for garbage in (
         "",
         "run: [",
@@ -136,7 +139,7 @@ def test_a_run_with_errors_is_marked_at_its_lines(pages: Bench) -> None:
         "{" * 2000,
         "run: <script>alert(1)</script>\naxes: {}",
     ):
-        text.fill(garbage)
+        write(page, LABEL, garbage)
         button(page, "Check")
         expect(problems.first).to_be_visible()
 
@@ -169,14 +172,14 @@ def test_a_file_that_is_no_run_is_told(pages: Bench, tmp_path: Path) -> None:
     expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
     upload(page, "x" * 1_000_000)
     expect(page.locator(".notice.is-error")).to_contain_text("1000000 bytes")
-    page.get_by_label("Run, as YAML or JSON").fill("x" * 1_100_000)
-    button(page, "Check")
-    expect(page.locator(".notice.is-error").last).to_contain_text("at most 1048576")
+    write(page, LABEL, "x" * 1_100_000)
+    expect(page.get_by_text("too long for the bench: 1,100,002 of 1,047,576 bytes")).to_be_visible()
+    expect(page.get_by_role("button", name="Check", exact=True)).to_be_disabled()
     expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
     page.locator("input[type=file]").set_input_files(
         {"name": "<b>.yaml", "mimeType": "text/yaml", "buffer": b"\xff\xfe\x00run"}
     )
-    expect(page.locator("#run-problems li").first).to_be_visible()
+    expect(page.get_by_role("list", name="Problems of the run").get_by_role("listitem").first).to_be_visible()
     expect(page.get_by_text("<b>.yaml")).to_be_visible()
 
 

@@ -34,6 +34,7 @@ export function loadVersion(server: string): void {
 }
 
 function isTyped(focused: Element | null): boolean {
+  if (focused instanceof HTMLElement && focused.isContentEditable) return true;
   return (focused instanceof HTMLInputElement || focused instanceof HTMLTextAreaElement) && focused.value !== "";
 }
 

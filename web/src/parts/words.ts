@@ -36,6 +36,7 @@ export const KEYS: [string, string][] = [
   ["?", "this help"],
   ["1 … 9", "the views, from the left"],
   ["Tab", "from one control to the next; in a terminal Ctrl-] leaves it"],
+  ["Ctrl-Space / F8 / Ctrl-F", "in an editor: what may stand here, the next problem, search; Esc and Tab leave it"],
   ["Space", "in a plot: pause, and go on"],
   ["+ / −", "in a plot: a shorter or longer time"],
   ["← / →", "in a plot: move cursor A; with Shift cursor B"],

@@ -8,7 +8,7 @@ import { effect } from "@preact/signals";
 import type { Piece } from "../../model/port_record";
 import { type TerminalView, viewOf, type ViewName } from "../../model/terminal_views";
 import { colour, theme } from "../../theme";
-import { takeSpanStyles, withSheets } from "./strict_styles";
+import { takeSpanStyles, withSheets } from "../../parts/strict_styles";
 import type { TerminalPort } from "./terminal_port";
 
 const SCROLLBACK_LINES = 10_000;

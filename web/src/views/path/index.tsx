@@ -1,6 +1,5 @@
 /** A drawing in G-code: checked and planned by the bench, carried out by its axes, and drawn as they follow it. */
 
-import { effect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { shown } from "../../model/numbers";
 import { notifyError } from "../../parts/notices";
@@ -30,11 +29,8 @@ import {
   stop,
   takeTexts,
 } from "./path_state";
-import { markLine, PathText } from "./path_text";
-import "../../parts/marked_text.css";
+import { PathText } from "./path_text";
 import "./path.css";
-
-effect(() => markLine(isUnderWay.value ? (done.value?.line ?? 0) : 0));
 
 const attempt = (work: () => Promise<unknown>) => () => void work().catch(notifyError);
 
@@ -96,7 +92,7 @@ function Controls() {
           />
           %
         </label>
-        <button type="button" class="primary" disabled={!mayStart.value} onClick={attempt(start)}>
+        <button type="button" class={isPlanned.value ? "primary" : ""} disabled={!mayStart.value} onClick={attempt(start)}>
           Start
         </button>
         <span class="push row">

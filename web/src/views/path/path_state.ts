@@ -46,11 +46,13 @@ export async function openFile(which: Which, file: File): Promise<void> {
   drafts[which].open(decoded(new Uint8Array(await file.arrayBuffer())), file.name);
 }
 
+const NONE: DocumentProblem[] = [];
+
 /** Problems of a text as it stands; empty while it has changed since the check. */
 export function problemsOf(which: Which): DocumentProblem[] {
   const now = refused.value;
   const isSame = checked.value[0] === drafts.program.value.text && checked.value[1] === drafts.machine.value.text;
-  return now?.of === which && isSame ? now.problems : [];
+  return now?.of === which && isSame ? now.problems : NONE;
 }
 
 /** True if the drawing is that of the texts as they stand. */

@@ -53,16 +53,16 @@ function RunCard({ run }: { run: RunProgress }) {
       </div>
       <progress aria-label={`Progress of ${run.run}`} max={Math.max(steps, 1)} value={run.state === "done" ? Math.max(steps, 1) : step} />
       {run.why && <p class="problem">{run.why}</p>}
-      <Axes axes={run.axes} />
+      <Axes run={run.run} axes={run.axes} />
     </article>
   );
 }
 
-function Axes({ axes }: { axes: Record<string, AxisReport> }) {
+function Axes({ run, axes }: { run: string; axes: Record<string, AxisReport> }) {
   const rows = Object.entries(axes);
   if (!rows.length) return null;
   return (
-    <div class="scroll-x" tabIndex={0} role="region" aria-label="Axes of the run">
+    <div class="scroll-x" tabIndex={0} role="region" aria-label={`Axes of the run ${run}`}>
       <table>
         <thead>
           <tr>

@@ -1,28 +1,40 @@
-/** The run document that is being written, and what the bench said of it. The text outlives the page. */
+/** The run document that is being written, and what the bench says of it as it is typed. The text outlives the page. */
 
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { Draft } from "../../kept";
 import type { Operations } from "../../model/door";
 import { type DocumentProblem, readProblems } from "../../model/problems";
+import { exampleRun } from "../../model/run_example";
 import { readRun } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
-import { link, takeProgress } from "../../store";
+import { devices, hello, link, may, takeProgress } from "../../store";
 
-const EXAMPLE = `run: example
-axes:
-steps:
-`;
-export const draft = new Draft("run", "the run", () => ({ text: EXAMPLE, file: "run.yaml" }));
-/** The text that the problems are of; null: it has not been checked. */
+/** A text is checked so long after the last key, a long one later. */
+const PAUSE_MS = 400;
+const LONG_PAUSE_MS = 1500;
+const LONG_CHARACTERS = 100_000;
+/** Room for what stands around a text in its message. */
+const AROUND_BYTES = 1000;
+
+export const draft = new Draft("run", "the run", () => ({ text: exampleRun(devices.peek().values()), file: "run.yaml" }));
+/** The text that the problems are of; null: none was checked. */
 const checkedText = signal<string | null>(null);
-const found = signal<DocumentProblem[]>([]);
+/** Problems of the text that was checked last: they stay while the next check is under way. */
+export const problems = signal<DocumentProblem[]>([]);
 /** What a good check said. */
 export const verdict = signal("");
+/** Why the text could not be checked; empty: it could. */
+export const unchecked = signal("");
 
-/** Problems of the text as it stands; empty while it has changed since the check. */
-export const problems = computed(() => (isChecked.value ? found.value : []));
 export const isChecked = computed(() => checkedText.value === draft.value.text);
-export const isGood = computed(() => isChecked.value && found.value.length === 0);
+export const isGood = computed(() => isChecked.value && problems.value.length === 0);
+
+/** Bytes of the text in a message, and the most that the bench takes. */
+export const size = computed(() => {
+  const bytes = new TextEncoder().encode(JSON.stringify(draft.value.text)).length;
+  return { bytes, most: (hello.value?.message_bytes ?? Number.POSITIVE_INFINITY) - AROUND_BYTES };
+});
+export const fits = computed(() => size.value.bytes <= size.value.most);
 
 /** Ask for a run; what cannot be done as it is written is an answer with its problems. Throws other Refused. */
 async function askRun(given: Operations["run"]["given"]): Promise<Record<string, unknown>> {
@@ -38,10 +50,12 @@ async function askRun(given: Operations["run"]["given"]): Promise<Record<string,
 export async function checkRun(): Promise<boolean> {
   const { text: checked, file } = draft.peek();
   const answer = await askRun({ text: checked, file, check: true });
-  found.value = readProblems(answer["problems"] ?? "");
+  if (checked !== draft.peek().text) return false;
+  problems.value = readProblems(answer["problems"] ?? "");
   checkedText.value = checked;
-  verdict.value = found.value.length ? "" : `run ${String(answer["run"] ?? "")}, ${String(answer["steps"] ?? "?")} steps, no problems`;
-  return found.value.length === 0;
+  unchecked.value = "";
+  verdict.value = problems.value.length ? "" : `run ${String(answer["run"] ?? "")}, ${String(answer["steps"] ?? "?")} steps, no problems`;
+  return problems.value.length === 0;
 }
 
 /** Check the text, and carry it out if it has no problems. Throws Refused. */
@@ -50,10 +64,26 @@ export async function startRun(): Promise<void> {
   const { text, file } = draft.peek();
   const answer = await askRun({ text, file, fresh: true });
   if (answer["problems"] !== undefined) {
-    found.value = readProblems(answer["problems"]);
+    problems.value = readProblems(answer["problems"]);
     return;
   }
   draft.saved(text);
   const run = readRun(answer);
   if (run) takeProgress(run);
+}
+
+/** Check the text whenever it, or the bench, has changed; answers what ends it. */
+export function checkAsTyped(): () => void {
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  const check = () => void checkRun().catch((error: unknown) => (unchecked.value = error instanceof Error ? error.message : String(error)));
+  const stop = effect(() => {
+    const { text } = draft.value;
+    const isReady = hello.value !== null && link.state.value === "open" && may("operator") && fits.value;
+    clearTimeout(timer);
+    if (isReady) timer = setTimeout(check, text.length > LONG_CHARACTERS ? LONG_PAUSE_MS : PAUSE_MS);
+  });
+  return () => {
+    clearTimeout(timer);
+    stop();
+  };
 }

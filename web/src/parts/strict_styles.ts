@@ -1,4 +1,4 @@
-/** Style sheets of xterm.js under a strict Content-Security-Policy. It makes style elements when it opens, which the
+/** Style sheets of xterm.js and CodeMirror under a strict Content-Security-Policy. It makes style elements when it opens, which the
  * policy forbids; here they become sheets that the document adopts, which it allows. Colours that no sheet has it writes
  * as attributes, which the policy forbids, too; here they are set as properties. */
 
