@@ -1,6 +1,7 @@
 """The wire view in a browser: packets as they pass, a collision, filter, pause, sending, a capture."""
 
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from browser_pages import PHONE, Bench, companion_bench, fits, served, violations
-from e2e_support import Client, config, until
+from e2e_support import config, until
 from playwright.sync_api import Browser, Page, expect
 
 SEGMENTS = {"bus0": {"stations": ["s1", "s2"], "taps": {"master": {"port": "pty"}}}}
@@ -37,7 +38,7 @@ def test_packets_are_shown_filtered_paused_and_exported(page: Page, bench: Bench
     rows = page.locator(".packet-rows .packet")
     send(page, "m300", to="0")
     expect(rows).to_have_count(1)
-    expect(rows.first).to_contain_text("1 -> all m300")
+    expect(rows.first).to_contain_text(re.compile(r"1\s*all\s*bus0\.master\s*m300"))
     # Both boards have the address 85 from the factory: their answers collide.
     send(page, "m400")
     bad = page.locator(".packet-rows .packet.is-bad")
@@ -67,9 +68,27 @@ def test_packets_are_shown_filtered_paused_and_exported(page: Page, bench: Bench
 def test_the_time_line_and_the_load_follow(page: Page) -> None:
     for number in range(5):
         send(page, f"m{number + 1}00", to="0")
-    expect(page.get_by_role("img", name="Time line of the last second")).to_be_visible()
+    expect(page.get_by_role("img", name="Time line of 1.000 s up to now")).to_be_visible()
     expect(page.get_by_role("meter", name="Load of the last second")).to_be_visible()
     expect(page.locator(".figures").get_by_text("5", exact=True)).to_be_visible()
+
+
+def test_the_time_line_goes_back_and_zooms(page: Page) -> None:
+    send(page, "m300", to="0")
+    expect(page.locator(".packet-rows .packet")).to_have_count(1)
+    line = page.get_by_role("img", name="Time line of")
+    line.press("ArrowLeft")
+    expect(line).to_have_accessible_name(re.compile(r"^Time line of 1\.000 s up to \d"))
+    line.press("+")
+    expect(line).to_have_accessible_name(re.compile(r"^Time line of 500\.0 ms up to \d"))
+    line.press("End")
+    page.get_by_role("button", name="Last second").click()
+    expect(line).to_have_accessible_name(re.compile(r"^Time line of 1\.000 s up to now"))
+
+
+def test_a_wire_that_is_not_there(page: Page, bench: Bench) -> None:
+    page.goto(f"{bench.url}#/wire/nosuch")
+    expect(page.get_by_text("There is no wire “nosuch”. This is bus0.")).to_be_visible()
 
 
 def test_bytes_that_cannot_be_sent_are_told(page: Page) -> None:
@@ -86,7 +105,7 @@ def test_bytes_that_cannot_be_sent_are_told(page: Page) -> None:
     page.get_by_role("button", name="Send", exact=True).click()
     expect(bad).to_have_count(0)
     expect(page.locator(".packet-rows .packet")).to_have_count(1)
-    expect(page.locator(".packet-rows .packet")).to_contain_text("1 -> 86 m9")
+    expect(page.locator(".packet-rows .packet")).to_contain_text(re.compile(r"1\s*86\s*bus0\.master\s*m9"))
 
 
 def test_a_phone(page: Page) -> None:
@@ -134,12 +153,15 @@ def test_modbus_and_can_are_told_in_their_words(chromium: Browser) -> None:
         expect(rows.first).to_contain_text("read holding registers 0 to 1")
         expect(rows.first).to_contain_text("bus0.master")
         page.get_by_role("combobox", name="Wire").select_option("can0")
-        answer = rows.filter(has_text="SDO from 5: 1000h Device type")
-        master = Client(str(served_bench.place.runtime / "t" / "can0.slcan0"))
-        master.write(b"S8\rO\r")
+        answer = rows.filter(has_text="SDO from 5: 1000h Device type is 00020192h")
+        # The page sends as a node of its own, which acknowledges too.
+        page.get_by_role("textbox", name="Identifier").fill("605")
+        page.get_by_label("Data, hexadecimal").fill("40 00 10 00 00 00 00 00 00")
+        expect(page.get_by_text("a frame has at most 8 bytes, this has 9")).to_be_visible()
+        page.get_by_label("Data, hexadecimal").fill("40 00 10 00 00 00 00 00")
 
         def ask() -> int:
-            master.write(b"t60584000100000000000\r")
+            page.get_by_role("button", name="Send", exact=True).click()
             page.wait_for_timeout(300)  # the page watches the bus only from some time on
             return answer.count()
 
@@ -149,7 +171,15 @@ def test_modbus_and_can_are_told_in_their_words(chromium: Browser) -> None:
             page.get_by_role("button", name="Export pcapng").click()
         told = served_bench.place.hil("decode", str(Path(waiting.value.path())))
         assert "SDO from 5: 1000h Device type" in told
-        master.close()
+        expect(page.get_by_role("table", name="Controllers on the bus")).to_contain_text("can0.page")
+        answer.last.click()
+        page.get_by_role("button", name="Follow this conversation").click()
+        expect(page.get_by_label("Filter the packets")).to_have_value("sdo:5")
+        expect(
+            page.get_by_role("region", name="By identifier").get_by_role("row").filter(has_text="605")
+        ).to_contain_text("µs")
+        page.get_by_role("button", name="Take can0.page off").click()
+        expect(page.get_by_role("button", name="Take can0.page off")).to_have_count(0)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -1,5 +1,7 @@
 /** The bench's status as the page uses it, read from what the door tells. Pure. */
 
+import { type BusStatus, readBuses } from "./bus_status";
+
 export interface DeviceStatus {
   device: string;
   failed: string | null;
@@ -28,6 +30,7 @@ export interface Status {
   /** Digest of the bench's drawing; empty: it has none. */
   drawing?: string;
   devices: DeviceStatus[];
+  buses?: BusStatus[];
 }
 
 /** Read the answer of the operation `status`; what has another form than it should is left out. */
@@ -43,6 +46,7 @@ export function readStatus(raw: unknown): Status {
     if (typeof value === "number" && Number.isFinite(value)) status[name] = value;
   }
   if ("drawing" in told) status.drawing = typeof told["drawing"] === "string" ? told["drawing"] : "";
+  if ("buses" in told) status.buses = readBuses(told["buses"]);
   const health = object(told["health"]);
   if (typeof health["state"] === "string") {
     status.health = { state: health["state"], late_ms: number(health["late_ms"]), problems: list(health["problems"]).map(problemText) };

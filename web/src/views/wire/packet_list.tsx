@@ -1,20 +1,32 @@
 /** Packets as rows, the newest below. Only the rows in sight are made. */
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+import { columnsOf, meaningOf, timeText } from "./columns";
+import type { WireKind } from "./conversation";
 import type { WirePacket } from "./packet_log";
 import { hexPairs } from "./packet_text";
+import { placeOf, type PacketRows } from "./shown_packets";
 
 const ROW_PX = 22;
 const SPARE_ROWS = 8;
+const PAGE_ROWS = 15;
+
+/** What the column of differences tells. */
+export type Apart = "shown" | "talk" | "mark";
 
 interface Props {
-  packets: readonly WirePacket[];
+  kind: WireKind;
+  rows: PacketRows;
+  /** Another one where the rows have changed. */
+  turn: number;
   isPaused: boolean;
   chosen: number | undefined;
+  apart: Apart;
+  marked: WirePacket | undefined;
   choose(packet: WirePacket | undefined): void;
 }
 
-export function PacketList({ packets, isPaused, chosen, choose }: Props) {
+export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose }: Props) {
   const box = useRef<HTMLDivElement>(null);
   const [top_px, setTop] = useState(0);
   const [height_px, setHeight] = useState(400);
@@ -28,25 +40,28 @@ export function PacketList({ packets, isPaused, chosen, choose }: Props) {
   useEffect(() => {
     const element = box.current!;
     if (isAtEnd.current && !isPaused) element.scrollTop = element.scrollHeight;
-  }, [packets, isPaused]);
-  const first = Math.max(0, Math.floor(top_px / ROW_PX) - SPARE_ROWS);
-  const last = Math.min(packets.length, Math.ceil((top_px + height_px) / ROW_PX) + SPARE_ROWS);
-  const place = packets.findIndex(({ number }) => number === chosen);
-  const go = (by: number) => {
-    const at = Math.min(Math.max(place < 0 ? packets.length - 1 : place + by, 0), packets.length - 1);
-    choose(packets[at]);
+  });
+  const reveal = (at: number) => {
     const element = box.current!;
     const row_px = at * ROW_PX;
     if (row_px < element.scrollTop) element.scrollTop = row_px;
     else if (row_px + 2 * ROW_PX > element.scrollTop + element.clientHeight) element.scrollTop = row_px + 2 * ROW_PX - element.clientHeight;
   };
+  const place = placeOf(rows, chosen);
+  useEffect(() => {
+    if (place >= 0) reveal(place);
+  }, [chosen]);
+  const first = Math.max(0, Math.floor(top_px / ROW_PX) - SPARE_ROWS);
+  const last = Math.min(rows.length, Math.ceil((top_px + height_px) / ROW_PX) + SPARE_ROWS);
+  const columns = columnsOf(kind);
+  const inSight = Array.from({ length: Math.max(last - first, 0) }, (_, index) => first + index);
   return (
     <div
       ref={box}
-      class="packets"
+      class={`packets of-${kind}`}
       role="grid"
       aria-label="Packets"
-      aria-rowcount={packets.length + 1}
+      aria-rowcount={rows.length + 1}
       tabIndex={0}
       aria-activedescendant={place >= first && place < last ? `packet-${chosen}` : undefined}
       onScroll={(event) => {
@@ -55,74 +70,67 @@ export function PacketList({ packets, isPaused, chosen, choose }: Props) {
         setTop(scrollTop);
       }}
       onKeyDown={(event) => {
-        const by = { ArrowDown: 1, ArrowUp: -1, PageDown: 15, PageUp: -15, Home: -packets.length, End: packets.length }[event.key];
-        if (by === undefined || !packets.length) return;
+        const by = { ArrowDown: 1, ArrowUp: -1, PageDown: PAGE_ROWS, PageUp: -PAGE_ROWS, Home: -rows.length, End: rows.length }[event.key];
+        if (by === undefined || !rows.length) return;
         event.preventDefault();
-        go(by);
+        choose(rows.at(Math.min(Math.max(place < 0 ? rows.length - 1 : place + by, 0), rows.length - 1)));
       }}
     >
       <div role="row" class="packet head" aria-rowindex={1}>
         <span role="columnheader">Time s</span>
-        <span role="columnheader">From</span>
-        <span role="columnheader">To</span>
+        <span role="columnheader" class="num">
+          Apart
+        </span>
+        {columns.map(({ title, look }) => (
+          <span key={title} role="columnheader" class={look.includes("num") ? "num" : ""} aria-label={title || "Way"}>
+            {title}
+          </span>
+        ))}
         <span role="columnheader">Meaning</span>
         <span role="columnheader">Bytes</span>
       </div>
-      <div role="rowgroup" class="packet-rows" style={{ height: packets.length * ROW_PX }}>
-        {packets.slice(first, last).map((packet, index) => (
-          <div
-            key={packet.number}
-            id={`packet-${packet.number}`}
-            role="row"
-            aria-rowindex={first + index + 2}
-            aria-selected={packet.number === chosen}
-            class={`packet${packet.error === null ? "" : " is-bad"}${packet.number === chosen ? " is-chosen" : ""}`}
-            style={{ top: (first + index) * ROW_PX }}
-            onClick={() => choose(packet)}
-          >
-            <span role="gridcell" class="mono">
-              {packet.at_s.toFixed(6)}
-            </span>
-            <span role="gridcell">{packet.from || "?"}</span>
-            <span role="gridcell">{packet.to || "–"}</span>
-            <span role="gridcell" class="mono meaning">
-              {packet.error !== null && <strong>{packet.error}</strong>} {packet.text === packet.error ? "" : packet.text}
-            </span>
-            <span role="gridcell" class="mono soft bytes">
-              {hexPairs(packet.hex)}
-            </span>
-          </div>
-        ))}
+      <div role="rowgroup" class="packet-rows" style={{ height: rows.length * ROW_PX }}>
+        {inSight.map((at) => {
+          const packet = rows.at(at)!;
+          const isChosen = packet.number === chosen;
+          return (
+            <div
+              key={packet.number}
+              id={`packet-${packet.number}`}
+              role="row"
+              aria-rowindex={at + 2}
+              aria-selected={isChosen}
+              class={`packet${packet.error === null ? "" : " is-bad"}${isChosen ? " is-chosen" : ""}${packet === marked ? " is-marked" : ""}`}
+              style={{ top: at * ROW_PX }}
+              onClick={() => choose(packet)}
+            >
+              <span role="gridcell" class="mono">
+                {packet.at_s.toFixed(6)}
+              </span>
+              <span role="gridcell" class="mono soft num">
+                {apartText(apart, packet, rows.at(at - 1), marked)}
+              </span>
+              {columns.map(({ title, look, text }) => (
+                <span key={title} role="gridcell" class={look}>
+                  {text(packet)}
+                </span>
+              ))}
+              <span role="gridcell" class="mono meaning" title={meaningOf(kind, packet)}>
+                {packet.error !== null && <strong>{packet.error}</strong>} {meaningOf(kind, packet)}
+              </span>
+              <span role="gridcell" class="mono soft bytes">
+                {hexPairs(packet.hex)}
+              </span>
+            </div>
+          );
+        })}
       </div>
     </div>
   );
 }
 
-/** All that is known of a packet. */
-export function PacketDetail({ packet, close }: { packet: WirePacket; close(): void }) {
-  const rows: [string, string][] = [
-    ["at", `${packet.at_s.toFixed(9)} s`],
-    ["on the wire", `${(packet.duration_s * 1000).toFixed(3)} ms`],
-    ["driven by", packet.by.join(" and ") || "unknown"],
-    ["from", packet.from || "unknown"],
-    ["to", packet.to || "unknown"],
-    ["meaning", packet.text],
-    ["error", packet.error ?? "none"],
-    ["bytes", hexPairs(packet.hex) || "none"],
-  ];
-  return (
-    <div class="packet-detail" role="region" aria-label="The chosen packet">
-      <dl>
-        {rows.map(([name, value]) => (
-          <div key={name}>
-            <dt>{name}</dt>
-            <dd class={name === "error" && packet.error !== null ? "mono problem" : "mono"}>{value}</dd>
-          </div>
-        ))}
-      </dl>
-      <button type="button" class="plain" aria-label="Close the packet" onClick={close}>
-        ×
-      </button>
-    </div>
-  );
+function apartText(apart: Apart, packet: WirePacket, before: WirePacket | undefined, marked: WirePacket | undefined): string {
+  if (apart === "talk") return packet.apart_s === null ? "" : timeText(packet.apart_s);
+  const from = apart === "mark" ? marked : before;
+  return from ? timeText(packet.at_s - from.at_s) : "";
 }

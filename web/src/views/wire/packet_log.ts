@@ -1,7 +1,7 @@
 /** Packets of a segment as they passed: a bounded log, its filter, and what is counted. Without a screen. */
 
 /** Most packets that are kept, and shown, and that an export has. */
-export const KEPT = 10_000;
+export const KEPT = 100_000;
 
 /** Packet of a segment or frame of a bus, as the door tells it. `error`: null, or what was wrong. */
 export interface WirePacket {
@@ -17,6 +17,12 @@ export interface WirePacket {
   readonly duration_s: number;
   /** It has begun and does not go on; what comes next has its bytes, or takes its place. */
   readonly isUnfinished: boolean;
+  /** Identifier of a CAN frame, as `585` or `0000CAFE`; empty: it is none. */
+  readonly id: string;
+  /** The frame asks for data, and has none. */
+  readonly isRemote: boolean;
+  /** Time since the packet before it of the same conversation; null: it is the first. */
+  readonly apart_s: number | null;
 }
 
 /** Read an item of a packets watch; undefined: it is none. */
@@ -28,7 +34,6 @@ export function readPacket(item: unknown, number: number): WirePacket | undefine
   const duration_s = Number(told["duration_s"] ?? 0);
   const error = told["error"] === null || told["error"] === undefined ? null : textOf(told["error"]) || "error";
   const frame = textOf(told["frame"]);
-  const text = textOf(told["text"]);
   const by = drivers(told, error);
   return {
     number,
@@ -37,10 +42,13 @@ export function readPacket(item: unknown, number: number): WirePacket | undefine
     to: textOf(told["to"]),
     by,
     hex: textOf(told["hex"]),
-    text: frame && frame !== text ? `${frame}  ${text}`.trim() : text,
+    text: textOf(told["text"]),
     error,
     duration_s: Number.isFinite(duration_s) && duration_s > 0 ? duration_s : 0,
     isUnfinished: told["is_unfinished"] === true,
+    id: frame.split("#")[0]!,
+    isRemote: frame.includes("#R"),
+    apart_s: null,
   };
 }
 
@@ -67,9 +75,9 @@ export function bytesOf(packet: WirePacket): number {
   return Math.floor(packet.hex.replace(/[^0-9a-f]/gi, "").length / 2);
 }
 
-/** The last packets, oldest first. A new one takes the place of the oldest; appending costs no copy. */
+/** The last packets, oldest first. Appending costs no copy: what is over is cut off in large pieces. */
 export class PacketLog {
-  private readonly ring: WirePacket[] = [];
+  private kept: WirePacket[] = [];
   private first = 0;
   /** Number of packets since the log began, or since it was cleared. */
   count = 0;
@@ -77,97 +85,67 @@ export class PacketLog {
   constructor(private readonly most = KEPT) {}
 
   get length(): number {
-    return this.ring.length;
+    return this.kept.length - this.first;
   }
 
   /** Packet by its place, 0 the oldest. */
   at(index: number): WirePacket | undefined {
-    return index < 0 || index >= this.ring.length ? undefined : this.ring[(this.first + index) % this.ring.length];
+    return index < 0 ? undefined : this.kept[this.first + index];
   }
 
   add(packet: WirePacket): void {
     this.count += 1;
-    if (this.ring.length < this.most) {
-      this.ring.push(packet);
-      return;
-    }
-    this.ring[this.first] = packet;
-    this.first = (this.first + 1) % this.most;
+    this.kept.push(packet);
+    if (this.length <= this.most) return;
+    this.first += 1;
+    if (this.first <= this.most / 4) return;
+    this.kept = this.kept.slice(this.first);
+    this.first = 0;
   }
 
   /** Take the last packet out if it is unfinished: it goes on. */
   dropUnfinished(): void {
-    const last = this.at(this.length - 1);
-    if (!last?.isUnfinished) return;
-    const kept = this.all().slice(0, -1);
-    this.ring.length = this.first = 0;
-    this.ring.push(...kept);
+    if (!this.at(this.length - 1)?.isUnfinished) return;
+    this.kept.pop();
     this.count -= 1;
   }
 
   clear(): void {
-    this.ring.length = 0;
+    this.kept = [];
     this.first = 0;
     this.count = 0;
   }
 
   all(): WirePacket[] {
-    return [...this.ring.slice(this.first), ...this.ring.slice(0, this.first)];
+    return this.kept.slice(this.first);
   }
 
-  /** Packets that were on the wire after a time, oldest first. */
-  since(time_s: number): WirePacket[] {
+  /** Packets that were on the wire in a time, oldest first. */
+  between(from_s: number, to_s: number): WirePacket[] {
     const found: WirePacket[] = [];
-    for (let index = this.length - 1; index >= 0; index--) {
+    for (let index = this.placeAfter(to_s) - 1; index >= 0; index--) {
       const packet = this.at(index)!;
-      if (packet.at_s < time_s - LONGEST_S) break;
-      if (packet.at_s + packet.duration_s > time_s) found.push(packet);
+      if (packet.at_s < from_s - LONGEST_S) break;
+      if (packet.at_s + packet.duration_s > from_s) found.push(packet);
     }
     return found.reverse();
+  }
+
+  /** Place behind the last packet that began before a time. */
+  private placeAfter(time_s: number): number {
+    let low = 0;
+    let high = this.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.at(middle)!.at_s < time_s) low = middle + 1;
+      else high = middle;
+    }
+    return low;
   }
 }
 
 /** Time that no packet lasts longer than. */
 const LONGEST_S = 5;
-
-// ---- filter ----
-
-export type PacketTest = (packet: WirePacket) => boolean;
-
-export const FILTER_HELP = "Words that must be there: m3000 · from:s1 · to:85 · hex:0255 · error · error:crc · a minus before a word excludes it";
-
-/** Make a test of a filter's words; all of them must hold. */
-export function packetFilter(text: string): PacketTest {
-  const tests = text.trim().toLowerCase().split(/\s+/).filter(Boolean).map(wordTest);
-  return (packet) => tests.every((test) => test(packet));
-}
-
-function wordTest(word: string): PacketTest {
-  if (word.startsWith("-") && word.length > 1) {
-    const test = wordTest(word.slice(1));
-    return (packet) => !test(packet);
-  }
-  const [, key, value] = /^(from|to|hex|error):(.*)$/.exec(word) ?? [];
-  switch (key) {
-    case "from":
-    case "to":
-      return (packet) => packet[key].toLowerCase() === value;
-    case "hex": {
-      const digits = value!.replace(/[^0-9a-f]/g, "");
-      return (packet) =>
-        packet.hex
-          .toLowerCase()
-          .replace(/[^0-9a-f]/g, "")
-          .includes(digits);
-    }
-    case "error":
-      return (packet) => packet.error?.toLowerCase().includes(value!) ?? false;
-  }
-  if (word === "error") return (packet) => packet.error !== null;
-  return (packet) => `${packet.from} ${packet.to} ${packet.text} ${packet.error ?? ""}`.toLowerCase().includes(word);
-}
-
-// ---- load ----
 
 /** Part of a time in which the wire was busy, 0 to 1. Packets over each other count once. */
 export function load(packets: readonly WirePacket[], from_s: number, to_s: number): number {
@@ -183,59 +161,4 @@ export function load(packets: readonly WirePacket[], from_s: number, to_s: numbe
     }
   }
   return busy_s / (to_s - from_s);
-}
-
-// ---- statistics ----
-
-export interface Talk {
-  readonly from: string;
-  readonly to: string;
-  packets: number;
-  bytes: number;
-  errors: number;
-}
-
-export interface Statistics {
-  readonly packets: number;
-  readonly bytes: number;
-  readonly errors: ReadonlyMap<string, number>;
-  readonly talks: readonly Talk[];
-  readonly span_s: number;
-  readonly mean_duration_s: number;
-  readonly longest_s: number;
-}
-
-/** Count packets, by who speaks to whom and by what went wrong. */
-export function statistics(packets: readonly WirePacket[]): Statistics {
-  const talks = new Map<string, Talk>();
-  const errors = new Map<string, number>();
-  let bytes = 0;
-  let duration_s = 0;
-  let longest_s = 0;
-  for (const packet of packets) {
-    const key = JSON.stringify([packet.from, packet.to]);
-    const talk = talks.get(key) ?? { from: packet.from, to: packet.to, packets: 0, bytes: 0, errors: 0 };
-    talks.set(key, talk);
-    const size = bytesOf(packet);
-    bytes += size;
-    talk.packets += 1;
-    talk.bytes += size;
-    duration_s += packet.duration_s;
-    longest_s = Math.max(longest_s, packet.duration_s);
-    if (packet.error !== null) {
-      talk.errors += 1;
-      errors.set(packet.error, (errors.get(packet.error) ?? 0) + 1);
-    }
-  }
-  const first = packets[0];
-  const last = packets.at(-1);
-  return {
-    packets: packets.length,
-    bytes,
-    errors,
-    talks: [...talks.values()].sort((one, other) => other.packets - one.packets),
-    span_s: first && last ? last.at_s + last.duration_s - first.at_s : 0,
-    mean_duration_s: packets.length ? duration_s / packets.length : 0,
-    longest_s,
-  };
 }

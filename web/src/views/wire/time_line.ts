@@ -1,8 +1,11 @@
-/** Time line of a segment's last second: a lane for each that speaks, collisions across all. Without a screen. */
+/** Time line of a wire: a lane for each that speaks, collisions across all. Without a screen. */
 
+import { niceStep } from "../../model/decimate";
 import { isCollision, type WirePacket } from "./packet_log";
 
 export const SPAN_S = 1;
+const LEAST_SPAN_S = 0.0005;
+const MOST_SPAN_S = 600;
 
 export interface Bar {
   readonly packet: WirePacket;
@@ -24,12 +27,11 @@ export interface TimeLine {
   readonly collisions: readonly Collision[];
 }
 
-/** Lay packets out over the span before `now_s`. A lane, once there, keeps its place: `known` are those of
- * before. */
-export function timeLine(packets: readonly WirePacket[], now_s: number, known: readonly string[]): TimeLine {
-  const from_s = now_s - SPAN_S;
-  const place = (time_s: number) => Math.min(Math.max((time_s - from_s) / SPAN_S, 0), 1);
-  const seen = packets.filter((packet) => packet.at_s + packet.duration_s > from_s && packet.at_s < now_s);
+/** Lay packets out over a span. A lane, once there, keeps its place: `known` are those of before. */
+export function timeLine(packets: readonly WirePacket[], to_s: number, known: readonly string[], span_s = SPAN_S): TimeLine {
+  const from_s = to_s - span_s;
+  const place = (time_s: number) => Math.min(Math.max((time_s - from_s) / span_s, 0), 1);
+  const seen = packets.filter((packet) => packet.at_s + packet.duration_s > from_s && packet.at_s < to_s);
   const lanes = [...new Set([...known, ...seen.flatMap(speakers)])];
   const bars = seen.flatMap((packet) => {
     const begin = place(packet.at_s);
@@ -67,6 +69,35 @@ function joined(spans: Collision[]): Collision[] {
     else result.push(span);
   }
   return result;
+}
+
+/** Part of the time that the lanes show. `end_s`: null, it goes with the present. */
+export interface LaneWindow {
+  readonly span_s: number;
+  readonly end_s: number | null;
+}
+
+/** The window a number of times as long, around a place in it (0 its begin, 1 its end). The present stays where it is. */
+export function zoomed(window: LaneWindow, times: number, at = 1): LaneWindow {
+  const span_s = Math.min(Math.max(window.span_s * times, LEAST_SPAN_S), MOST_SPAN_S);
+  if (window.end_s === null) return { span_s, end_s: null };
+  const fixed_s = window.end_s - window.span_s * (1 - at);
+  return { span_s, end_s: fixed_s + span_s * (1 - at) };
+}
+
+/** The window moved by a part of its span, between the first packet and the present. */
+export function moved(window: LaneWindow, parts: number, now_s: number, first_s: number): LaneWindow {
+  const end_s = (window.end_s ?? now_s) + parts * window.span_s;
+  if (end_s >= now_s) return { span_s: window.span_s, end_s: null };
+  return { span_s: window.span_s, end_s: Math.max(end_s, Math.min(first_s + window.span_s * 0.9, now_s)) };
+}
+
+/** Times of a scale's marks: a round step, at most so many. */
+export function marksOf(from_s: number, to_s: number, most: number): { times_s: number[]; step_s: number } {
+  const step_s = niceStep((to_s - from_s) / Math.max(most, 1));
+  const times_s: number[] = [];
+  for (let mark = Math.ceil(from_s / step_s - 1e-6); mark * step_s <= to_s + step_s * 1e-6; mark++) times_s.push(mark * step_s);
+  return { times_s, step_s };
 }
 
 /** Clock of a bench between two of its messages: it goes on at the speed that was seen, and never back. */
