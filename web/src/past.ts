@@ -24,7 +24,7 @@ export const pace = signal(0);
 export const LANE = Math.random().toString(36).slice(2);
 
 /** Views that show the past. */
-export const HAS_PAST = ["bench", "wire"];
+export const HAS_PAST = ["bench", "layout", "wire"];
 const OVERVIEW_EVERY_MS = 1000;
 const PLAY_EVERY_MS = 50;
 let revision = -1;

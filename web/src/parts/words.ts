@@ -29,6 +29,7 @@ export const WORDS: [string, string][] = [
   ["soft_ops", "Signals of a SAC: DC1 when a command begins, DC2 when it ends."],
   ["GAP", "Test of a SAC whether the next command came in time: if not, it begins from slow speed."],
   ["xRef", "A list of rows of a SAC's queue, in any order, that it can run."],
+  ["layout", "Panels and their places, with a name. Its address has all of it."],
   ["role", "What you may do here: a viewer looks, an operator moves axes and starts runs, an admin also injects faults."],
 ];
 
@@ -42,6 +43,9 @@ export const KEYS: [string, string][] = [
   ["← / →", "in a plot: move cursor A; with Shift cursor B"],
   ["Home", "in a plot: back to the present"],
   ["← / →, Page up / down, End", "in the time line: earlier and later, from event to event, back to the present"],
+  ["F6", "in a layout: to the tab of the next panel; with Shift of the one before"],
+  ["Alt or Shift with arrows", "on the tab of a panel: move it, or change its size"],
+  ["Enter / Delete", "on the tab of a panel: fill the room and come back, or close"],
   ["↑ / ↓", "in the queue: another row; with Alt the row moves; with Shift more rows are selected"],
   ["Insert / Delete", "in the queue: a row above; on a row's number it is deleted"],
   ["Ctrl-C / -X / -V / -Z", "on a row's number: copy, cut, paste, undo; Ctrl-V takes rows of a spreadsheet or a queue file in any cell"],

@@ -3,9 +3,10 @@
 import { benchView } from "./bench";
 import { companionView } from "./companion";
 import { faultsView } from "./faults";
+import { layoutView } from "../panels";
 import { pathView } from "./path";
 import { runsView } from "./runs";
 import type { ViewEntry } from "./view";
 import { wireView } from "./wire";
 
-export const VIEWS: ViewEntry[] = [benchView, runsView, faultsView, pathView, wireView, companionView];
+export const VIEWS: ViewEntry[] = [benchView, layoutView, runsView, faultsView, pathView, wireView, companionView];

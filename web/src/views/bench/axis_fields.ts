@@ -115,7 +115,8 @@ export function panesOf(
       const isShaft = hasTwoZeros && field.name === "position_deg";
       return units.map((unit) => ({ key: isShaft ? SHAFT : unit, field: { ...field, unit, isRight: false } }));
     });
-  placed.push(...others.map((field) => ({ key: field.unit, field: { ...field, isRight: false } })));
+  const keyBeside = ({ name, unit }: FieldRow) => (hasTwoZeros && name.endsWith(".position_deg") ? SHAFT : unit);
+  placed.push(...others.map((field) => ({ key: keyBeside(field), field: { ...field, isRight: false } })));
   const moved = movedRight(placed, right);
   const keys = [...new Set(moved.map(({ key }) => key))];
   const rank = (key: string) => (key === SHAFT ? -1 : UNITS.includes(key) ? UNITS.indexOf(key) : UNITS.length);

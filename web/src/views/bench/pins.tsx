@@ -11,7 +11,8 @@ import { LogicTrace } from "./logic_trace";
 
 const VALUES_EVERY_MS = 100;
 
-export function Pins({ device }: { device: DeviceRow }) {
+/** `isWatch`: inputs are looked at, not driven. */
+export function Pins({ device, isWatch = false }: { device: DeviceRow; isWatch?: boolean }) {
   const pins = pinsOf(device);
   const fields = [...new Set(pins.map((pin) => pin.field).filter(Boolean))];
   useEffect(() => feedOf(device.name).want(fields), [device.name, fields.join(" ")]);
@@ -20,14 +21,14 @@ export function Pins({ device }: { device: DeviceRow }) {
       <p class="soft">The last 5 s, looked at {LOOKS_HZ} times a second: shorter pulses may not be seen.</p>
       <ul class="pins" aria-label={`Pins of ${device.name}`}>
         {pins.map((pin) => (
-          <PinView key={pin.name} device={device.name} pin={pin} />
+          <PinView key={pin.name} device={device.name} pin={pin} isWatch={isWatch} />
         ))}
       </ul>
     </>
   );
 }
 
-function PinView({ device, pin }: { device: string; pin: PinRow }) {
+function PinView({ device, pin, isWatch }: { device: string; pin: PinRow; isWatch: boolean }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const level = useRef<HTMLElement>(null);
   useEffect(() => {
@@ -56,7 +57,7 @@ function PinView({ device, pin }: { device: string; pin: PinRow }) {
       ) : (
         <span class="soft pin-trace">its level is not told</span>
       )}
-      {pin.isInput ? (
+      {pin.isInput && !isWatch ? (
         <span class="pin-drive" role="group" aria-label={`Drive ${pin.name}`}>
           <button type="button" disabled={!may("operator")} aria-label={`${pin.name} to 0`} onClick={() => void drive(0)}>
             0
@@ -66,7 +67,7 @@ function PinView({ device, pin }: { device: string; pin: PinRow }) {
           </button>
         </span>
       ) : (
-        <span class="soft pin-drive">output</span>
+        <span class="soft pin-drive">{pin.isInput ? "input" : "output"}</span>
       )}
     </li>
   );
