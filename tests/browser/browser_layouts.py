@@ -111,7 +111,7 @@ def test_a_layout_is_saved_and_what_was_changed_comes_back(pages: Bench) -> None
     page.get_by_label("Name of the layout").fill("night watch")
     add(page, "Picture")
     expect(tab(page, "Shafts")).to_be_visible()
-    page.get_by_role("button", name="Save", exact=True).click()
+    page.get_by_role("group", name="Layout", exact=True).get_by_role("button", name="Save").click()
     add(page, "Runs")
     expect(tab(page, "Runs")).to_be_visible()
     page.get_by_role("button", name="Layouts").click()

@@ -8,7 +8,7 @@ import { Fields } from "../views/bench/fields";
 import { Gains, hasGains } from "../views/bench/gains";
 import { Pins } from "../views/bench/pins";
 import { SignalPlot } from "../views/bench/signal_plot";
-import { Terminals } from "../views/bench/terminals";
+import { Terminal } from "../views/bench/terminal";
 import { Verbs } from "../views/bench/verbs";
 import { RunList } from "../views/runs/run_list";
 import { EventsBody } from "./bodies/events";
@@ -67,7 +67,7 @@ export const KINDS: Record<PanelKind, Kind> = {
   terminal: {
     title: "Terminal",
     about: "a port of a board, as a client",
-    Body: ({ row }) => <Terminals ports={[row.of]} />,
+    Body: ({ row }) => <Terminal port={row.of} place={row.id} />,
     targets: () => hello.value?.ports ?? [],
     isControl: true,
   },

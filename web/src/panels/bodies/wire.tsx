@@ -1,9 +1,11 @@
-/** Packets of a wire: lanes of the last second, and below them the list. */
+/** Packets of a wire: its lanes, and below them the list. */
 
 import { useEffect, useMemo, useState } from "preact/hooks";
 import { href } from "../../router";
 import { hello } from "../../store";
-import { PacketDetail, PacketList } from "../../views/wire/packet_list";
+import { usePast } from "../../views/wire";
+import { PacketDetail } from "../../views/wire/packet_detail";
+import { PacketList } from "../../views/wire/packet_list";
 import type { WirePacket } from "../../views/wire/packet_log";
 import { TimeLinePane } from "../../views/wire/time_line_pane";
 import { wireFeed } from "../../views/wire/wire_feed";
@@ -26,12 +28,13 @@ export function WireBody({ row, isWatch }: BodyProps) {
     }, REDRAW_MS);
     return () => window.clearInterval(timer);
   }, [feed]);
+  usePast(feed);
   const isPaused = feed.paused.value !== undefined;
-  const packets = useMemo(() => feed.shown, [turn, isPaused, feed.filter.value, feed]);
+  const rows = feed.rows();
   return (
     <div class="wire-panel">
       {feed.refused.value && <p class="problem">{feed.refused.value}</p>}
-      <TimeLinePane feed={feed} isPaused={isPaused} />
+      <TimeLinePane feed={feed} isPaused={isPaused} chosen={chosen?.number} choose={setChosen} />
       {!isWatch && (
         <div class="row">
           <input
@@ -46,12 +49,21 @@ export function WireBody({ row, isWatch }: BodyProps) {
           </button>
           <a href={href("wire", row.of)}>All of {row.of}</a>
           <span class="soft push">
-            {packets.length} shown of {feed.log.count}
+            {rows.length} shown of {feed.log.count}
           </span>
         </div>
       )}
-      <PacketList packets={packets} isPaused={isPaused} chosen={chosen?.number} choose={setChosen} />
-      {chosen && <PacketDetail packet={chosen} close={() => setChosen(undefined)} />}
+      <PacketList
+        kind={feed.kind}
+        rows={rows}
+        turn={turn}
+        isPaused={isPaused}
+        chosen={chosen?.number}
+        apart="shown"
+        marked={feed.marked.value}
+        choose={setChosen}
+      />
+      {chosen && <PacketDetail feed={feed} packet={chosen} close={() => setChosen(undefined)} />}
     </div>
   );
 }

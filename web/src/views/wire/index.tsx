@@ -109,7 +109,7 @@ function Wire({ place, places }: { place: WirePlace; places: WirePlace[] }) {
 }
 
 /** Show the packets before the time of the past that the page shows, as if the list were paused then. */
-function usePast(feed: WireFeed): void {
+export function usePast(feed: WireFeed): void {
   const at_s = pastAt.value;
   useEffect(() => {
     if (at_s === null) return;

@@ -1,6 +1,6 @@
 /** Packets as rows, the newest below. Only the rows in sight are made. */
 
-import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useId, useLayoutEffect, useRef, useState } from "preact/hooks";
 import { columnsOf, meaningOf, timeText } from "./columns";
 import type { WireKind } from "./conversation";
 import type { WirePacket } from "./packet_log";
@@ -27,6 +27,7 @@ interface Props {
 }
 
 export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose }: Props) {
+  const id = useId();
   const box = useRef<HTMLDivElement>(null);
   const [top_px, setTop] = useState(0);
   const [height_px, setHeight] = useState(400);
@@ -63,7 +64,7 @@ export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose
       aria-label="Packets"
       aria-rowcount={rows.length + 1}
       tabIndex={0}
-      aria-activedescendant={place >= first && place < last ? `packet-${chosen}` : undefined}
+      aria-activedescendant={place >= first && place < last ? `${id}-${chosen}` : undefined}
       onScroll={(event) => {
         const { scrollTop, scrollHeight, clientHeight } = event.currentTarget;
         isAtEnd.current = scrollHeight - clientHeight - scrollTop < ROW_PX;
@@ -96,7 +97,7 @@ export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose
           return (
             <div
               key={packet.number}
-              id={`packet-${packet.number}`}
+              id={`${id}-${packet.number}`}
               role="row"
               aria-rowindex={at + 2}
               aria-selected={isChosen}
