@@ -1,5 +1,6 @@
 """Drawings by both executors: the path asked for, the one that axes follow, and a picture of both."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,11 @@ from hil.gcode.reader import read_program
 from hil.master.path_run import path_run
 from hil.master.sans_io.node_master import NodeMaster
 from hil.master.sans_io.run_items import RunState
+from hil.telemetry.path_picture import parted
 from hil.telemetry.picture import FORMATS
 from hil.testing import Bench, FollowedPath, attend, draw_by_runs, followed_by
 from hil.toolpath.bench_runs import BenchRuns
-from hil.toolpath.deviation import asked_path, deviation, zero_shift_deg
+from hil.toolpath.deviation import asked_path, asked_rapids, deviation, zero_shift_deg
 from hil.toolpath.machine import parse_machine
 from hil.toolpath.node_phrases import NodePhrases
 from hil.toolpath.path_plan import plan_path, plan_program
@@ -97,6 +99,22 @@ def test_a_circle_by_sacs_on_their_line_is_measured(segment: Any) -> None:
     drawn = FollowedPath(machine, asked_path(program.motions, machine), followed)
     assert 0.01 < drawn.deviation.largest < 0.15
     assert drawn.picture(".png").startswith(b"\x89PNG")
+
+
+def test_rapids_of_a_path_are_drawn_apart() -> None:
+    text = b"G21 G90 G17\nG0 X20 Y0\nG1 X30 F1500\nG3 I-5\nG0 X0\nM2\n"
+    motions = read_program(text).motions
+    machine = parse_machine((EXAMPLES / "plotter.yaml").read_text(), "plotter.yaml")
+    asked, rapids = asked_path(motions, machine), asked_rapids(motions)
+    assert len(asked) == len(rapids)
+    assert [rapids[0], rapids[1], rapids[2], rapids[-1]] == [False, True, False, True]
+    assert sum(rapids) == 2
+    fed, rapid = parted(asked, rapids)
+    pieces = [[place[:2] for place in rapid[at : at + 3]] for at in range(0, len(rapid), 3)]
+    assert [[*map(tuple, piece[1:])] for piece in pieces] == [[(0, 0), (20, 0)], [(30, 0), (0, 0)]]
+    assert all(math.isnan(piece[0][0]) for piece in pieces)
+    assert len(fed) == len(asked) - 2 + 1  # without the first place and the last; one gap
+    assert parted(asked, ()) == (asked, ())
 
 
 def test_problems_of_program_and_machine_are_told_together(tmp_path: Path) -> None:

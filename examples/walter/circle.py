@@ -74,7 +74,7 @@ def off_deg(drawn: Points) -> float:
 
 
 def picture(rounds: dict[str, Points], file: Path) -> None:
-    figure, axes = plt.subplots(figsize=(6, 6))
+    figure, axes = plt.subplots(figsize=(5.2, 6.2), layout="constrained")
     circle = [target_deg(step) for step in range(STEPS + 1)]
     axes.plot(*zip(*circle, strict=True), color="0.7", linewidth=6, label="asked for")
     for name, drawn in rounds.items():

@@ -1,6 +1,7 @@
 """Picture of a path that was asked for, and of the one that axes followed: needs the extra ``plot``
 (matplotlib)."""
 
+import math
 from collections.abc import Sequence
 from io import BytesIO
 from typing import Any
@@ -11,6 +12,8 @@ Places = Sequence[Sequence[float]]
 """Positions of a machine's axes, one place after the other."""
 _WORST: dict[str, Any] = {"markersize": 9, "markerfacecolor": "none", "markeredgecolor": "#7c2d12"}
 """Mark of the place where the deviation is largest."""
+PATH_IN, LEAST_IN, OTHER_IN = 5.4, 1.6, 1.8
+"""Height of the path's panel, at most and at least, and of each other, in inches."""
 MOST_POINTS = 100_000
 """Maximum number of points of a line; of more, some are left out."""
 
@@ -22,13 +25,15 @@ def path_drawn(
     suffix: str,
     *,
     course: Sequence[tuple[float, float]] = (),
+    rapids: Sequence[bool] = (),
     title: str = "",
     notes: str = "",
 ) -> bytes:
     """Draw both paths from above, and from the sides where the third axis moves, as bytes; ``letters`` names
     the axes in the places' order, ``suffix`` is one of ``hil.telemetry.picture.FORMATS``. ``course``: way
     along the path asked for and distance from it, of each place that was followed: drawn below, for it is too
-    small to be seen above, and the worst place is marked.
+    small to be seen above, and the worst place is marked. ``rapids``: whether a rapid leads to each place of
+    the path asked for; those are dashed.
 
     Raises:
         PictureError: matplotlib is not installed.
@@ -38,18 +43,27 @@ def path_drawn(
 
     views = _views(asked, letters)
     others = len(views) - 1 + bool(course)
-    figure = Figure(figsize=(8, 6 + 1.8 * others), layout="constrained")
+    above_in = min(max(PATH_IN * _shape(asked, views[0]), LEAST_IN), PATH_IN)
+    figure = Figure(figsize=(8, above_in + 1.1 + OTHER_IN * others), layout="constrained")
     panels = figure.subplots(
-        1 + others, 1, squeeze=False, gridspec_kw={"height_ratios": [4.5] + [1.3] * others}
+        1 + others, 1, squeeze=False, gridspec_kw={"height_ratios": [above_in] + [1.3] * others}
     )[:, 0]
     worst = max(range(len(course)), key=lambda number: course[number][1], default=None)
+    fed, rapid = parted(asked, rapids)
+    lines: list[tuple[Places, str, dict[str, Any]]] = [
+        (fed, "asked for", {"linewidth": 2.4, "color": "#9db8d9"}),
+        (
+            followed[:: max(len(followed) // MOST_POINTS, 1)],
+            "followed",
+            {"linewidth": 0.9, "color": "#c2410c"},
+        ),
+    ]
+    if rapid:
+        dashed = {"linewidth": 2.4, "color": "#9db8d9", "linestyle": (0, (5, 4))}
+        lines.insert(1, (rapid, "rapid", dashed))
     for panel, (across, up) in zip(panels, views, strict=False):
-        for places, name, style in (
-            (asked, "asked for", {"linewidth": 2.4, "color": "#9db8d9"}),
-            (followed, "followed", {"linewidth": 0.9, "color": "#c2410c"}),
-        ):
-            kept = places[:: max(len(places) // MOST_POINTS, 1)]
-            panel.plot([p[across] for p in kept], [p[up] for p in kept], label=name, **style)
+        for places, name, style in lines:
+            panel.plot([p[across] for p in places], [p[up] for p in places], label=name, **style)
         if worst is not None:
             place = followed[worst]
             panel.plot([place[across]], [place[up]], "o", **_WORST, label="largest deviation")
@@ -64,7 +78,7 @@ def path_drawn(
         panels[-1].plot(*([each] for each in course[worst]), "o", **_WORST)
         panels[-1].set_xlabel("way along the path asked for [mm]")
         panels[-1].set_ylabel("deviation [mm]")
-        panels[-1].set_ylim(bottom=0)
+        panels[-1].set_ylim(0, max(course[worst][1] * 1.15, 1e-6))
         panels[-1].grid(alpha=0.3)
     if title:
         figure.suptitle(title)
@@ -73,6 +87,27 @@ def path_drawn(
     data = BytesIO()
     figure.savefig(data, format=suffix.removeprefix("."), dpi=110)
     return data.getvalue()
+
+
+def _shape(places: Places, view: tuple[int, int]) -> float:
+    """Height of a view by its width."""
+    across, up = ([place[axis] for place in places] for axis in view)
+    wide, high = max(across) - min(across), max(up) - min(up)
+    return high / wide if wide else math.inf
+
+
+def parted(places: Places, rapids: Sequence[bool]) -> tuple[Places, Places]:
+    """Part a path into what is fed and what is rapid, with gaps between the pieces."""
+    if not any(rapids):
+        return places[:: max(len(places) // MOST_POINTS, 1)], ()
+    gap = (math.nan,) * len(places[0])
+    parts: tuple[list[Sequence[float]], list[Sequence[float]]] = ([], [])
+    for before, place, is_rapid in zip(places, places[1:], rapids[1:], strict=False):
+        line = parts[is_rapid]
+        if not line or line[-1] is not before:
+            line += (gap, before)
+        line.append(place)
+    return parts
 
 
 def _views(asked: Places, letters: str) -> list[tuple[int, int]]:

@@ -98,6 +98,7 @@ def drawn(recordings: dict[str, Recording], suffix: str, title: str = "", notes:
                     **style,
                 )
         panel.grid(alpha=0.3)
+        panel.ticklabel_format(axis="y", useOffset=False)
         panel.set_ylabel(_quantity(recordings, signals))
         panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small", frameon=False)
     axes[-1].set_xlabel("simulated time [s]")

@@ -11,7 +11,7 @@ from hil.telemetry import Recording
 from hil.telemetry.path_picture import path_drawn
 from hil.testing.bench import Bench
 from hil.toolpath.bench_runs import BenchRuns, machine_problems
-from hil.toolpath.deviation import Deviation, asked_path, deviation, zero_shift_deg
+from hil.toolpath.deviation import Deviation, asked_path, asked_rapids, deviation, zero_shift_deg
 from hil.toolpath.machine import Machine, parse_machine
 from hil.toolpath.path_items import Position
 from hil.toolpath.path_plan import plan_program
@@ -27,6 +27,8 @@ class FollowedPath:
     followed: Sequence[Position]
     progress: Sequence[Progress] = ()
     """Reports of the runs that carried it out; none where something else did."""
+    rapids: Sequence[bool] = ()
+    """Truth of "a rapid leads here" for each place that was asked for; empty: it is not known."""
 
     @property
     def deviation(self) -> Deviation:
@@ -43,7 +45,14 @@ class FollowedPath:
         found = self.deviation
         notes = f"largest deviation {found.largest:.3f} mm"
         return path_drawn(
-            *(self.asked, self.followed, letters, suffix), course=found.course, title=title, notes=notes
+            self.asked,
+            self.followed,
+            letters,
+            suffix,
+            course=found.course,
+            rapids=self.rapids,
+            title=title,
+            notes=notes,
         )
 
 
@@ -81,7 +90,8 @@ def draw_by_runs(
             bench.run(1)  # a path ends with the control step after its last time
 
     followed = followed_by(bench, made, carry_out)
-    return FollowedPath(made, asked_path(read.motions, made, begin), followed, progress)
+    asked, rapids = asked_path(read.motions, made, begin), asked_rapids(read.motions, begin)
+    return FollowedPath(made, asked, followed, progress, rapids)
 
 
 def followed_by(

@@ -1,7 +1,7 @@
 """Distance of a path that was followed from the one that was asked for; and of the zeros of boards, where
 set-points are, from those of the shafts, which `hil zero` moves."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from math import dist, sqrt
@@ -34,16 +34,25 @@ class Deviation:
 def asked_path(motions: Iterable[Canonical], machine: Machine, begin: Point = ORIGIN) -> list[Position]:
     """Path that motions ask for, by the positions of the machine's axes, arcs as many points."""
     indices = [axis.index for axis in machine.axes]
-    here, points = begin, [begin]
+    return [tuple(point[index] for index in indices) for point, _ in _asked(motions, begin)]
+
+
+def asked_rapids(motions: Iterable[Canonical], begin: Point = ORIGIN) -> list[bool]:
+    """Find to which points of the path that motions ask for a rapid leads."""
+    return [is_rapid for _, is_rapid in _asked(motions, begin)]
+
+
+def _asked(motions: Iterable[Canonical], begin: Point) -> Iterator[tuple[Point, bool]]:
+    here = begin
+    yield here, False
     for motion in motions:
         if isinstance(motion, Straight):
-            points.append(motion.end)
+            yield motion.end, motion.is_rapid
         elif isinstance(motion, Arc):
-            points += arc_points(here, motion, FINE_MM)
+            yield from ((point, False) for point in arc_points(here, motion, FINE_MM))
         else:
             continue
         here = motion.end
-    return [tuple(point[index] for index in indices) for point in points]
 
 
 def deviation(asked: Sequence[Position], followed: Sequence[Position]) -> Deviation:

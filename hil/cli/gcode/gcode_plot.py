@@ -125,7 +125,7 @@ def plotted(
     """Write the picture; answers the deviation for JSON."""
     from hil.host.new_file import write_file
     from hil.telemetry.path_picture import path_drawn
-    from hil.toolpath.deviation import asked_path, deviation
+    from hil.toolpath.deviation import asked_path, asked_rapids, deviation
 
     if not followed:
         raise fail("hil: no sample came: there is no picture", Exit.FAILED)
@@ -134,8 +134,10 @@ def plotted(
     found = deviation(asked, followed)
     letters = "".join(axis.letter for axis in machine.axes)
     notes = f"largest deviation {found.largest:.3f} mm"
-    more = {"title": f"{machine.name}: {Path(planned.plan.file).name}", "notes": notes}
-    data = path_drawn(asked, followed, letters, plot.suffix.lower(), course=found.course, **more)
+    rapids = asked_rapids(planned.program.motions, begin)
+    title = f"{machine.name}: {Path(planned.plan.file).name}"
+    form = (letters, plot.suffix.lower())
+    data = path_drawn(asked, followed, *form, course=found.course, rapids=rapids, title=title, notes=notes)
     try:
         write_file(plot, data)
     except OSError as error:
