@@ -28,9 +28,9 @@ from hil.net.control_client import ask
 
 AXES = 64
 PLACES = {"cards": "bench", "plots": "bench/m0"}
-"""What is measured, and its place in the page."""
+"""Pages that are measured, and their places."""
 MOST = {"cards": 35.0, "plots": 30.0, "first_view_ms": 800.0, "frame_p99_ms": 34.0, "size_kB": 150.0}
-"""What is wanted at most: % of a core for the two pages."""
+"""Most that is wanted: % of a core for the two pages."""
 SECONDS = 5 if is_quick() else 15
 ROUNDS = 1 if is_quick() else 5
 START_S = 6.0
