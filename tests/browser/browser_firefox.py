@@ -21,6 +21,7 @@ BENCH = {
 SHOWN = {
     "bench": "m1",
     "bench/m1": "position_deg",
+    "layout/ready/bench": "Events",
     "runs": "Start",
     "faults": "m1",
     "path": "Start",

@@ -85,6 +85,8 @@ const coming = new Map<string, PanelRow>();
 // ---- opening ----
 
 let attempt = 0;
+/** Bench whose layout is shown. */
+let shownFor: string | undefined;
 
 /** Open what an address names; without a name what was shown last. */
 export async function openAddress(address: string[]): Promise<void> {
@@ -94,10 +96,10 @@ export async function openAddress(address: string[]): Promise<void> {
     const found = await find(address);
     if (mine !== attempt) return;
     if (found) open(found, address);
-    else if (!current.peek()) openReady();
+    else openLast();
   } catch (error) {
     if (mine !== attempt) return;
-    if (!current.peek()) openReady();
+    openLast();
     trouble.value = error instanceof Unreadable ? error.message : String(error);
   }
 }
@@ -122,10 +124,15 @@ async function find(address: string[]): Promise<Layout | null> {
   throw new Unreadable("This address names no layout.");
 }
 
-function openReady(): void {
+/** Show what was shown last, or the first ready layout. */
+function openLast(): void {
   const bench = hello.peek();
-  const first = bench ? readyLayout(bench, "bench", "") : null;
+  const first = bench && !current.peek() ? readyLayout(bench, "bench", "") : null;
   if (first) open(first, ["ready", "bench"]);
+  else if (shownFor !== bench?.bench) {
+    shownFor = bench?.bench;
+    openings.value += 1;
+  }
 }
 
 /** Show a layout. What was changed before and is not saved is put to the recent ones. */
@@ -136,7 +143,9 @@ export function open(found: Layout, from: string[]): void {
   if (before && !known && isChanged.peek()) recent.value = [before.layout, ...recent.peek()].slice(0, MOST_RECENT);
   coming.clear();
   settingsOf.value = "";
-  const isSame = before !== null && isAlike(before.layout, next) && openings.peek() > 0;
+  const bench = hello.peek()?.bench;
+  const isSame = before !== null && isAlike(before.layout, next) && shownFor === bench;
+  shownFor = bench;
   current.value = { from, opened: next, layout: isSame ? { ...before.layout, name: next.name } : next };
   if (!isSame) openings.value += 1;
   void tellAddress();

@@ -123,10 +123,13 @@ export function isThere(row: PanelRow): boolean {
   return own ? own(row) : !targets || targets().includes(row.of);
 }
 
+/** Unit at the end of a field's name: the panel has it. */
+const UNIT = /_(deg|rpm|Nm|A|V)$/;
+
 /** What stands on a panel's tab. */
 export function titleOf(row: PanelRow): string {
   const { title } = KINDS[row.kind];
-  if (row.kind === "number") return row.of || title;
+  if (row.kind === "number") return row.of.replace(UNIT, "") || title;
   if (row.kind === "picture") return row.of || ({ plate: "Plate", arm: "Arm" }[givenText(row, "form")] ?? "Shafts");
   if (row.kind === "plot") return `${title} ${axesText(givenTexts(row, "signals"))}`.trim();
   return row.of ? `${title} ${row.of}` : title;

@@ -87,9 +87,9 @@ const READY: Ready[] = [
       const path = "drawing" in bench.operations ? [panel("path")] : [];
       const root = split(
         [50, split([62, tabs(...pictures(bench))], [38, positions(bench)])],
-        [50, split([50, tabs(...path, panel("runs"))], [25, tabs(panel("runs"))], [25, tabs(panel("events"))])],
+        [50, split([50, tabs(...path)], [25, tabs(panel("runs"))], [25, tabs(panel("events"))])],
       );
-      return { root: path.length ? root : withoutTwice(root), isColumn: false };
+      return { root, isColumn: false };
     },
   },
   {
@@ -175,12 +175,4 @@ function pins(bench: Hello): PanelRow[] {
     .filter((device) => pinsOf(device).length > 0)
     .slice(0, 1)
     .map(({ name }) => panel("pins", name));
-}
-
-/** The same without a second panel of runs. */
-function withoutTwice(root: Place | null): Place | null {
-  if (!root || "tabs" in root) return root;
-  const [left, right] = root.parts;
-  if (!right || "tabs" in right) return root;
-  return split([50, left ?? null], [50, split(...right.parts.slice(1).map((part): [number, Place] => [1, part]))]);
 }

@@ -3,6 +3,7 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { panelsOf } from "../model/layout";
+import { hello } from "../store";
 import { layout, openAddress, openings, setArranger, trouble } from "./desk";
 import type { Dock } from "./dock";
 import { Mounts } from "./mounts";
@@ -17,7 +18,8 @@ NARROW.addEventListener("change", () => (isNarrow.value = NARROW.matches));
 
 export function Room({ address }: { address: string[] }) {
   const place = useRef<HTMLDivElement>(null);
-  useEffect(() => void openAddress(address), [address.join("/")]);
+  const bench = hello.value?.bench;
+  useEffect(() => void openAddress(address), [address.join("/"), bench]);
   const isEmpty = panelsOf(layout.value.root).length === 0;
   return (
     <div ref={place} class={layout.value.isWatch ? "room is-watch" : "room"}>

@@ -18,8 +18,8 @@ import {
 import { armAt, type Point, type Pose } from "../../model/arm";
 import type { Palette } from "../../parts/palette";
 
-const FAR = 2.1;
-const LOOK_AT = new Vector3(0, 0.42, 0);
+const FAR = 1.75;
+const LOOK_AT = new Vector3(0, 0.36, 0);
 const THICK = [0.075, 0.052, 0.042, 0.032];
 const UP = new Vector3(0, 1, 0);
 
