@@ -2,7 +2,6 @@ import { describe, expect, it } from "vitest";
 import { check, checkAll, limitsOf } from "../src/model/parameters";
 import { byteRate, plain, shown } from "../src/model/numbers";
 import { readProblems } from "../src/model/problems";
-import { stepFigures } from "../src/model/step_response";
 
 const ANGLE = { name: "position_deg", unit: "deg", minimum: -360, maximum: 360, default: null };
 
@@ -49,26 +48,5 @@ describe("problems of a document", () => {
     ]);
     expect(readProblems([{ line: 2, column: 3, message: "x" }])).toEqual([{ line: 2, column: 3, text: "x" }]);
     expect(readProblems(undefined)).toEqual([]);
-  });
-});
-
-describe("step response", () => {
-  it("has the figures of a response of second order", () => {
-    const times: number[] = [];
-    const values: number[] = [];
-    for (let at = -0.05; at < 1; at += 0.001) {
-      times.push(at);
-      values.push(at < 0 ? 5 : 5 + 10 * (1 - Math.exp(-10 * at) * Math.cos(40 * at)));
-    }
-    const figures = stepFigures(times, values, 5, 15);
-    expect(figures.overshoot_percent).toBeGreaterThan(40);
-    expect(figures.rise_s).toBeCloseTo(0.029, 3);
-    expect(figures.settling_s).toBeGreaterThan(0.25);
-    expect(figures.settling_s).toBeLessThan(0.45);
-    expect(Math.abs(figures.finalError)).toBeLessThan(0.01);
-  });
-
-  it("never settles where the shaft does not follow", () => {
-    expect(stepFigures([0, 0.1, 0.2], [0, 0, 0], 0, 10)).toMatchObject({ rise_s: NaN, settling_s: NaN, finalError: 10 });
   });
 });

@@ -1,7 +1,9 @@
 """Watchers get their samples, step responses their figures, and drawings come out."""
 
+import json
 import math
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -47,6 +49,18 @@ def test_the_figures_are_those_of_the_textbook(damping: float) -> None:
     envelope_ms = -math.log(0.02 * math.sqrt(1 - damping**2)) / damping
     assert envelope_ms - math.pi < figures.settling_ms <= envelope_ms + 0.1
     assert figures.final_error == pytest.approx(0, abs=0.1)
+
+
+CASES = json.loads(Path(__file__).with_name("step_cases.json").read_text("utf-8"))
+"""Steps of which the page computes the same figures: web/tests/step_response.test.ts."""
+
+
+@pytest.mark.parametrize("case", CASES, ids=[case["about"] for case in CASES])
+def test_the_figures_are_those_of_the_page(case: dict[str, Any]) -> None:
+    rows = zip(case["at_ms"], case["set_point"], case["position"], strict=True)
+    figures = step_response(Recording(("r", "yw"), [(at_ms * 1e6, r, yw) for at_ms, r, yw in rows]))
+    for name in ("rise_ms", "overshoot_pct", "settling_ms", "final_error"):
+        assert getattr(figures, name) == (pytest.approx(case[name]) if case[name] is not None else None)
 
 
 def test_what_never_arrives_never_settles() -> None:
