@@ -12,6 +12,7 @@ SCHEMAS = json.loads(block("docs/reference.md", "Answers"))
 HEX = base64.b64encode(b":02000000FFCF30\n:00000001FF\n").decode()
 """Program of one instruction, which jumps to itself."""
 RUN = "run: near\naxes: {m1: {}}\nsteps: [{wait: 0.01}]\n"
+LONG = "run: far\naxes: {m1: {}}\nsteps: [{dwell_s: 0.01}]\n"
 ASKED: tuple[tuple[str, dict[str, Any]], ...] = (
     ("list", {}),
     ("status", {}),
@@ -49,6 +50,7 @@ ASKED: tuple[tuple[str, dict[str, Any]], ...] = (
     ("status", {}),
     ("clear", {"number": "all", "on": ""}),
     ("run", {"text": RUN, "file": "r.yaml", "check": True, "name": "", "fresh": True}),
+    ("run", {"text": LONG, "check": True, "points": 100}),
     ("run", {"text": RUN, "file": "r.yaml", "check": False, "name": "", "fresh": True}),
     ("runs", {"name": ""}),
     ("drawing", {"text": "G1 X1 F1\n", "machine": "x: y\n"}),

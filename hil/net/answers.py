@@ -127,6 +127,13 @@ _RUN: dict[str, Any] = {
     },
     "benches": {str: {"state": str, "clock_offset_ns": float, "clock_error_ns": float}},
 }
+_PLAN: dict[str, Any] = {
+    "duration_s": float,
+    "is_exact": (True, False),
+    "axes": {str: {"at_s": [float], "position_deg": [float]}},
+    "steps": [[(float, str)]],
+    "steps_left_out": int,
+}
 _PROBLEMS: dict[str, Any] = {"problems": str}
 _PAST: dict[str, Any] = {
     "end_ns": int,
@@ -206,7 +213,12 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "faults": [_FAULT],
     "do": {str: (str, float, True, False, None, list, dict)},
     "verbs": [{"verb": str, "about": str, "parameters": {str: str}, "texts": [str]}],
-    "run": (_RUN, _PROBLEMS, {"run": str, "steps": int, "state": ABSENT}),
+    "run": (
+        _RUN,
+        _PROBLEMS,
+        {"run": str, "steps": int, "state": ABSENT, "plan": ABSENT},
+        {"run": str, "steps": int, "state": ABSENT, "plan": _PLAN},
+    ),
     "runs": [_RUN],
     "drawing": (
         {"problems": [str], "of": ("machine", "program")},

@@ -43,13 +43,15 @@ class BenchOperations:
             self.registry.clear(each)
         return {"cleared": chosen}
 
-    def run(self, asked: Asked, text: str, file: str, check: bool, name: str, fresh: bool) -> Any:
+    def run(
+        self, asked: Asked, text: str, file: str, check: bool, points: float, name: str, fresh: bool
+    ) -> Any:
         """Submit or check a run: its progress at once, or a coroutine of it where that takes time; for a
-        check the number of its steps."""
+        check the number of its steps, and ``points`` of its plan at most."""
         if name and not re.fullmatch(NAME_PATTERN, name):
             raise VerbRefused("bad_parameter", f"no name of a run: {name!r}; it is as in `{NAME_PATTERN}`")
         if check:
-            return _planned(lambda: self.queue.check(asked.source, text, file))
+            return _planned(lambda: self.queue.check(asked.source, text, file, int(points)))
         try:
             submitted = self.queue.submit(asked.source, text, file, name=name, fresh=fresh)
             return submitted.as_dict() if isinstance(submitted, Progress) else _planned(lambda: submitted)

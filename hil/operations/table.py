@@ -268,6 +268,8 @@ _ROWS = (
            Parameter("text", "the run, YAML or JSON", form=TEXT),
            Parameter("file", "where it came from, for its problems", form=TEXT, default="<run>"),
            Parameter("check", "do not carry it out", form=FLAG, default=False),
+           Parameter("points", "of the plan, at most, in a check's answer; 0: none", "", 0, 20_000, 0.0,
+                     is_whole=True),
            _name("name", "in the place of the document's own; empty: that one", default=""),
            Parameter("fresh", "carry it out under a name that no run has", form=FLAG, default=False),
            takes_time=True),

@@ -11,6 +11,7 @@ Tests may import too: hil.firmware, hil.testing.
 from hil.runs.clock_offset import ClockOffset
 from hil.runs.execute import Execution, Soon, Told
 from hil.runs.plan import Plan
+from hil.runs.plan_points import plan_points
 from hil.runs.planner import all_problems, plan_run
 from hil.runs.progress import AxisReport, BenchReport, Progress
 from hil.runs.run_axis import bounds_of
@@ -32,6 +33,7 @@ __all__ = [
     "all_problems",
     "bounds_of",
     "parse_run",
+    "plan_points",
     "plan_run",
     "run_from_data",
 ]

@@ -18,12 +18,12 @@ from typing import Any
 
 from hil.live.configured import Configured
 from hil.live.core_thread import WallClock
-from hil.live.off_loop import SHORT
+from hil.live.off_loop import SHORT, off_loop
 from hil.live.reservations import Reservations
 from hil.live.runs.carry_out import CarryingOut, NotBegun, QueuedRun
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.planning import Planning
-from hil.runs import Execution, Plan, Progress
+from hil.runs import Execution, Plan, Progress, plan_points
 from hil.runs.run_document import DOCUMENT_BYTES
 from hil.vocab.axis import Axes, AxisNow, How
 from hil.vocab.desk_protocol import Source
@@ -119,11 +119,13 @@ class RunQueue:
         entry = self._entries.get(name)
         return entry.devices if entry else ()
 
-    async def check(self, source: Source, text: str, file: str) -> dict[str, Any]:
-        """Check that a run can be done, without doing it; raises as ``submit``."""
+    async def check(self, source: Source, text: str, file: str, points: int = 0) -> dict[str, Any]:
+        """Check that a run can be done, without doing it; raises as ``submit``. ``points``: answer so many
+        points of its plan at most."""
         _refuse(text, self._entries.values())
         plan = await self._planning.plan_text(source, text, file, self._expected)
-        return {"run": plan.run.run, "steps": plan.steps}
+        answer: dict[str, Any] = {"run": plan.run.run, "steps": plan.steps}
+        return answer | ({"plan": await off_loop(text, plan_points, plan, points)} if points else {})
 
     def cancel(self, name: str, how: How) -> Progress:
         """End a run; one that waits never starts. Raises VerbRefused: there is none."""

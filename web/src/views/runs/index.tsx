@@ -10,6 +10,7 @@ import { TextSize } from "../../parts/text_size";
 import { devices, link, may, readRuns } from "../../store";
 import type { ViewEntry } from "../view";
 import { RunList } from "./run_list";
+import { PlanCard } from "./run_plan";
 import { checkAsTyped, checkRun, draft, fits, isChecked, isGood, problems, size, startRun, unchecked, verdict } from "./run_text";
 import "./runs.css";
 
@@ -23,7 +24,10 @@ function RunsView() {
   return (
     <div class="runs">
       <Editor />
-      <RunList />
+      <div class="runs-column">
+        <PlanCard />
+        <RunList />
+      </div>
     </div>
   );
 }

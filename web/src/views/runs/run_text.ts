@@ -5,6 +5,7 @@ import { Draft } from "../../kept";
 import type { Operations } from "../../model/door";
 import { type DocumentProblem, readProblems } from "../../model/problems";
 import { exampleRun } from "../../model/run_example";
+import { type RunPlan, readPlan } from "../../model/run_plan";
 import { readRun } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
 import { devices, hello, link, may, takeProgress } from "../../store";
@@ -13,6 +14,7 @@ import { devices, hello, link, may, takeProgress } from "../../store";
 const PAUSE_MS = 400;
 const LONG_PAUSE_MS = 1500;
 const LONG_CHARACTERS = 100_000;
+const PLAN_POINTS = 4000;
 /** Room for what stands around a text in its message. */
 const AROUND_BYTES = 1000;
 
@@ -21,6 +23,8 @@ export const draft = new Draft("run", "the run", () => ({ text: exampleRun(devic
 const checkedText = signal<string | null>(null);
 /** Problems of the text that was checked last: they stay while the next check is under way. */
 export const problems = signal<DocumentProblem[]>([]);
+/** Plan of the last text without problems; null: there is none. */
+export const plan = signal<RunPlan | null>(null);
 /** What a good check said. */
 export const verdict = signal("");
 /** Why the text could not be checked; empty: it could. */
@@ -49,10 +53,11 @@ async function askRun(given: Operations["run"]["given"]): Promise<Record<string,
 /** Check the text at the bench; nothing moves. Throws Refused. */
 export async function checkRun(): Promise<boolean> {
   const { text: checked, file } = draft.peek();
-  const answer = await askRun({ text: checked, file, check: true });
+  const answer = await askRun({ text: checked, file, check: true, points: PLAN_POINTS });
   if (checked !== draft.peek().text) return false;
   problems.value = readProblems(answer["problems"] ?? "");
   checkedText.value = checked;
+  plan.value = readPlan(answer["plan"]) ?? plan.peek();
   unchecked.value = "";
   verdict.value = problems.value.length ? "" : `run ${String(answer["run"] ?? "")}, ${String(answer["steps"] ?? "?")} steps, no problems`;
   return problems.value.length === 0;
