@@ -1,8 +1,8 @@
 """Plan of a program as runs of a bench: axes that follow paths go exactly along it.
 
-A program becomes one run, or several with a pause (M0, M1, M6) after each but the last: `mill`, or `mill_1`,
-`mill_2`. Axes that make ramps
-of their own, as a SAC's do, are sent from end to end of the path's straight pieces.
+A program becomes one run, or several: `mill`, or `mill_1`, `mill_2`. After each but the last is a pause (M0,
+M1, M6), or the machine stands because a run's text is full. Axes that make ramps of their own, as a SAC's do,
+are sent from end to end of the path's straight pieces.
 """
 
 import json
@@ -29,6 +29,10 @@ MOST_IN_RUNS = {"velocity_rpm": 3000.0, "acceleration_rpm_per_s": 1e6}
 """Largest limits that a run's document has."""
 LEAST_S = 2e-6
 """Least duration of a row."""
+PART_CHARACTERS = 900_000
+"""Maximum length of a run's rows: it is a run, and a message of the page, with what stands around them."""
+STEP_CHARACTERS = 200
+"""Room for a step beside the rows."""
 NAME_CHARACTERS = 24
 """Length of a machine's name in that of a run, which has 32 with its numbers."""
 
@@ -51,8 +55,14 @@ class _Part:
     steps: list[dict[str, object]] = field(default_factory=list)
     rows: list[str] = field(default_factory=list)
     row_count: int = 0
+    row_characters: int = 0
     at_s: float = 0.0
     timeline: list[tuple[float, int]] = field(default_factory=list)
+
+    @property
+    def characters(self) -> int:
+        """Length of its text, about."""
+        return self.row_characters + STEP_CHARACTERS * len(self.steps)
 
     def begin(self, place: TextPlace) -> None:
         """Note that a line of the program begins."""
@@ -75,11 +85,15 @@ class BenchRuns:
             self.runs[-1].pause = None  # nothing is left to be done after it
 
     def _runs(self) -> Iterator[BenchRun]:
+        parts: list[tuple[_Part, Pause | None]] = []
         part = _Part()
-        number = 0
         for item in self._plan.items:
             if isinstance(item, PlannedStretch):
-                self._stretch(part, item)
+                for fits in self._that_fit(item):
+                    if part.characters + _characters(fits) > PART_CHARACTERS and part.characters:
+                        parts.append((part, None))
+                        part = _Part()
+                    self._stretch(part, fits)
             elif isinstance(item, Dwell):
                 self._path(part)
                 part.begin(item.place)
@@ -88,11 +102,28 @@ class BenchRuns:
             elif isinstance(item, Switch):
                 self._switch(part, item)
             elif isinstance(item, Pause):
-                number += 1
-                yield self._run(part, item, self._name(number))
+                parts.append((part, item))
                 part = _Part()
         if part.steps or part.rows:
-            yield self._run(part, None, self._name(number + 1 if number else 0))
+            parts.append((part, None))
+        for number, (each, pause) in enumerate(parts, 1):
+            yield self._run(each, pause, self._name(number if len(parts) > 1 or pause else 0))
+
+    def _that_fit(self, item: PlannedStretch) -> Iterator[PlannedStretch]:
+        """Cut a stretch that no run has room for: the machine stands between its parts."""
+        count = -(-_characters(item) // PART_CHARACTERS)
+        if count <= 1:
+            yield item
+            return
+        chords, here = item.stretch.chords, item.stretch.begin
+        size = -(-len(chords) // count)
+        for first in range(0, len(chords), size):
+            some = chords[first : first + size]
+            if first:
+                what = "the machine stands here, and goes on"
+                self._remark(some[0].place, what, "a run has no room for more; a larger tolerance helps")
+            yield planned(replace(item.stretch, begin=here, chords=some), self._machine, item.override)
+            here = some[-1].end
 
     def _name(self, number: int) -> str:
         """Name of a part's run; 0: of the only one."""
@@ -177,6 +208,7 @@ class BenchRuns:
         row = f"{lasts_s:.9f} {begin:.7g} {' '.join(angles)}"
         part.rows.append(row)
         part.row_count += 1
+        part.row_characters += len(row) + 2
         part.at_s += lasts_s
 
     def _path(self, part: _Part) -> None:
@@ -225,6 +257,13 @@ class BenchRuns:
         if what not in self._said:
             self._said.add(what)
             self.remarks.append(Problem(self._plan.file, *place, what, remedy))
+
+
+def _characters(item: PlannedStretch) -> int:
+    """Length of a stretch's rows at the most, with angles of six digits."""
+    chords = len(item.stretch.chords)
+    rows = sum(len(_phases(speed)) for speed in item.speeds) if item.is_streamed else 3 * chords
+    return rows * (24 + 14 * len(item.stretch.begin))
 
 
 def machine_problems(machine: Machine, file: str, known: Mapping[str, AxisNow]) -> list[Problem]:

@@ -1,6 +1,7 @@
 """Programs as runs of a bench: what its axes follow, and how far that is from what was asked."""
 
 import json
+from dataclasses import replace
 from random import Random
 
 import pytest
@@ -138,6 +139,27 @@ def test_a_path_that_is_too_long_for_a_run_is_said(monkeypatch):
     _, made = runs_of(random_program(1, 60))
     assert "the path is too long: " in str(made.problems[0])
     assert "add a pause (M0)" in str(made.problems[0])
+
+
+def test_a_long_path_is_several_runs_that_end_where_the_next_begins(monkeypatch):
+    text = random_program(3, 400).replace("G0", "G1")
+    monkeypatch.setattr("hil.toolpath.bench_runs.PART_CHARACTERS", 6000)
+    plan, made = runs_of(text)
+    assert not made.problems
+    assert len(made.runs) > 3
+    assert {run.pause for run in made.runs} == {None}
+    assert any("the machine stands here, and goes on" in str(each) for each in made.remarks)
+    axes, end_deg = AXES, {}
+    followed = []
+    for number, run in enumerate(made.runs, 1):
+        assert len(run.text) < 6000 + 1500
+        assert json.loads(run.text)["run"] == f"plotter_{number}"
+        axes = {name: replace(axis, position_deg=end_deg.get(name, 0.0)) for name, axis in axes.items()}
+        planned_run = plan_run(*parse_run(run.text, "run"), axes)
+        end_deg = dict(planned_run.ends_deg)
+        followed.append(end_deg["m1"] / 9)
+    assert followed[-1] == pytest.approx([*plan.stretches][-1].stretch.chords[-1].end[0], abs=1e-5)
+    assert [run.timeline[0][0] for run in made.runs] == [0.0] * len(made.runs)
 
 
 def test_what_a_bench_lacks_is_said():
