@@ -33,6 +33,20 @@ async def drawn(ask: Asking, text: str, machine: str = MACHINE, **given: Any) ->
     return answer
 
 
+def test_a_check_has_figures_and_problems_and_is_shown_to_nobody(using: Using) -> None:
+    async def use(ask: Asking) -> None:
+        text = "G21 G90\nG0 X10\nG1 X20 F6000\nM2\n"
+        checked = await ask("drawing", text=text, machine=MACHINE, check=True)
+        assert misfit("drawing", checked) == ""
+        assert sorted(checked) == ["figures", "machine", "problems", "remarks"]
+        assert checked["figures"]["feed_mm"] == 10
+        bad = await drawn(ask, "G21 G90\nG1 X99 F1\nM2\n", check=True)
+        assert bad["of"] == "program"
+        assert "not_now" in await refusal(ask("drawing"))
+
+    using(use)
+
+
 def test_a_drawing_is_planned_and_its_problems_have_places(using: Using) -> None:
     async def use(ask: Asking) -> None:
         good = await drawn(ask, "G21 G90\nG0 X10\nG1 X20 F6000\nM2\n")

@@ -127,6 +127,7 @@ _RUN: dict[str, Any] = {
     },
     "benches": {str: {"state": str, "clock_offset_ns": float, "clock_error_ns": float}},
 }
+_FIGURES = {"lines": int, "duration_s": float, "feed_mm": float, "rapid_mm": float}
 _PLAN: dict[str, Any] = {
     "duration_s": float,
     "is_exact": (True, False),
@@ -226,11 +227,12 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
             "problems": [str],
             "remarks": [str],
             "machine": str,
-            "figures": {"lines": int, "duration_s": float, "feed_mm": float, "rapid_mm": float},
+            "figures": _FIGURES,
             "axes": [{"letter": str, "axis": str, "deg_per_unit": float, "zero_deg": float}],
             "path": {"places": [float], "count": int},
             "runs": [{"text": str, "duration_s": float, "timeline": [[float]]}],
         },
+        {"problems": [str], "remarks": [str], "machine": str, "figures": _FIGURES, "path": ABSENT},
     ),
     "past": (_PAST | {"marks": [_MARK]}, _PAST | {"marks": ABSENT}),
     "past_state": {

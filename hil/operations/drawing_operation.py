@@ -32,10 +32,18 @@ class DrawingOperation:
         return self._digest
 
     def drawing(
-        self, asked: Asked, text: str, machine: str, file: str, machine_file: str, feed_percent: float
+        self,
+        asked: Asked,
+        text: str,
+        machine: str,
+        file: str,
+        machine_file: str,
+        feed_percent: float,
+        check: bool,
     ) -> Any:
         """Read, check and plan a program; a coroutine of the answer. Without a program and a machine: the
-        last drawing of an operator, with its texts, so that all who look on see it."""
+        last drawing of an operator, with its texts, so that all who look on see it. ``check``: it is not
+        kept, and answered without its path and its runs."""
         if not text and not machine:
             if self._last is None:
                 raise VerbRefused("not_now", "this bench has no drawing yet")
@@ -46,8 +54,9 @@ class DrawingOperation:
         ):
             if len(given) > most:
                 raise VerbRefused("bad_request", f"{name}: {len(given)} characters; {most} are the most")
-        request = DrawingRequest(text, machine, file, machine_file, feed_percent, dict(self._axes.axes()))
-        return self._planned(request, is_kept=asked.source.role >= Role.OPERATOR)
+        axes = dict(self._axes.axes())
+        request = DrawingRequest(text, machine, file, machine_file, feed_percent, axes, check)
+        return self._planned(request, is_kept=not check and asked.source.role >= Role.OPERATOR)
 
     async def _planned(self, request: DrawingRequest, *, is_kept: bool) -> Encoded:
         if self._waiting >= MOST_WAITING:

@@ -13,7 +13,7 @@ JSON without its last bracket. Behind the answer is the rest of an object of it 
 
 
 class DrawingRequest(NamedTuple):
-    """Request for a drawing of ``axes``."""
+    """Request for a drawing of ``axes``. ``is_check``: without its path and its runs."""
 
     text: str
     machine_text: str
@@ -21,6 +21,7 @@ class DrawingRequest(NamedTuple):
     machine_file: str
     feed_percent: float
     axes: Mapping[str, AxisNow]
+    is_check: bool = False
 
 
 def split_at(pieces: Iterable[bytes], at: int) -> tuple[Sequence[bytes], Sequence[bytes]]:

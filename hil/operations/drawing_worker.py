@@ -23,15 +23,19 @@ MEMORY_BYTES = 2 << 30
 ANSWER_BYTES = 32 << 20
 """Maximum length of an answer: the last one is kept."""
 NICE = 10
+CHECKED = ("problems", "of", "remarks", "machine", "figures")
+"""Keys of the answer to a check."""
 
 
 def answered(request: DrawingRequest) -> bytes:
     """Plan a drawing; answers what the daemon reads."""
-    text, machine, file, machine_file, feed_percent, axes = request
+    text, machine, file, machine_file, feed_percent, axes, is_check = request
     answer = planned_drawing(text, machine, file, machine_file, feed_percent / 100, axes)
     digest = ""
     if not answer["problems"]:
         answer, digest = with_digests(answer, text, machine)
+    if is_check:
+        answer = {key: each for key, each in answer.items() if key in CHECKED}
     content = _content(answer)
     if len(content) > ANSWER_BYTES:
         what = f"{file}: the path and its runs are {len(content)} bytes; {ANSWER_BYTES} are the most"

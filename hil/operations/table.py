@@ -282,6 +282,8 @@ _ROWS = (
            Parameter("file", "where the program came from, for its problems", form=TEXT, default="program"),
            Parameter("machine_file", "where the machine came from", form=TEXT, default="machine"),
            Parameter("feed_percent", "feed override", "%", 1, 200, 100.0),
+           Parameter("check", "problems, remarks and figures alone: it is not shown to others", form=FLAG,
+                     default=False),
            takes_time=True),
     _asked("runs", RUN, VIEWER, "the state of a run; with an empty name all runs that are remembered"),
     _asked("cancel_run", RUN, OPERATOR, "end a run",

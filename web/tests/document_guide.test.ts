@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { explained, offersAt, runAxes } from "../src/model/document_guide";
 import type { DeviceRow } from "../src/model/door";
-import { exampleRun } from "../src/model/run_example";
+import { exampleMachine, exampleRun } from "../src/model/run_example";
 import { placeAtEnd } from "../src/model/yaml_place";
 
 const rpm = (minimum: number, maximum: number) => ({
@@ -89,4 +89,6 @@ it("begins with a run of the bench's own axes", () => {
   expect(runAxes(BENCH).map(({ name }) => name)).toEqual(["m1", "s1"]);
   expect(exampleRun(BENCH)).toContain("- move_by: {m1: 90, s1: -90}\n");
   expect(exampleRun([])).toBe("run: example\naxes:\nsteps:\n");
+  expect(exampleMachine(BENCH)).toContain("axes:\n  x: {axis: m1, deg_per_mm: 9, ");
+  expect(exampleMachine(BENCH.slice(1))).toBe("");
 });

@@ -6,6 +6,7 @@ import type { Status } from "../src/model/status";
 const bench = vi.hoisted(() => ({ answers: {} as Record<string, unknown> }));
 
 vi.mock("../src/store", () => ({
+  devices: signal(new Map()),
   link: { ask: (operation: string) => Promise.resolve(bench.answers[operation]), state: signal("open") },
   may: () => true,
   runs: signal<RunProgress[]>([]),
@@ -20,10 +21,10 @@ vi.stubGlobal("localStorage", {
 });
 afterAll(() => vi.unstubAllGlobals());
 
-const { runs, status } = await import("../src/store");
+const { link, runs, status } = await import("../src/store");
 const { flush, keptFor, unsaved } = await import("../src/kept");
 const state = await import("../src/views/path/path_state");
-const { drafts, drawing, done, focused, follow, isPlanned, mayStart, nextPart, offered, otherRun, plan, run, start, takeTexts } = state;
+const { drafts, drawing, done, focused, follow, goOn, isPlanned, mayStart, nextPart, offered, otherRun, plan, run, start, takeTexts } = state;
 
 const DRAWING = {
   problems: [],
@@ -132,11 +133,39 @@ describe("the drawing of somebody else", () => {
   });
 });
 
+describe("a drawing of several runs", () => {
+  const two = (pause_line: number | null) => ({ ...DRAWING, runs: [{ ...DRAWING.runs[0], pause_line }, DRAWING.runs[1]] });
+
+  it.each([
+    [null, ["d1", "d2"]],
+    [2, ["d1"]],
+  ])("goes on by itself unless the program pauses, at %s", async (pause_line, started) => {
+    bench.answers = { drawing: two(pause_line), run: { run: "mill", state: "queued", digest: "d1" } };
+    const asked = vi.spyOn(link, "ask");
+    await start();
+    runs.value = [progress("mill", "d1", "done")];
+    await goOn();
+    await goOn();
+    expect(asked.mock.calls.filter(([operation]) => operation === "run")).toHaveLength(started.length);
+    asked.mockRestore();
+  });
+
+  it("is not gone on with where it was not started", async () => {
+    bench.answers = { drawing: { ...two(null), digest: "D9" } };
+    await plan();
+    runs.value = [progress("mill", "d1", "done")];
+    const asked = vi.spyOn(link, "ask");
+    await goOn();
+    expect(asked).not.toHaveBeenCalled();
+    asked.mockRestore();
+  });
+});
+
 describe("what is typed", () => {
   it("is kept for its bench, with whether it is saved", async () => {
     drafts.program.type("G0 X1");
     flush();
-    const [key, text] = [...store].find(([, each]) => each.includes("G0 X1"))!;
+    const [key, text] = [...store].find(([, each]) => each.includes('"G0 X1"'))!;
     expect(key).toBe(`hil.kept.1/${keptFor.peek()}/path.program`);
     expect(JSON.parse(text)).toEqual({ text: "G0 X1", file: "program.ngc", isOwn: true, isSaved: false });
     expect(unsaved.value).toEqual(["the program"]);

@@ -84,6 +84,17 @@ export function readDrawing(raw: unknown): Drawing | DrawingProblems | null {
   };
 }
 
+/** Read the answer to a check: its problems, or its figures in words. */
+export function readCheck(raw: unknown): DrawingProblems | string {
+  const told = object(raw);
+  const problems = readProblems(told["problems"]);
+  if (problems.length) return { of: told["of"] === "machine" ? "machine" : "program", problems };
+  const figures = object(told["figures"]);
+  const remarks = list(told["remarks"]).length;
+  const said = `${numberOf(figures["lines"])} lines, ${numberOf(figures["feed_mm"]).toFixed(1)} mm at a feed, ${numberOf(figures["duration_s"]).toFixed(1)} s`;
+  return `${said}, no problems${remarks ? `, ${remarks} ${remarks === 1 ? "remark" : "remarks"}` : ""}`;
+}
+
 function readAxis(raw: unknown): DrawingAxis {
   const told = object(raw);
   return {

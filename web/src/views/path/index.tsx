@@ -1,18 +1,24 @@
 /** A drawing in G-code: checked and planned by the bench, carried out by its axes, and drawn as they follow it. */
 
+import { effect, untracked } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { shown } from "../../model/numbers";
 import { notifyError } from "../../parts/notices";
+import { TextSize } from "../../parts/text_size";
 import { href } from "../../router";
 import { link, may, readRuns, status } from "../../store";
 import type { ViewEntry } from "../view";
 import { deviation, followed, isSeenWhole, whyNotSeen } from "./path_followed";
+import { checkAsTyped, fits, size, unchecked } from "./path_check";
 import { PathPane } from "./path_pane";
 import {
   done,
   drawing,
   feed_percent,
   follow,
+  goOn,
+  isChecked,
+  isGood,
   isPaused,
   isPlanned,
   isPlanning,
@@ -28,9 +34,15 @@ import {
   startPart,
   stop,
   takeTexts,
+  verdict,
 } from "./path_state";
 import { PathText } from "./path_text";
 import "./path.css";
+
+/** A drawing that is more than one run goes on by itself, wherever in the page one looks. */
+effect(() => {
+  if (nextPart.value !== null) untracked(() => void goOn().catch(notifyError));
+});
 
 const attempt = (work: () => Promise<unknown>) => () => void work().catch(notifyError);
 
@@ -38,6 +50,7 @@ function PathView() {
   const connections = link.connections.value;
   const theirs = status.value.drawing;
   useEffect(() => void readRuns(), [connections]);
+  useEffect(checkAsTyped, []);
   useEffect(() => void follow().catch(notifyError), [connections, theirs, isUnderWay.value, isPlanning.value]);
   return (
     <div class="path">
@@ -77,7 +90,7 @@ function Controls() {
   return (
     <section class="card" aria-label="Carry it out">
       <div class="row path-controls">
-        <button type="button" disabled={link.state.value !== "open" || isPlanning.value} onClick={attempt(plan)}>
+        <button type="button" disabled={link.state.value !== "open" || isPlanning.value || !fits.value} onClick={attempt(plan)}>
           {isPlanning.value ? "Planning …" : "Check"}
         </button>
         <label class="row">
@@ -92,7 +105,7 @@ function Controls() {
           />
           %
         </label>
-        <button type="button" class={isPlanned.value ? "primary" : ""} disabled={!mayStart.value} onClick={attempt(start)}>
+        <button type="button" class={isPlanned.value || isGood.value ? "primary" : ""} disabled={!mayStart.value || !fits.value} onClick={attempt(start)}>
           Start
         </button>
         <span class="push row">
@@ -128,6 +141,11 @@ function Controls() {
           <span class="mono">{Math.round((run.value?.pace ?? 1) * 100)} %</span>
         </label>
       )}
+      <TextSize {...size.value} what="The program" />
+      <p role="status" class={isGood.value ? "good" : "soft"}>
+        {isGood.value && verdict.value}
+        {!isChecked.value && unchecked.value && `Not checked: ${unchecked.value}`}
+      </p>
       <Progress />
       {otherRun.value && (
         <p class="problem" role="status">
@@ -136,7 +154,7 @@ function Controls() {
       )}
       {next !== null && made && (
         <p class="row">
-          The program waits at line {made.parts[next - 1]?.pause_line}.
+          {waits(made.parts[next - 1]?.pause_line ?? null, next, made.parts.length)}
           <button type="button" class="primary" disabled={!mayStart.value} onClick={attempt(() => startPart(next))}>
             Go on
           </button>
@@ -144,6 +162,11 @@ function Controls() {
       )}
     </section>
   );
+}
+
+/** Words of a drawing that stands between two of its runs. */
+function waits(line: number | null, next: number, count: number): string {
+  return line === null ? `Run ${next} of ${count} is done.` : `The program waits at line ${line}.`;
 }
 
 function Progress() {

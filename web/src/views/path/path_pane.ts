@@ -6,6 +6,8 @@ import { theme } from "../../theme";
 import type { Followed } from "./path_followed";
 
 const MARGIN_PX = 34;
+/** Room that a number at the edge needs. */
+const EDGE_PX = 24;
 const FONT_PX = 11;
 const LEAST_SPAN = 0.01;
 
@@ -206,15 +208,24 @@ export class PathPane {
       context.strokeStyle = Math.abs(at) < step / 2 ? colours.line : colours.grid;
       segment(context, px, 0, px, height);
       context.textAlign = "center";
-      context.fillText((Math.abs(at) < step / 2 ? 0 : at).toFixed(digits), px, height - 4);
+      if (px > EDGE_PX && px < width - EDGE_PX) context.fillText((Math.abs(at) < step / 2 ? 0 : at).toFixed(digits), px, height - 4);
     }
     for (let at = Math.ceil(bottom / step) * step; at <= top; at += step) {
       const px = Math.round((top - at) * this.view.scale) + 0.5;
       context.strokeStyle = Math.abs(at) < step / 2 ? colours.line : colours.grid;
       segment(context, 0, px, width, px);
       context.textAlign = "left";
-      context.fillText((Math.abs(at) < step / 2 ? 0 : at).toFixed(digits), 3, px - 3);
+      if (px > EDGE_PX) context.fillText((Math.abs(at) < step / 2 ? 0 : at).toFixed(digits), 3, px - 3);
     }
+    context.fillText(this.axisName(this.up), 3, 12);
+    context.textAlign = "right";
+    context.fillText(this.axisName(this.across), width - 4, height - 18);
+  }
+
+  /** Letter and unit of an axis: "X in mm". */
+  private axisName(index: number): string {
+    const axis = this.made?.axes[index];
+    return axis ? `${axis.letter.toUpperCase()} in ${axis.unit}` : "";
   }
 }
 

@@ -4,11 +4,13 @@ import { computed, signal } from "@preact/signals";
 import { Draft, Kept, remembered } from "../../kept";
 import { decoded, type Drawing, type DrawingProblems, lineAt, partOf, readDrawing, shareDone } from "../../model/drawing";
 import type { DocumentProblem } from "../../model/problems";
+import { exampleMachine } from "../../model/run_example";
 import { readRun, type RunProgress } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
-import { link, may, runs, status, takeProgress } from "../../store";
+import { devices, link, may, runs, status, takeProgress } from "../../store";
 
-export const MOST_BYTES = 900_000;
+/** Characters of a program that a bench reads. */
+export const MOST_BYTES = 4 << 20;
 
 export type Which = "program" | "machine";
 
@@ -23,7 +25,10 @@ M2
 /** The keys are those of pages up to 0.2, which kept one text for all benches. */
 export const drafts = {
   program: new Draft("path.program", "the program", () => ({ text: remembered("hil.path.program") ?? EXAMPLE, file: "program.ngc" })),
-  machine: new Draft("path.machine", "the machine", () => ({ text: remembered("hil.path.machine") ?? "", file: "machine.yaml" })),
+  machine: new Draft("path.machine", "the machine", () => ({
+    text: remembered("hil.path.machine") ?? exampleMachine(devices.peek().values()),
+    file: "machine.yaml",
+  })),
 };
 export const feed_percent = new Kept(
   "path.feed",
@@ -33,11 +38,12 @@ export const feed_percent = new Kept(
 /** The drawing that is shown: the bench's, or the one that was checked here. */
 export const drawing = signal<Drawing | null>(null);
 export const isPlanning = signal(false);
-const refused = signal<DrawingProblems | null>(null);
+/** Problems of the texts that were checked last: they stay while the next check is under way. */
+export const refused = signal<DrawingProblems | null>(null);
 /** Text that has the focus: it is written at. */
 export const focused = signal<Which | null>(null);
 /** Texts that the problems are of. */
-const checked = signal<[string, string]>(["", ""]);
+export const checked = signal<[string, string]>(["", ""]);
 /** Digest of the drawing that was planned here last. */
 const plannedHere = signal("");
 
@@ -48,13 +54,16 @@ export async function openFile(which: Which, file: File): Promise<void> {
 
 const NONE: DocumentProblem[] = [];
 
-/** Problems of a text as it stands; empty while it has changed since the check. */
+/** Problems of a text, as it was checked last. */
 export function problemsOf(which: Which): DocumentProblem[] {
-  const now = refused.value;
-  const isSame = checked.value[0] === drafts.program.value.text && checked.value[1] === drafts.machine.value.text;
-  return now?.of === which && isSame ? now.problems : NONE;
+  return refused.value?.of === which ? refused.value.problems : NONE;
 }
 
+export const isChecked = computed(() => checked.value[0] === drafts.program.value.text && checked.value[1] === drafts.machine.value.text);
+/** True if the texts as they stand were checked, and have no problems. */
+export const isGood = computed(() => isChecked.value && refused.value === null);
+/** Figures of the check; empty: it was not one as the texts were typed. */
+export const verdict = signal("");
 /** True if the drawing is that of the texts as they stand. */
 export const isPlanned = computed(() => {
   const made = drawing.value;
@@ -67,20 +76,28 @@ export const offered = computed(() => {
   return made && !isPlanned.value && made.digest !== plannedHere.value ? (made.file ?? "another program") : null;
 });
 
+/** Ask the bench to read and plan the texts; `isCheck`: its problems and figures alone, for this page. Throws Refused. */
+export async function ask(isCheck: boolean): Promise<{ texts: [string, string]; answer: unknown }> {
+  const [program, machine] = [drafts.program.peek(), drafts.machine.peek()];
+  const given = { text: program.text || " ", machine: machine.text || " ", file: program.file, machine_file: machine.file };
+  const answer = await link.ask("drawing", "", { ...given, feed_percent: feed_percent.peek(), ...(isCheck ? { check: true } : {}) });
+  return { texts: [program.text, machine.text], answer };
+}
+
 /** Let the bench read and plan the texts; nothing moves. Throws Refused. */
 export async function plan(): Promise<boolean> {
-  const [program, machine] = [drafts.program.peek(), drafts.machine.peek()];
   isPlanning.value = true;
   try {
-    const given = { text: program.text || " ", machine: machine.text || " ", file: program.file, machine_file: machine.file };
-    const answer = await link.ask("drawing", "", { ...given, feed_percent: feed_percent.peek() });
+    const { file } = drafts.program.peek();
+    const { texts, answer } = await ask(false);
     const read = readDrawing(answer);
     if (read === null) throw new Error("the bench answered with something that is no drawing");
-    checked.value = [program.text, machine.text];
+    checked.value = texts;
+    verdict.value = "";
     refused.value = "problems" in read ? read : null;
     if (!("problems" in read)) {
       plannedHere.value = read.digest;
-      drawing.value = { ...read, text: program.text, machineText: machine.text, file: program.file };
+      drawing.value = { ...read, text: texts[0], machineText: texts[1], file };
     }
   } finally {
     isPlanning.value = false;
@@ -173,9 +190,15 @@ export const nextPart = computed<number | null>(() => {
   return part + 1 < made.parts.length ? part + 1 : null;
 });
 
+/** Digest of the drawing that was started here: its parts go on by themselves, save after a pause of the program. */
+let startedHere = "";
+/** Part that was started last. */
+let lastPart = 0;
+
 /** Plan again, from where the axes are, and start. Throws Refused. */
 export async function start(): Promise<void> {
   if (!(await plan())) return;
+  startedHere = drawing.peek()?.digest ?? "";
   await startPart(0);
   const made = drawing.peek();
   drafts.program.saved(made?.text ?? "");
@@ -185,10 +208,18 @@ export async function start(): Promise<void> {
 export async function startPart(number: number): Promise<void> {
   const part = drawing.peek()?.parts[number];
   if (!part) return;
+  lastPart = number;
   const answer = await link.ask("run", "", { text: part.text, file: "drawing", fresh: true });
   if ("problems" in answer) throw new Error(answer.problems.split("\n")[0]);
   const begun = readRun(answer);
   if (begun) takeProgress(begun);
+}
+
+/** Start the next part of what was started here, where nothing is waited for. Throws Refused. */
+export async function goOn(): Promise<void> {
+  const [next, made] = [nextPart.value, drawing.value];
+  if (next === null || made?.digest !== startedHere || lastPart >= next || made.parts[next - 1]?.pause_line !== null) return;
+  await startPart(next);
 }
 
 export async function setPace(pace: number): Promise<void> {
