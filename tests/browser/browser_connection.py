@@ -191,7 +191,7 @@ def test_names_of_all_characters_are_shown_as_they_are(pages: Bench) -> None:
         return json.dumps(told)
 
     page = pages.open("bench", prepare=lambda page: Between(page, renamed))
-    cards = page.get_by_role("list", name="Devices of the bench").get_by_role("article")
+    cards = page.get_by_role("list", name="Cards of the bench").locator(".device")
     expect(cards).to_have_count(len(NAMES))
     for number, name in enumerate(NAMES):
         page.goto(f"{pages.url}#/bench")

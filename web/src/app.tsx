@@ -1,13 +1,13 @@
-import { computed } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { Guarded } from "./parts/guarded";
 import { Notices } from "./parts/notices";
 import { HelpDialog, openHelp } from "./parts/help";
-import { go, href, path } from "./router";
+import { Header } from "./header";
+import { go, path } from "./router";
 import { notKept, unsaved } from "./kept";
 import { hello, link, loadVersion, newVersion, otherVersion, status } from "./store";
 import { showTabIcon, tabTitle, tabTrouble } from "./tab_head";
-import { theme, toggleTheme } from "./theme";
+import { onStopKey } from "./stop_all";
 import { Login } from "./login";
 import { HAS_PAST } from "./past";
 import { VIEWS } from "./views";
@@ -17,104 +17,6 @@ import type { ViewEntry } from "./views/view";
 function shownViews(): ViewEntry[] {
   const bench = hello.value;
   return VIEWS.filter((view) => !view.isShown || (bench !== null && view.isShown(bench)));
-}
-
-/** News are old from here on: the clock comes twice a second. */
-const OLD_s = 1.5;
-const isOld = computed(() => link.state.value === "open" && link.age_s.value > OLD_s);
-
-/** Age of what is shown. */
-function NewsAge() {
-  if (link.state.value !== "open") return null;
-  const age = link.age_s.value.toFixed(1);
-  return (
-    <>
-      <span class="clock news" title="age of the last news from the bench">
-        {isOld.value ? `no news for ${age} s` : `news ${age} s old`}
-      </span>
-      {isOld.value && (
-        <span class="out-of-sight" role="alert">
-          The bench says nothing: what you see is old.
-        </span>
-      )}
-    </>
-  );
-}
-
-function LinkState() {
-  const state = link.state.value;
-  const words = { connecting: "connecting", open: "connected", lost: "no connection", login: "login" };
-  return (
-    <span class={`pill is-${state}`} role="status" aria-label={`Connection: ${words[state]}`}>
-      {words[state]}
-    </span>
-  );
-}
-
-/** Health of the bench; a click lists its problems. */
-function Health() {
-  const health = status.value.health;
-  if (!health) return null;
-  const time_s = (status.value.sim_ns ?? 0) / 1e9;
-  const pill = `pill is-${health.state}`;
-  return (
-    <>
-      {health.problems.length > 0 ? (
-        <details class="health">
-          <summary class={pill} aria-label={`Health: ${health.state}; its problems`}>
-            {health.state}
-          </summary>
-          <ul class="card" aria-label="Problems of the bench">
-            {health.problems.map((problem) => (
-              <li key={problem}>{problem}</li>
-            ))}
-          </ul>
-        </details>
-      ) : (
-        <span class={pill} title={`late ${health.late_ms} ms`}>
-          {health.state}
-        </span>
-      )}
-      <span class="clock" title="simulated time">
-        {time_s.toFixed(1)} s
-      </span>
-    </>
-  );
-}
-
-function Header({ current }: { current: ViewEntry | undefined }) {
-  const bench = hello.value;
-  const other = theme.value === "dark" ? "light" : "dark";
-  return (
-    <header class="top">
-      <h1>
-        <span class="brand">hil</span> <span class="bench-name">{bench?.bench ?? ""}</span>
-      </h1>
-      <nav aria-label="Views">
-        {shownViews().map((view) => (
-          <a key={view.id} href={href(view.id)} aria-current={view === current ? "page" : undefined}>
-            {view.title}
-          </a>
-        ))}
-      </nav>
-      <div class={isOld.value ? "state is-old" : "state"}>
-        <Health />
-        <NewsAge />
-        <LinkState />
-        {bench && link.login.value !== "none" && (
-          <button type="button" class="plain" onClick={() => void link.logOut()} title={`Log out ${bench.user}`}>
-            {bench.user} ({bench.role})
-          </button>
-        )}
-        <button type="button" class="plain" aria-label={`Change to ${other}`} title={`Change to ${other}`} onClick={toggleTheme}>
-          ◐
-        </button>
-        <button type="button" class="plain" aria-label="Help: what the words mean" title="Help (?)" onClick={openHelp}>
-          ?
-        </button>
-      </div>
-    </header>
-  );
 }
 
 /** What is said across the page: the connection is gone, or page and server do not belong together. */
@@ -176,7 +78,11 @@ function isTyping(element: HTMLElement): boolean {
 export function App() {
   useEffect(() => {
     window.addEventListener("keydown", onKey);
-    return () => window.removeEventListener("keydown", onKey);
+    const endStop = onStopKey();
+    return () => {
+      window.removeEventListener("keydown", onKey);
+      endStop();
+    };
   }, []);
   const views = shownViews();
   const current = views.find((view) => view.id === path.value[0]) ?? views[0];
@@ -193,7 +99,7 @@ export function App() {
       <a class="skip" href="#main" onClick={(event) => (event.preventDefault(), main.current?.focus())}>
         Skip to the content
       </a>
-      <Header current={current} />
+      <Header current={current} views={views} />
       <Banner />
       <PastBanner />
       <main id="main" ref={main} tabIndex={-1}>

@@ -5,7 +5,7 @@ import { VERSION } from "./build";
 import { flush, keptFor, rememberByTab, rememberedByTab, unsaved } from "./kept";
 import type { ActiveFault, FaultMark } from "./model/fault_marks";
 import { type RunProgress, readRun, withRun } from "./model/run_progress";
-import type { Status } from "./model/status";
+import { NO_STATUS, type Status } from "./model/status";
 import { Link } from "./net/link";
 import type { DeviceRow, Role } from "./model/door";
 
@@ -64,9 +64,9 @@ export function whyNot(role: Role): string {
   return isPast.value ? "What you see is past: nothing can be done there." : `This needs the role ${role}.`;
 }
 
-export const status = signal<Status>({ devices: [] });
+export const status = signal<Status>(NO_STATUS);
 /** The status before the present one: rates are differences. */
-export const statusBefore = signal<Status>({ devices: [] });
+export const statusBefore = signal<Status>(NO_STATUS);
 
 export const activeFaults = signal<ActiveFault[]>([]);
 

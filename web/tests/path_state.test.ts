@@ -10,7 +10,7 @@ vi.mock("../src/store", () => ({
   link: { ask: (operation: string) => Promise.resolve(bench.answers[operation]), state: signal("open") },
   may: () => true,
   runs: signal<RunProgress[]>([]),
-  status: signal<Status>({ devices: [] }),
+  status: signal<Status>({ devices: [], wires: [], doors: [] }),
   takeProgress: () => undefined,
 }));
 const store = new Map<string, string>();
@@ -55,7 +55,7 @@ async function drawn(theirs: { digest: string }): Promise<void> {
 let benches = 0;
 beforeEach(async () => {
   runs.value = [];
-  status.value = { devices: [], drawing: "" };
+  status.value = { devices: [], wires: [], doors: [], drawing: "" };
   drawing.value = null;
   focused.value = null;
   await follow();

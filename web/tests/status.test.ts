@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { readFaults } from "../src/model/fault_marks";
 import { plain } from "../src/model/numbers";
 import { readRun, type RunProgress, withRun } from "../src/model/run_progress";
-import { readStatus } from "../src/model/status";
+import { problemText, readStatus } from "../src/model/status";
 import { readHello } from "../src/net/protocol";
 import { levelOf, neededFields, panesOf, pinsOf } from "../src/views/bench/axis_fields";
 
@@ -17,7 +17,15 @@ describe("what the bench tells of itself", () => {
       devices: [{ device: "m1", failed: null, clients: 1, rx_bytes: 2, tx_bytes: 3, note: null, snapshot: { at_ns: 4e9 }, snapshots: {} }],
     };
     const status = readStatus(told);
-    expect(status.health).toEqual({ state: "failed", late_ms: 3, problems: ["m1: no cable; plug it in", "odd"] });
+    expect(status.health).toEqual({
+      state: "failed",
+      late_ms: 3,
+      problems: [
+        { about: "m1", what: "no cable", remedy: "plug it in" },
+        { about: "", what: "odd", remedy: "" },
+      ],
+    });
+    expect(status.health?.problems.map(problemText)).toEqual(["m1: no cable; plug it in", "odd"]);
     expect(status.devices[0]).toMatchObject({ device: "m1", clients: 1, note: "", snapshot: { at_ns: 4e9 } });
     expect([status.sim_ns, status.speed, status.elapsed_ns]).toEqual([5e9, 2, undefined]);
   });

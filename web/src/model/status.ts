@@ -9,16 +9,56 @@ export interface DeviceStatus {
   rx_bytes: number;
   tx_bytes: number;
   note: string;
+  /** What may be typed at it to be answered at once; empty: that is not known. */
+  greeting: string;
   snapshot: Snapshot | null;
   snapshots: Record<string, Snapshot>;
 }
 
-type Snapshot = Record<string, unknown>;
+export type Snapshot = Record<string, unknown>;
 
 export interface Health {
   state: string;
   late_ms: number;
-  problems: string[];
+  problems: Problem[];
+}
+
+/** Problem of the bench. `about`: the device, port or wire; empty: the whole bench. */
+export interface Problem {
+  about: string;
+  what: string;
+  remedy: string;
+}
+
+/** Segment or CAN bus. `load_percent`: of its time, null where that is not told. */
+export interface WireStatus {
+  name: string;
+  kind: "segment" | "bus";
+  load_percent: number | null;
+  passed: number;
+  collisions: number;
+  errors: number;
+  nodes: WireNode[];
+  notes: string[];
+}
+
+/** Station of a segment or node of a bus. `state`: of a CAN controller and its CANopen node; `counts`: in words. */
+export interface WireNode {
+  name: string;
+  state: string;
+  isBad: boolean;
+  counts: string;
+}
+
+/** Door to other programs. */
+export interface DoorStatus {
+  name: string;
+  address: string;
+  links: number;
+  commands: number;
+  rejected: number;
+  dropped: number;
+  risk: string;
 }
 
 /** What is not told is undefined. */
@@ -31,7 +71,12 @@ export interface Status {
   drawing?: string;
   devices: DeviceStatus[];
   buses?: BusStatus[];
+  wires: WireStatus[];
+  doors: DoorStatus[];
 }
+
+/** Status of a bench that has told nothing yet. */
+export const NO_STATUS: Status = { devices: [], wires: [], doors: [] };
 
 /** Read the answer of the operation `status`; what has another form than it should is left out. */
 export function readStatus(raw: unknown): Status {
@@ -40,6 +85,8 @@ export function readStatus(raw: unknown): Status {
     devices: list(told["devices"])
       .map(readDevice)
       .filter((row) => row !== null),
+    wires: [...list(told["segments"]).map(readSegment), ...list(told["buses"]).map(readBus)].filter((wire) => wire.name),
+    doors: Object.entries(object(told["bridges"])).map(([name, row]) => readDoor(name, object(row))),
   };
   for (const name of ["sim_ns", "elapsed_ns", "speed"] as const) {
     const value = told[name];
@@ -49,7 +96,7 @@ export function readStatus(raw: unknown): Status {
   if ("buses" in told) status.buses = readBuses(told["buses"]);
   const health = object(told["health"]);
   if (typeof health["state"] === "string") {
-    status.health = { state: health["state"], late_ms: number(health["late_ms"]), problems: list(health["problems"]).map(problemText) };
+    status.health = { state: health["state"], late_ms: number(health["late_ms"]), problems: list(health["problems"]).map(readProblem) };
   }
   return status;
 }
@@ -64,18 +111,84 @@ function readDevice(raw: unknown): DeviceStatus | null {
     clients: number(row["clients"]),
     rx_bytes: number(row["rx_bytes"]),
     tx_bytes: number(row["tx_bytes"]),
-    note: typeof row["note"] === "string" ? row["note"] : "",
+    note: string(row["note"]),
+    greeting: string(row["greeting"]),
     snapshot: isObject(row["snapshot"]) ? row["snapshot"] : null,
     snapshots: Object.fromEntries(snapshots),
   };
 }
 
-/** Say a problem with its place and remedy: "bus0: two stations have one address 85; give each an address". */
-function problemText(raw: unknown): string {
+function readProblem(raw: unknown): Problem {
   const { about, what, remedy } = object(raw);
-  if (typeof what !== "string") return typeof raw === "string" ? raw : JSON.stringify(raw);
-  const place = typeof about === "string" && about ? `${about}: ` : "";
-  return `${place}${what}${typeof remedy === "string" && remedy ? `; ${remedy}` : ""}`;
+  const text = typeof what === "string" ? what : typeof raw === "string" ? raw : JSON.stringify(raw);
+  return { about: string(about), what: text, remedy: string(remedy) };
+}
+
+/** Say a problem with its place and remedy: "bus0: two stations have one address 85; give each an address". */
+export function problemText({ about, what, remedy }: Problem): string {
+  return `${about ? `${about}: ` : ""}${what}${remedy ? `; ${remedy}` : ""}`;
+}
+
+function readSegment(raw: unknown): WireStatus {
+  const row = object(raw);
+  const stations = Object.entries(object(row["stations"])).map(([name, each]) => {
+    const counts = object(each);
+    return { name, state: "", isBad: number(counts["collisions"]) > 0, counts: `${number(counts["bursts"])} bursts` };
+  });
+  const nodes = Object.entries(object(row["nodes"])).map(([name, each]) => {
+    const counts = object(each);
+    const refusal = string(counts["refusal"]);
+    const said = `${number(counts["requests"])} requests, ${number(counts["answers"])} answers`;
+    return { name, state: `unit ${number(counts["unit"])}`, isBad: refusal !== "", counts: refusal || said };
+  });
+  return {
+    name: string(row["segment"]),
+    kind: "segment",
+    load_percent: typeof row["load"] === "number" ? row["load"] * 100 : null,
+    passed: number(row["packets"]),
+    collisions: number(row["collisions"]),
+    errors: sum(row["errors"]),
+    nodes: nodes.length ? nodes : stations,
+    notes: list(row["notes"]).map(string),
+  };
+}
+
+function readBus(raw: unknown): WireStatus {
+  const row = object(raw);
+  const drives = object(row["drives"]);
+  const nodes = Object.entries(object(row["nodes"])).map(([name, each]) => {
+    const node = object(each);
+    const drive = object(drives[name]);
+    const states = [string(node["state"]), string(drive["state"])].filter((state) => state && state !== "error-active");
+    const counts = `TEC ${number(node["transmit_errors"])} REC ${number(node["receive_errors"])}`;
+    return { name, state: states.join(", ") || "error-active", isBad: string(node["state"]) !== "error-active", counts };
+  });
+  return {
+    name: string(row["bus"]),
+    kind: "bus",
+    load_percent: typeof row["load_percent"] === "number" ? row["load_percent"] : null,
+    passed: number(row["frames"]),
+    collisions: 0,
+    errors: sum(row["errors"]),
+    nodes,
+    notes: list(row["notes"]).map(string),
+  };
+}
+
+function readDoor(name: string, row: Record<string, unknown>): DoorStatus {
+  return {
+    name,
+    address: string(row["root"]) || string(list(row["listen"])[0]),
+    links: number(row["links"]),
+    commands: number(row["commands"]),
+    rejected: number(row["rejected"]),
+    dropped: number(row["dropped"]),
+    risk: string(row["risk"]),
+  };
+}
+
+function sum(counters: unknown): number {
+  return Object.values(object(counters)).reduce<number>((all, each) => all + number(each), 0);
 }
 
 function isObject(value: unknown): value is Record<string, unknown> {
@@ -88,6 +201,10 @@ function object(value: unknown): Record<string, unknown> {
 
 function list(value: unknown): unknown[] {
   return Array.isArray(value) ? (value as unknown[]) : [];
+}
+
+function string(value: unknown): string {
+  return typeof value === "string" ? value : "";
 }
 
 function number(value: unknown): number {

@@ -16,7 +16,6 @@ export const WORDS: [string, string][] = [
   ["fault", "Something that you break on purpose: a wire, a byte, a shaft. It lasts until it is cleared, or for its time."],
   ["simulated time", "The bench's own clock. All plots have it on their axis; it stands while the bench is late."],
   ["late", "How far the simulated time is behind the wall clock."],
-  ["lag", "How far a board's firmware is behind the simulated time, in ms; and in the status, how late its work was done."],
   [
     "ok / late / failed",
     "Health of the bench: it keeps up and all boards run; answers come late; or something has stopped. A click says what, and what helps.",
@@ -30,11 +29,14 @@ export const WORDS: [string, string][] = [
   ["GAP", "Test of a SAC whether the next command came in time: if not, it begins from slow speed."],
   ["xRef", "A list of rows of a SAC's queue, in any order, that it can run."],
   ["layout", "Panels and their places, with a name. Its address has all of it."],
+  ["stop all", "Ends all runs and drawings and stops all axes that move, before anything that waits at the bench."],
+  ["following error e", "On a card: how far the shaft is from its set-point; the bar is logarithmic."],
   ["role", "What you may do here: a viewer looks, an operator moves axes and starts runs, an admin also injects faults."],
 ];
 
 export const KEYS: [string, string][] = [
   ["?", "this help"],
+  ["Shift-Esc", "stop all, also while you type"],
   ["1 … 9", "the views, from the left"],
   ["Tab", "from one control to the next; in a terminal Ctrl-] leaves it"],
   ["Ctrl-Space / F8 / Ctrl-F", "in an editor: what may stand here, the next problem, search; Esc and Tab leave it"],

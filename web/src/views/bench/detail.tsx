@@ -15,7 +15,7 @@ import { areWide, Terminals } from "./terminals";
 import { Verbs } from "./verbs";
 
 /** The tab that was used last, on all devices alike. */
-const current = keptText("bench.tab", "verbs");
+export const detailTab = keptText("bench.tab", "verbs");
 
 export function Detail({ device }: { device: DeviceRow }) {
   const model = plotModelOf(device);
@@ -27,7 +27,7 @@ export function Detail({ device }: { device: DeviceRow }) {
     ...(pinsOf(device).length ? [{ id: "pins", title: "Pins" }] : []),
     ...(device.fields.length ? [{ id: "fields", title: "Fields" }] : []),
   ];
-  const tab = tabs.find((each) => each.id === current.value)?.id ?? "verbs";
+  const tab = tabs.find((each) => each.id === detailTab.value)?.id ?? "verbs";
   const hasPlots = device.fields.length > 0;
   const isWide = tab === "terminal" && (areWide() || !hasPlots);
   const classes = ["detail-parts", tab === "terminal" && "has-terminal", isWide && "is-wide"];
@@ -36,7 +36,7 @@ export function Detail({ device }: { device: DeviceRow }) {
       <DeviceHead device={device} />
       <div class={classes.filter(Boolean).join(" ")}>
         {hasPlots && !isWide && <Plots key={device.name} model={model} />}
-        <Tabs label={`Of ${device.name}`} tabs={tabs} current={tab} onChange={(id) => (current.value = id)}>
+        <Tabs label={`Of ${device.name}`} tabs={tabs} current={tab} onChange={(id) => (detailTab.value = id)}>
           {tab === "verbs" && <Verbs device={device} />}
           {tab === "terminal" && <Terminals ports={ports} hasPlots={hasPlots} />}
           {tab === "gains" && <Gains device={device} />}
@@ -61,7 +61,6 @@ function DeviceHead({ device }: { device: DeviceRow }) {
       </span>
       <span class={`pill is-${figures.state}`}>{figures.stateText}</span>
       {figures.why && figures.why !== figures.stateText && <span class="soft">{figures.why}</span>}
-      <span class="soft push mono">{figures.lag_ms === null ? "" : `lag ${figures.lag_ms.toFixed(1)} ms`}</span>
     </div>
   );
 }
