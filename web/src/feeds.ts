@@ -1,5 +1,6 @@
 /** What every view needs from the bench, watched while the page is open: status, faults, runs. */
 
+import { followEvents } from "./happened";
 import { marked, movedBack, readFaults } from "./model/fault_marks";
 import { RESTART_GAP_s } from "./model/ring";
 import { readRun } from "./model/run_progress";
@@ -9,6 +10,7 @@ import { activeFaults, benchTime_s, faultMarks, hello, link, takeProgress, takeS
 const STATUS_RATE_HZ = 2;
 
 export function startFeeds(): void {
+  followEvents();
   let instance: string | undefined;
   link.watch(
     { what: "status", rate_Hz: STATUS_RATE_HZ },

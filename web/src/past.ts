@@ -1,6 +1,7 @@
 /** Looking back: the time of the run that the page shows, while it is not the present. */
 
 import { computed, effect, signal } from "@preact/signals";
+import { withHappened } from "./happened";
 import type { FaultMark } from "./model/fault_marks";
 import { type PastMark, readMarks } from "./model/past";
 import type { Operations } from "./model/door";
@@ -10,7 +11,10 @@ import { faultMarks, isPast, link } from "./store";
 
 /** Time of the run that is shown, in s; null: the present. */
 export const pastAt = signal<number | null>(null);
-export const marks = signal<PastMark[]>([]);
+/** Marks of the recording. */
+const recorded = signal<PastMark[]>([]);
+/** Marks of the time line. */
+export const marks = computed<PastMark[]>(() => withHappened(recorded.value));
 /** Length of the recording so far; 0: it is not known. */
 export const end_s = signal(0);
 /** Up to here any time is there at once. */
@@ -24,7 +28,7 @@ export const pace = signal(0);
 export const LANE = Math.random().toString(36).slice(2);
 
 /** Views that show the past. */
-export const HAS_PAST = ["bench", "layout", "wire"];
+export const HAS_PAST = ["bench", "events", "layout", "wire"];
 const OVERVIEW_EVERY_MS = 1000;
 const PLAY_EVERY_MS = 50;
 let revision = -1;
@@ -45,7 +49,7 @@ export interface PlotMark {
 }
 
 /** Faults have bands, and lateness would be everywhere. */
-const PLOTTED = ["runs", "verbs", "refusals", "stops"];
+const PLOTTED = ["runs", "verbs", "refusals", "stops", "reloads", "trouble"];
 
 /** What happened, for the plots. */
 export const plotMarks = computed<PlotMark[]>(() =>
@@ -94,7 +98,7 @@ async function readOverview(): Promise<void> {
     ready_s.value = told.ready_ns / 1e9;
     trouble.value = told.problem;
     revision = told.revision;
-    if (told.marks) marks.value = readMarks(told.marks);
+    if (told.marks) recorded.value = readMarks(told.marks);
   } catch (error) {
     if (error instanceof Refused && error.code !== "gone") trouble.value = error.message;
   } finally {
@@ -114,7 +118,7 @@ effect(() => {
 effect(() => {
   void link.connections.value; // the bench may have begun a new run
   revision = -1;
-  marks.value = [];
+  recorded.value = [];
   live();
 });
 

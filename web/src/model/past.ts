@@ -1,6 +1,6 @@
 /** What a recording tells of a run: marks of a time line, rows of samples, words for times. Pure. */
 
-export const LANES = ["faults", "runs", "verbs", "typed", "refusals", "stops", "lateness", "clients"] as const;
+export const LANES = ["faults", "runs", "verbs", "typed", "refusals", "stops", "lateness", "trouble", "reloads", "clients"] as const;
 
 /** Something that happened. `to_s`: null, it lasts. */
 export interface PastMark {

@@ -14,7 +14,11 @@ const SHOWN_MS = 8000;
 const MOST = 4;
 let nextKey = 1;
 
+/** Called with each message: it goes from the screen, and may stay elsewhere. */
+export const noticeListeners: ((text: string, isError: boolean) => void)[] = [];
+
 export function notify(text: string, isError = false): void {
+  for (const listener of noticeListeners) listener(text, isError);
   const key = nextKey++;
   notices.value = [...notices.value.slice(1 - MOST), { key, text, isError }];
   window.setTimeout(() => dismiss(key), SHOWN_MS);

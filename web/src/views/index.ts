@@ -2,6 +2,7 @@
 
 import { benchView } from "./bench";
 import { companionView } from "./companion";
+import { eventsView } from "./events";
 import { faultsView } from "./faults";
 import { layoutView } from "../panels";
 import { pathView } from "./path";
@@ -9,4 +10,4 @@ import { runsView } from "./runs";
 import type { ViewEntry } from "./view";
 import { wireView } from "./wire";
 
-export const VIEWS: ViewEntry[] = [benchView, layoutView, runsView, faultsView, pathView, wireView, companionView];
+export const VIEWS: ViewEntry[] = [benchView, layoutView, runsView, faultsView, eventsView, pathView, wireView, companionView];

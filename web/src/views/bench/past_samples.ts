@@ -41,7 +41,7 @@ async function fetchAll(): Promise<void> {
         const some = feeds.filter((feed) => feed.pastWindow_s === window_s);
         await fetchSome(some, at_s, window_s);
       }
-      pastNews.value += 1;
+      pastNews.value = pastNews.peek() + 1; // an effect that asks must not hear of it
     } while (isAgain);
   } catch (error) {
     notifyError(error);

@@ -85,7 +85,7 @@ export class LineCanvas {
 
   private drawMark(context: CanvasRenderingContext2D, mark: PastMark, lane: number): void {
     const colours = palette();
-    const isBad = mark.lane === "faults" || mark.lane === "stops" || mark.lane === "refusals";
+    const isBad = mark.lane === "faults" || mark.lane === "stops" || mark.lane === "trouble" || mark.lane === "refusals";
     const from = this.xOf(mark.from_s);
     const to = this.xOf(mark.to_s ?? this.shown!.end_s);
     context.fillStyle = isBad ? colours.bad : colours.traces[LANES.indexOf(mark.lane as (typeof LANES)[number]) % colours.traces.length]!;
