@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from desk_support import ADMIN, OPERATOR, VIEWER, Asking, Using, desk_in, refusal
+from e2e_support import READY_NS, Place, config
 
 from hil.vocab.desk_protocol import Watched
 from hil.vocab.verbs import VerbRefused
@@ -45,7 +46,10 @@ def test_a_halt_stops_what_moves_and_leaves_what_stands(using: Using, how: str) 
         answer = await ask("halt", source=OPERATOR, how=how)
         assert answer["stopped"] == ["m1"]
         assert answer["runs"] == []
-        assert list(answer["refused"]) in (["real"], [])  # nobody knows whether a board that is away moves
+        assert list(answer["refused"]) in (
+            ["real"],
+            [],
+        )  # nobody knows whether a board that is away moves
         await until(lambda: _stands(ask, "m1"))
 
     using(use)
@@ -122,3 +126,13 @@ def test_a_fault_that_ends_by_itself_and_a_trouble_are_told(using: Using) -> Non
         await until(are_told)
 
     using(use)
+
+
+def test_hil_halt_says_what_it_stopped(place: Place) -> None:
+    server = place.serve(config(devices={"m1": {"flash": {"table": "identity"}}}))
+    server.ready("m1", boot_ns=READY_NS)
+    where = ("--runtime-dir", str(place.runtime))
+    assert place.cli("halt", *where) == "nothing moves\n"
+    server.ask("do", device="m1", name="enable", parameters={})
+    server.ask("do", device="m1", name="velocity", parameters={"velocity_rpm": 100})
+    assert place.cli("halt", "--at-once", *where) == "m1: stops\n"

@@ -95,15 +95,15 @@ class SeenEvents:
             if number % _SLICE == _SLICE - 1:
                 yield None
         for door, bridge in self._bridges.items():
-            now[f"bridge {door}"] = int(bridge.status().get("links", 0))
+            now[f"door {door}"] = int(bridge.status().get("links", 0))
         before, self._clients = self._clients, now
         for label, count in now.items():
             if (was := before.get(label, 0)) == count:
                 continue
-            said = "came" if count > was else "left"
-            many = "" if abs(count - was) == 1 else f"{abs(count - was)} "
-            left = f"; {count} there" if count else ""
-            self._events.put("clients", label, label, f"{many or 'one '}{said}{left}")
+            by = abs(count - was)
+            who = "a client" if by == 1 else f"{by} clients"
+            left = f"; {count} there now" if count else ""
+            self._events.put("clients", label, label, f"{who} {'came' if count > was else 'left'}{left}")
 
     def _look_at_faults(self) -> None:
         now = {row["number"]: f"{row['kind']} on {row['target']}" for row in self._faults.listed()}

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { countsOf, type EventRow, filtered, marksWith, NO_EVENTS, readEvent, withRows, wordsOf } from "../src/model/bench_events";
+import { countsOf, type EventRow, filtered, marksBefore, marksWith, NO_EVENTS, readEvent, withRows, wordsOf } from "../src/model/bench_events";
 
 const RAW = { number: 3, revision: 4, kind: "verbs", at_ns: 2e9, to_ns: 3e9, of: "m1", who: "ann", text: "enable", count: 2 };
 const row = (number: number, more: Partial<EventRow> = {}): EventRow => ({ ...readEvent({ ...RAW, number }, "a")!, ...more });
@@ -58,5 +58,10 @@ describe("events of the bench", () => {
       ["clients", "s1: one came"],
     ]);
     expect(wordsOf(row(1))).toBe("m1: enable (ann)");
+  });
+
+  it("are faults of before, for a page that came later", () => {
+    const rows = [row(1), row(2, { kind: "faults", of: "m2", text: "shaft_jam for_s 20", at_s: 14 }), row(3, { kind: "faults", of: "", text: "1 ended" })];
+    expect(marksBefore(rows)).toEqual([{ number: 0, kind: "shaft_jam", target: "m2", begin_s: 14, end_s: 14 }]);
   });
 });

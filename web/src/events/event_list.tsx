@@ -98,7 +98,7 @@ function Row({ row }: { row: EventRow }) {
           </span>
         )}
       </span>
-      <span class="event-who soft">{who}</span>
+      <span class="event-who soft">{who === of || who === "bench" ? "" : who}</span>
     </li>
   );
 }

@@ -1,6 +1,7 @@
 /** What happened to the bench, as rows of a list: told by the bench, or said by this page. Pure. */
 
 import type { Operations } from "./door";
+import type { FaultMark } from "./fault_marks";
 import type { PastMark } from "./past";
 
 export type BenchEvent = Operations["events"]["answer"]["events"][number];
@@ -106,6 +107,13 @@ export function marksWith(recorded: readonly PastMark[], rows: readonly EventRow
   const known = new Set(here.filter(({ kind }) => kind === "refusals").map(({ at_s }) => at_s.toFixed(1)));
   const others = recorded.filter(({ lane, from_s }) => lane !== "refusals" || !known.has(from_s.toFixed(1)));
   return [...others, ...here.map(({ kind, at_s, to_s, of, text, who }) => ({ lane: kind, from_s: at_s, to_s, of, text: wordsOf({ of, who, text }) }))];
+}
+
+/** Faults that were injected, as marks: of those that ended before the page came nothing else is known. */
+export function marksBefore(rows: readonly EventRow[]): FaultMark[] {
+  return rows
+    .filter(({ kind, of }) => kind === "faults" && of !== "")
+    .map(({ at_s, of, text }) => ({ number: 0, kind: text.split(" ")[0] ?? text, target: of, begin_s: at_s, end_s: at_s }));
 }
 
 /** An event in a line: "m1 enable (ann)". */
