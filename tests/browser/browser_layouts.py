@@ -76,6 +76,8 @@ def test_ready_layouts_are_there_and_accessible(pages: Bench, theme: str) -> Non
         expect(page.get_by_label("Name of the layout")).to_have_value(ready.capitalize())
         expect(page.locator(".panel").first).to_be_visible()
         assert address(page) == f"layout/ready/{ready}"
+        # What is behind another tab is not there, with all that it would watch.
+        expect(page.locator(".panel")).to_have_count(page.locator(".dv-groupview").count())
         assert violations(page) == []
     assert page.get_by_role("button", name=re.compile("Clear|Close the port|enable")).count() == 0
 
@@ -96,6 +98,9 @@ def test_a_panel_is_added_moved_and_closed_by_keys_and_its_address_has_all(pages
     assert before
     assert after
     assert (after["x"], after["y"]) != (before["x"], before["y"])
+    page.keyboard.press("Alt+ArrowUp")
+    page.keyboard.press("Alt+ArrowUp")
+    expect(wire).to_be_focused()
     page.keyboard.press("F6")
     expect(wire).not_to_be_focused()
     where = in_address(page, "wire")

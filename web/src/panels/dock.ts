@@ -29,7 +29,7 @@ export class Dock implements Arranger {
 
   constructor(private readonly place: HTMLElement) {
     this.api = createDockview(place, {
-      theme: { name: "hil", className: "hil-dock", dndOverlayMounting: "absolute", tabGroupIndicator: "none" },
+      theme: { name: "hil", className: "hil-dock", dndOverlayMounting: "relative", dndPanelOverlay: "content", tabGroupIndicator: "none" },
       disableFloatingGroups: true,
       tabGroupAccent: "off",
       scrollbars: "native",
@@ -104,7 +104,7 @@ export class Dock implements Arranger {
     this.tabOf(id)?.focus();
   }
 
-  /** Move a panel beside its neighbour in a direction, or to the edge; in a group of several it gets a place of its own. */
+  /** Move a panel beside its neighbour in a direction, or along the edge; of several in a place it gets one of its own. */
   move(id: string, to: Direction): void {
     const panel = this.api.getPanel(id);
     if (!panel) return;
@@ -113,6 +113,7 @@ export class Dock implements Arranger {
     const beside = this.neighbour(group, to);
     if (group.panels.length > 1) panel.api.moveTo({ group, position });
     else if (beside) panel.api.moveTo({ group: beside, position });
+    else if (this.api.groups.length > 1) panel.api.moveTo({ group: this.api.addGroup({ direction: to }), position: "center" });
     this.show(id);
   }
 
