@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browser_pages import PHONE, Bench, companion_bench, fits, served, violations
+from browser_pages import PHONE, Bench, Between, companion_bench, fits, served, violations
 from e2e_support import Place, config, free_port
 from playwright.sync_api import Browser, Page, expect
 
@@ -187,11 +187,11 @@ def test_stops_and_next(page: Page) -> None:
     page.get_by_label("Finish", exact=True).fill("5")
     button(page, "Start loop")
     running(page, 3)
-    button(page, "NEXT")
+    button(page, "Next now")
     running(page, 4)
-    button(page, "next")
+    button(page, "Slow next")
     running(page, 5)
-    button(page, "STOP")
+    button(page, "Stop now")
     expect(page.locator("tr[aria-current=step]")).to_have_count(0)
     for line in ("N", "n", "S"):
         sent(page, line)
@@ -211,7 +211,7 @@ def test_one_shots_and_continuous_motion(page: Page) -> None:
     sent(page, "v150")
     type_line(page, "vd")
     expect(page.get_by_label("Incoming", exact=True)).to_contain_text("150\t2000")
-    button(page, "stop")
+    button(page, "Slow stop")
     expect(page.get_by_text("continuous runs", exact=True)).to_have_count(0)
 
 
@@ -338,7 +338,7 @@ def test_without_signals_the_running_row_is_marked_too(page: Page) -> None:
     button(page, "Start loop")
     running(page, 4)
     running(page, 3)
-    button(page, "STOP")
+    button(page, "Stop now")
     expect(page.locator("tr[aria-current=step]")).to_have_count(0)
 
 
@@ -351,11 +351,22 @@ def test_a_list_of_rows_runs(page: Page) -> None:
     for line in ("xp", "0,3", "1,5", "2,4", "3,0", "x", "xl1"):
         sent(page, line)
     running(page, 3)
-    button(page, "STOP")
+    button(page, "Stop now")
     page.get_by_label("Row", exact=True).fill("5")
     button(page, "Run row")
     running(page, 5)
-    button(page, "STOP")
+    button(page, "Stop now")
+
+
+def test_two_hundred_stops_without_an_answer_are_one_message(bench: Bench) -> None:
+    between: list[Between] = []
+    page = bench.open("companion/s2", prepare=lambda page: between.append(Between(page)))
+    expect(page.get_by_text("as in the board")).to_be_visible()
+    between[0].change = lambda said: None if isinstance(said, bytes) else said
+    stop = page.get_by_role("button", name="Stop now", exact=True)
+    stop.evaluate("stop => { for (let click = 0; click < 200; click++) stop.click(); }")
+    expect(page.locator(".notice")).to_have_text([re.compile('no answer to "S"')])
+    expect(page.get_by_label("Commands that were sent, the last first").get_by_text("S")).to_have_count(2)
 
 
 def test_a_real_board_is_no_different(chromium: Browser) -> None:
@@ -375,7 +386,7 @@ def test_a_real_board_is_no_different(chromium: Browser) -> None:
             button(page, "Start loop")
             running(page, 3)
             running(page, 4)
-            button(page, "STOP")
+            button(page, "Stop now")
             expect(page.locator("tr[aria-current=step]")).to_have_count(0)
             took = page.get_by_role("region", name="Times of commands").locator("tbody tr").first
             expect(took.locator("td").nth(3)).to_have_text(re.compile(r"^\d+\.\d{3} s$"))

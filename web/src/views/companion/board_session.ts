@@ -24,6 +24,8 @@ const STANDS_MS = 10_000;
 const AGAIN_MS = 2000;
 /** Pause after which the queue is read again, when something was typed. */
 const SETTLED_MS = 250;
+/** While stops wait for their answers, another one is typed so much later. */
+const STOP_AGAIN_MS = 300;
 /** Lines after which a queue is another one, or a board's settings. */
 const CHANGES_QUEUE = /^(m|z|q(\d|[rc]))/i;
 const CHANGES_SETTINGS = /^[$gab]|^[vdl]\d?/i;
@@ -145,15 +147,29 @@ export class BoardSession {
     }
   }
 
-  /** Stop: `S` at once, `s` with the session's deceleration. */
+  /** Stop: `S` at once, `s` with the session's deceleration. Of many clicks that have no answer yet some are typed, and of
+   * what goes wrong with them the last is told. */
   async stop(letter: "S" | "s"): Promise<void> {
     this.calibrator.giveUp("stopped");
+    const now_ms = performance.now();
+    if (this.stops > 1 && letter === this.lastStop && now_ms - this.stoppedAt_ms < STOP_AGAIN_MS) return;
+    this.stops += 1;
+    this.lastStop = letter;
+    this.stoppedAt_ms = now_ms;
+    let why: unknown;
     try {
       await this.line.urgent(letter);
     } catch (error) {
-      notifyError(error);
+      why = error;
     }
+    this.stops -= 1;
+    if (why !== undefined && this.stops === 0) notifyError(why);
   }
+
+  /** Stops that have no answer yet. */
+  private stops = 0;
+  private lastStop = "";
+  private stoppedAt_ms = 0;
 
   private target = "";
 

@@ -28,16 +28,16 @@ export function ControlCard({ session, isDisabled }: Props) {
       </h2>
       <div class="stops">
         <button type="button" class="stop" disabled={isDisabled} title="Stop at once; nothing goes on (S)" onClick={() => void session.stop("S")}>
-          STOP
+          Stop now
         </button>
         <button type="button" disabled={isDisabled} title="End the command at once, then the next one (N)" onClick={() => void session.type("N")}>
-          NEXT
+          Next now
         </button>
         <button type="button" disabled={isDisabled} title="Stop with the session's deceleration (s)" onClick={() => void session.stop("s")}>
-          stop
+          Slow stop
         </button>
         <button type="button" disabled={isDisabled} title="End the command with its deceleration, then the next one (n)" onClick={() => void session.type("n")}>
-          next
+          Slow next
         </button>
       </div>
       <div class="row tools">
