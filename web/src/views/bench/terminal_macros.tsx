@@ -22,8 +22,8 @@ export function Macros({ port, profile }: { port: TerminalPort; profile: string 
     setEdited(!isEdited);
   };
   return (
-    <div class="terminal-macros">
-      <div class="row" role="group" aria-label="Macros">
+    <>
+      <div class="row terminal-macros" role="group" aria-label="Macros">
         {macros.map((macro, at) => (
           <button
             key={at}
@@ -40,7 +40,7 @@ export function Macros({ port, profile }: { port: TerminalPort; profile: string 
         </button>
       </div>
       {isEdited && <MacroList macros={macros} profile={profile} put={put} />}
-    </div>
+    </>
   );
 }
 

@@ -56,15 +56,17 @@ export function TerminalView({ port: name, place = "", children }: TerminalProps
           Clear
         </button>
         {children}
+        <p class="soft terminal-note" role="status">
+          {name}: {port.note.value}
+          {port.typed.value && ` · ${port.typed.value}`}
+        </p>
       </div>
-      <p class="soft terminal-note" role="status">
-        {name}: {port.note.value}
-        {port.typed.value && ` · ${port.typed.value}`}
-      </p>
       {view === "plot" ? <NumberPlot key={name} port={port} /> : <Screen key={`${name} ${view}`} port={port} view={view} screen={screen} />}
       <Typing port={port} />
-      <Macros port={port} profile={profile} />
-      <SendLine key={name} port={port} profile={profile} />
+      <div class="terminal-foot">
+        <SendLine key={name} port={port} profile={profile} />
+        <Macros port={port} profile={profile} />
+      </div>
     </div>
   );
 }
