@@ -41,6 +41,7 @@ ASKED: tuple[tuple[str, dict[str, Any]], ...] = (
     ("unwatch", {"watch": 1}),
     ("inject", {"target": "m1", "fault": "byte_drop", "parameters": {"rate": 0.1}}),
     ("faults", {}),
+    ("fault_places", {}),
     ("past", {}),
     ("past_state", {"at_s": 0.1}),
     ("past_samples", {"fields": ["m1.e"], "from_s": 0, "to_s": 0.1}),

@@ -191,7 +191,10 @@ def frame_words(eds: Eds | None) -> Callable[[CanFrame | CanError], FrameDescrip
         if isinstance(frame, CanError):
             error = str(frame)
             return FrameDescription(lambda: error, error)
-        return FrameDescription(lambda: f"{frame!s:20} {words.say(frame)}", "", frame.data, frame.id)
+        said = f"{frame!s:20}"
+        return FrameDescription(
+            lambda: f"{said} {words.say(frame)}", "", frame.data, frame.id, lambda: words.fields(frame)
+        )
 
     return described
 

@@ -91,6 +91,7 @@ def _bench(here: Description, version: str) -> BenchRow:
         "fault_kinds": [
             {
                 "name": kind.name,
+                "title": kind.title,
                 "layer": kind.layer,
                 "target": kind.target,
                 "on": TARGETS[kind.target],

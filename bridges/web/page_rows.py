@@ -55,9 +55,10 @@ class DeviceRow(TypedDict):
 
 
 class FaultKindRow(TypedDict):
-    """Kind of fault. ``on``: its target in words."""
+    """Kind of fault. ``title``: what happens, in a few words; ``on``: its target in words."""
 
     name: str
+    title: str
     layer: str
     target: str
     on: str
@@ -128,3 +129,20 @@ class ExportAnswer(TypedDict):
 
     pcapng_base64: str
     events: int
+
+
+class PacketFieldRow(TypedDict):
+    """Field of a packet: its value in words, and the bytes from ``begin`` to before ``end``; equal: none. One
+    of a higher ``level`` is a part of the field before it."""
+
+    name: str
+    text: str
+    begin: int
+    end: int
+    level: int
+
+
+class FieldsAnswer(TypedDict):
+    """Answer of ``fields``."""
+
+    fields: list[PacketFieldRow]

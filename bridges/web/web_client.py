@@ -32,6 +32,7 @@ from bridges.web.web_messages import (
 )
 from bridges.web.web_terminals import PageTerminals, SharedPorts
 from bridges.web.web_watches import PageWatches
+from bridges.web.wire_fields import wire_fields
 from bridges.web.wire_streams import Captured, Records
 from hil.net.acceptor import abort
 from hil.net.fair_share import FairShare
@@ -154,6 +155,7 @@ class WebClient:
             "open": self._terminals.open,
             "close": self._terminals.close,
             "send": self._send,
+            "fields": partial(wire_fields, self._desk),
         }
 
     async def stay(self) -> None:

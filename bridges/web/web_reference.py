@@ -38,6 +38,11 @@ REQUESTS = {
     ),
     "close": ("terminal", "closes a terminal"),
     "send": ("segment, data_hex, tap", "sends bytes on a segment from a tap; without one from its first"),
+    "fields": (
+        "wire, packets",
+        "`fields` of the last of the packets, with their bytes; those before it tell what it answers. Each"
+        " is `AT_S HEX` on a segment, a frame as `585#4300` on a bus",
+    ),
     "export": ("watch", f"`pcapng_base64`: the last {KEPT_EVENTS:,} events of a watch of packets or frames"),
 }
 PUSHES = {

@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 from device_profiles.sac.packet import Malformed, Packet, PacketDecoder, frame
 from device_profiles.sac.packet_faults import ACK, KINDS, NAK, packet_fault
-from device_profiles.sac.packet_text import packet_text
+from device_profiles.sac.packet_text import packet_fields, packet_text
 from hil.vocab.framing import EVERYBODY, Item, Party, Transform
+from hil.vocab.packet_field import Fields
 
 NUL, ETX = 0, 3
 TURNAROUND_CHARACTERS = 2
@@ -37,6 +38,10 @@ class SacFraming:
     def text(self, item: Item) -> str:
         assert isinstance(item, Packet | Malformed)
         return packet_text(item)
+
+    def fields(self, item: Item) -> Fields:
+        assert isinstance(item, Packet | Malformed)
+        return packet_fields(item)
 
     def parties(self, item: Item) -> tuple[Party, Party]:
         if not isinstance(item, Packet):

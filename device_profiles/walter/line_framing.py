@@ -1,12 +1,15 @@
 """Framing of the command port: lines that CR ends. ``hil.vocab.framing.Framing``."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from hil.vocab.framing import BurstItems, Item, Party, Transform
+from hil.vocab.packet_field import Fields, PacketField
 from hil.vocab.time import FOREVER, SimTimeNs
 
 CR = 0x0D
+_WORD = re.compile(rb"[^\s,;]+")
 _LONGEST = 1024
 """Bytes after which a piece is given that no CR has ended; the firmware drops what is behind the 128th."""
 
@@ -68,6 +71,16 @@ class LineFraming:
 
     def text(self, item: Item) -> str:
         return item.raw.decode("latin-1").rstrip("\r")
+
+    def fields(self, item: Item) -> Fields:
+        """Fields of a line: its words, and the CR that ends it."""
+        ended = item.raw[-1:] == bytes((CR,))
+        line = item.raw[:-1] if ended else item.raw
+        fields = [PacketField("line", line.decode("latin-1"), 0, len(line))]
+        for number, word in enumerate(_WORD.finditer(line)):
+            name = f"argument {number}" if number else "command"
+            fields.append(PacketField(name, word[0].decode("latin-1"), *word.span(), 1))
+        return [*fields, PacketField("CR", "the end", len(line), len(line) + 1)] if ended else fields
 
     def parties(self, item: Item) -> tuple[Party, Party]:
         return None, None

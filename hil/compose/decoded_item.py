@@ -6,7 +6,9 @@ from enum import StrEnum
 from typing import Any
 
 from hil.vocab.framing import Party
+from hil.vocab.packet_field import Fields
 from hil.vocab.shown_text import printable
+from hil.wire.packet_fields import field_lines
 
 KEYS: dict[str, str] = {
     "at_ns": "when it began, in nanoseconds since 1970; in logs as their writer counted",
@@ -48,6 +50,8 @@ class DecodedItem:
     error: str = ""
     data: bytes = b""
     can_id: int | None = None
+    fields: Callable[[], Fields] = tuple
+    """Makes its fields, behind ``say``."""
     stream: Hashable = None
     """Key of the sequence that ``data`` is a part of: the splitter of its bytes, or this record itself."""
 
@@ -56,7 +60,11 @@ class DecodedItem:
         line = printable(f"{(self.at_ns - first_ns) / 1e9:12.6f} {self.source} {self.say()}")
         return f"{_RED}{line}{_PLAIN}" if colours and self.error else line
 
-    def as_dict(self, first_ns: int) -> dict[str, Any]:
+    def field_lines(self) -> list[str]:
+        """Format its fields for people, after ``line``."""
+        return [printable(line) for line in field_lines(self.fields())]
+
+    def as_dict(self, first_ns: int, *, with_fields: bool = False) -> dict[str, Any]:
         """The same for JSON, as in ``KEYS``."""
         values = (
             self.at_ns,
@@ -70,7 +78,8 @@ class DecodedItem:
             self.data.hex(),
             self.can_id,
         )
-        return dict(zip(KEYS, values, strict=True))
+        row: dict[str, Any] = dict(zip(KEYS, values, strict=True))
+        return row | {"fields": [field.row() for field in self.fields()]} if with_fields else row
 
 
 def as_lines(items: Iterable[DecodedItem]) -> Iterator[str]:

@@ -15,6 +15,7 @@ from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.vocab.time import FOREVER, SimTimeNs
 from hil.wire.bytes_framing import BYTES, shown_bytes
 from hil.wire.outside_text import LeftOut
+from hil.wire.packet_fields import fields_of
 from hil.wire.pcapng import EVENT_NAMES, LINKTYPES_USER, RAW, CaptureError, Interface, Record, RecordKind
 from hil.wire.serial_line import character_ns
 
@@ -150,6 +151,7 @@ class _Line:
             destination,
             item.fault,
             item.raw,
+            fields=lambda: fields_of(self._framing, item),
             stream=self,
         )
 
@@ -177,6 +179,7 @@ class _Frames:
             error=text.error,
             data=text.data,
             can_id=text.number,
+            fields=text.fields,
             stream=record,
         )
 

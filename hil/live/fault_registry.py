@@ -6,9 +6,10 @@ from typing import Any
 
 from hil.config.explain import suggestion
 from hil.sim.bench import BenchRuntime
+from hil.sim.faults.fitting import fault_places
 from hil.sim.given_fault import fault_refusal
 from hil.vocab.device import Device, DeviceFaults
-from hil.vocab.faults import FAULT_KINDS, PORT, Fault, FaultRefused
+from hil.vocab.faults import FAULT_KINDS, PORT, TIMING, Fault, FaultRefused
 from hil.vocab.time import SimTimeNs
 
 
@@ -34,12 +35,21 @@ class FaultRegistry:
         fault = fault_refusal(kind, target, parameters)
         if line is None:
             return self._bench.inject(fault)
-        if FAULT_KINDS[kind].target != PORT or fault.number("start_s") or fault.number("for_s"):
+        if FAULT_KINDS[kind].target != PORT or any(fault.number(each.name) for each in TIMING):
             raise FaultRefused(f"{target} is a real board: what it can have is a byte fault, from now on")
         number = self._bench.faults.new_number()
         line.inject(number, fault)
         self._active[number] = fault, line, self._bench.now_ns
         return number
+
+    def places(self) -> list[dict[str, Any]]:
+        """List the places where faults can be, each with the kinds that fit it."""
+        of_lines = [kind.name for kind in FAULT_KINDS.values() if kind.target == PORT]
+        boards = [name for name, device in self._devices.items() if device.faults is not None]
+        return [
+            *({**place._asdict(), "kinds": list(place.kinds)} for place in fault_places(self._bench.parts)),
+            *({"place": name, "sort": "board", "of": "", "wire": "", "kinds": of_lines} for name in boards),
+        ]
 
     def clear(self, number: int) -> None:
         """Take a fault away. Raises FaultRefused: there is none of this number."""

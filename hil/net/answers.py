@@ -212,6 +212,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "inject": {"number": int},
     "clear": dict,
     "faults": [_FAULT],
+    "fault_places": [{"place": str, "sort": str, "of": str, "wire": str, "kinds": [str]}],
     "do": {str: (str, float, True, False, None, list, dict)},
     "verbs": [{"verb": str, "about": str, "parameters": {str: str}, "texts": [str]}],
     "run": (

@@ -110,6 +110,7 @@ def make_desk(
         "inject": lambda asked, fault, parameters: {"number": faults.inject(fault, asked.target, parameters)},
         "clear": bench.clear,
         "faults": lambda asked: faults.listed(),
+        "fault_places": lambda asked: faults.places(),
         "run": bench.run,
         "drawing": drawings.drawing,
         "runs": bench.runs,

@@ -263,6 +263,7 @@ _ROWS = (
     _asked("clear", BENCH, ADMIN, "clear a fault", Parameter("number", "which one", form=WHICH),
            _name("on", "only what is on this device, segment or bus; empty: anywhere", default="")),
     _asked("faults", BENCH, VIEWER, "the faults that are active"),
+    _asked("fault_places", BENCH, VIEWER, "the places where faults can be, each with the kinds that fit it"),
     # Runs.
     _asked("run", BENCH, OPERATOR, "submit a multi-axis run, or only check it",
            Parameter("text", "the run, YAML or JSON", form=TEXT),

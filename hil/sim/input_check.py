@@ -73,6 +73,10 @@ def input_problem(bench: BenchRuntime, target: str, given: inputs.Input) -> str 
     return problem and f"{target}: {problem}"
 
 
+ADDED_SINCE = {"every_s"}
+"""Parameters of faults that logs of versions before do not have: their defaults are what was meant."""
+
+
 def _fault_problem(bench: BenchRuntime, target: str, given: inputs.Inject | inputs.Clear) -> str | None:
     active = bench.faults.active
     if isinstance(given, inputs.Clear):
@@ -86,7 +90,7 @@ def _fault_problem(bench: BenchRuntime, target: str, given: inputs.Inject | inpu
     fault, problems = fault_of(given.kind, target, parameters)
     if problems or fault is None:
         return "; ".join(f"{name[:_SHOWN]}: {problem}" for name, problem in problems.items())
-    if fault.parameters.keys() != parameters.keys():
+    if fault.parameters.keys() - parameters.keys() - ADDED_SINCE:
         return f"parameters of {given.kind} are {', '.join(fault.parameters)}, all of them"
     try:
         bench.faults.check(Fault(given.kind, target[:_SHOWN], parameters), with_others=False)

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from hil.vocab.desk_protocol import DeviceInfo
     from hil.vocab.framing import Framing
     from hil.vocab.line_format import LineFormat
+    from hil.vocab.packet_field import Fields
     from hil.vocab.segment import Segment
     from hil.vocab.time import Clock
 
@@ -198,6 +199,8 @@ class FrameDescription(NamedTuple):
     data: bytes = b""
     number: int | None = None
     """Its identifier."""
+    fields: "Callable[[], Fields]" = tuple
+    """Makes its fields, behind ``say``; bytes are those of ``data``."""
 
 
 LoggedFrame = tuple[int, str, Any]

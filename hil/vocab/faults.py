@@ -57,7 +57,12 @@ class FaultKind:
     about: str
     parameters: tuple[Parameter, ...] = ()
     is_once: bool = False
-    """True if the fault happens and is over at once: from then on it is not listed."""
+    """True if the fault happens and is over at once: from then on it is not listed, unless it comes again."""
+
+    @property
+    def title(self) -> str:
+        """Title for people, in a few words."""
+        return _TITLES[self.name]
 
 
 _BIT_RATE = Parameter("rate", "probability for each bit")
@@ -70,6 +75,14 @@ _DAY_S = 86_400.0
 TIMING = (
     Parameter("start_s", "how long after the injection it begins", "s", 0.0, _DAY_S, 0.0),
     Parameter("for_s", "how long it lasts; 0: until it is cleared", "s", 0.0, _DAY_S, 0.0),
+    Parameter(
+        "every_s",
+        "from one beginning to the next, until it is cleared; 0: it comes once",
+        "s",
+        0.0,
+        _DAY_S,
+        0.0,
+    ),
 )
 """Timing parameters of every kind, in simulated seconds."""
 
@@ -170,6 +183,49 @@ _KINDS = (
               "a joint's encoder or servo does not answer on its bus; of several the latest counts",
               (Parameter("rate", "probability for each reading", default=1.0), _SEED)),
 )  # fmt: skip
+_TITLES = {
+    "byte_flip": "Bits of bytes flip",
+    "byte_drop": "Bytes are lost",
+    "byte_duplicate": "Bytes come twice",
+    "byte_delay": "Bytes come late",
+    "host_stop_reading": "The program stops reading",
+    "host_close": "The cable is out",
+    "packet_bad_crc": "Wrong CRC",
+    "packet_no_ack": "No acknowledgement",
+    "packet_nak": "NAK for ACK",
+    "modbus_no_answer": "No answer",
+    "modbus_exception": "An exception for an answer",
+    "modbus_late": "Late answers",
+    "modbus_wrong_unit": "Answers of another unit",
+    "wire_noise": "Noise on the wire",
+    "wire_cut": "Wire cut",
+    "wire_swapped": "Wires swapped",
+    "driver_stuck": "Driver always on",
+    "driver_late": "Driver goes off late",
+    "bit_rate_wrong": "Wrong bit rate",
+    "bus_off": "Bus-off",
+    "node_babble": "Babbling station",
+    "node_clash": "Two nodes, one address",
+    "node_reset": "Power off and on",
+    "node_brown_out": "No power",
+    "node_hang": "The program hangs",
+    "chip_clock_off": "Clock fast or slow",
+    PIN_STUCK: "Pin stuck",
+    "chip_bit_flip": "A bit of memory flips",
+    "chip_brown_out": "The chip's supply sags",
+    "chip_eeprom_worn": "EEPROM worn out",
+    "shaft_load": "Load on the shaft",
+    "shaft_jam": "Shaft jammed",
+    "steps_lost": "Steps lost",
+    "phase_open": "Coil open",
+    "thermal_trip": "Driver too hot",
+    "supply_sag": "Supply sags",
+    "encoder_slip": "Magnet slipped",
+    "encoder_noise": "Noisy encoder",
+    "encoder_freeze": "Encoder frozen",
+    "encoder_disconnect": "Encoder unplugged",
+    "bus_no_answer": "Joint does not answer",
+}
 FAULT_KINDS: Mapping[str, FaultKind] = {kind.name: kind for kind in _KINDS}
 OF_FRAMINGS = frozenset(kind.name for kind in _KINDS if kind.layer == "packet") | {"node_clash"}
 """Kinds that need packets: those that the framing of a segment can make (``hil.vocab.framing``)."""

@@ -8,6 +8,7 @@ from hil.vocab.monitoring import HealthProblem, Metric
 
 if TYPE_CHECKING:
     from hil.vocab.faults import Fault
+    from hil.vocab.packet_field import Fields
 
 Report = Mapping[str, Any]
 """State and statistics of a wire, for JSON."""
@@ -43,6 +44,9 @@ class FrameKind:
     """Frame of a capture that says that some were lost; its comment says how many."""
     name: str = ""
     """Name of the bus in a capture whose link type is for users: two buses may have the same one."""
+    fields: "Callable[[Iterable[str]], Fields]" = lambda texts: ()
+    """Makes the fields of the last of some frames, which are in their order, each as its text. Raises
+    ValueError: one is no frame."""
 
 
 class Wire(Protocol):

@@ -111,7 +111,7 @@ def test_an_operator_moves_axes_and_injects_nothing(pages: Bench) -> None:
 
 def test_an_admin_injects_and_others_see_it(pages: Bench) -> None:
     viewer, admin = logged_in(pages, "viewer", "faults"), logged_in(pages, "admin", "faults")
-    admin.get_by_role("button", name="shaft_jam", exact=True).click()
+    admin.get_by_role("button", name="Shaft jammed").click()
     button(admin, "Inject shaft_jam")
     row = viewer.get_by_role("region", name="Active faults").locator("tbody tr")
     expect(row).to_contain_text("shaft_jam")

@@ -173,6 +173,14 @@ def test_modbus_and_can_are_told_in_their_words(chromium: Browser) -> None:
         assert "SDO from 5: 1000h Device type" in told
         expect(page.get_by_role("table", name="Controllers on the bus")).to_contain_text("can0.page")
         answer.last.click()
+        fields = page.get_by_role("list", name="Fields of the packet")
+        expect(fields).to_contain_text("object 1000h Device type")
+        fields.get_by_role("button", name="value 00020192h").hover()
+        marked = re.compile("is-marked")
+        expect(page.get_by_role("button", name="Byte 4: 92")).to_have_class(marked)
+        expect(page.get_by_role("button", name="Byte 3: 00")).not_to_have_class(marked)
+        page.get_by_role("button", name="Byte 1: 00").focus()
+        expect(fields.get_by_role("button", name="index 1000h")).to_have_class(marked)
         page.get_by_role("button", name="Follow this conversation").click()
         expect(page.get_by_label("Filter the packets")).to_have_value("sdo:5")
         expect(

@@ -20,7 +20,8 @@ describe("a long text that is typed", () => {
       expect(sent.length - before).toBeLessThanOrEqual(WINDOW_BYTES);
       expect(queue.state).toEqual({ of: text.length, taken: before - 100 });
     }
-    expect(Uint8Array.from(sent)).toEqual(text);
+    expect(sent.length).toBe(text.length);
+    expect(sent.every((byte, at) => byte === text[at])).toBe(true);
   });
 
   it("can be stopped: what is under way is taken, and the next text is counted by itself", () => {

@@ -2,6 +2,7 @@ import { describe, expect, test } from "vitest";
 import { canFrame } from "../src/views/wire/can_text";
 import { columnsOf, meaningOf, timeText } from "../src/views/wire/columns";
 import { Conversations, conversationOf, kindOf } from "../src/views/wire/conversation";
+import { fieldAt, fieldContext } from "../src/views/wire/field_context";
 import { completions, packetFilter, withWord } from "../src/views/wire/packet_filter";
 import { load, PacketLog, readPacket, type WirePacket } from "../src/views/wire/packet_log";
 import { hexPairs, modbusCrc, readHex, sacCrc, sacPacket } from "../src/views/wire/packet_text";
@@ -275,4 +276,23 @@ test("frames of CAN are made of what was typed", () => {
   expect(made("123", "2", false, true)).toEqual({ frame: "123#R2" });
   const faults = [made("", ""), made("cafe", ""), made("20000000", "", true), made("1", "0"), made("1", "00".repeat(9)), made("1", "9", false, true)];
   for (const each of faults) expect(each).toHaveProperty("fault");
+});
+
+test("a packet's fields are asked for with what it answers", () => {
+  const can = (id: string, hex: string) => packet(1, { id, hex, isRemote: hex === "" });
+  const frames = [can("605", "40"), can("606", "41"), can("585", "43"), can("185", "01ab"), can("701", "")];
+  const rows = { length: frames.length, at: (at: number) => frames[at] };
+  expect(fieldContext("can", rows, 3, frames[3]!)).toEqual(["605#40", "585#43", "185#01AB"]);
+  expect(fieldContext("can", rows, 4, frames[4]!)).toEqual(["701#R"]);
+  const line = [packet(1, { from: "m", to: "2", hex: "0203" }), packet(2, { from: "m", to: "3" }), packet(3, { from: "2", to: "", hex: "0204" })];
+  const asked = { length: 3, at: (at: number) => line[at] };
+  expect(fieldContext("modbus", asked, 2, line[2]!)).toEqual(["1 0203", "3 0204"]);
+  expect(fieldContext("sac", asked, 2, line[2]!)).toEqual(["3 0204"]);
+  expect(fieldContext("sac", asked, 2, packet(3, { hex: "" }))).toEqual([]);
+  const fields = [
+    { begin: 0, end: 0, level: 0 },
+    { begin: 0, end: 4, level: 0 },
+    { begin: 1, end: 2, level: 1 },
+  ];
+  expect([0, 1, 3, 4].map((byte) => fieldAt(fields, byte))).toEqual([1, 2, 1, -1]);
 });

@@ -13,6 +13,7 @@ from hil.sim.client_tap import ClientTap
 from hil.vocab.address import owner_of
 from hil.vocab.faults import CAN_NODE, LINE, MOST_NOISES, ON_LINE, Fault
 from hil.vocab.monitoring import HealthProblem
+from hil.vocab.packet_field import Fields
 from hil.vocab.time import Clock
 from hil.vocab.wire import FrameKind, Report, WireTap
 from hil.wire.pcapng import LINKTYPE_CAN_SOCKETCAN, Interface
@@ -47,7 +48,20 @@ def _words() -> Callable[[BusEvent], Mapping[str, Any]]:
     return described
 
 
-FRAMES = FrameKind(_packed, _words, LINKTYPE_CAN_SOCKETCAN, FRAMES_LOST)
+def _fields(texts: Iterable[str]) -> Fields:
+    from bridges.can.canopen.words.canopen_words import CanOpenWords
+    from bridges.can.frames.can_frame import parse_frame
+
+    words = CanOpenWords({}, {})
+    fields: Fields = ()
+    for text in texts:
+        frame = parse_frame(text)
+        words.say(frame)
+        fields = words.fields(frame)
+    return fields
+
+
+FRAMES = FrameKind(_packed, _words, LINKTYPE_CAN_SOCKETCAN, FRAMES_LOST, fields=_fields)
 
 
 _NAMED = 8

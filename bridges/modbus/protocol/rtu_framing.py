@@ -7,6 +7,7 @@ from bridges.modbus.protocol.frame import FRAME_BYTES_MIN, TO_ALL, Frame, Malfor
 from bridges.modbus.protocol.splitter import RtuSplitter
 from hil.vocab.framing import EVERYBODY, Item, Party, Transform
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
+from hil.vocab.packet_field import Fields
 from hil.vocab.ports import Sole
 from hil.wire.byte_faults import Chance
 from hil.wire.sole_senders import IsHere
@@ -42,6 +43,11 @@ class ModbusRtu:
             return f"malformed ({item.fault}): {item.raw.hex(' ')}"
         check = f"  CRC {item.raw[-2:].hex(' ')} is wrong" if item.fault else ""
         return said(item.raw, item.asked) + check
+
+    def fields(self, item: Item) -> Fields:
+        from bridges.modbus.protocol.rtu_fields import frame_fields
+
+        return frame_fields(item.raw, item.asked) if isinstance(item, Frame) else ()
 
     def parties(self, item: Item) -> tuple[Party, Party]:
         """Answer the unit as the receiver of a question, or as the sender of an answer. A master has no

@@ -8,31 +8,50 @@ import typer
 from hil.cli.boards.axis_command import number_or_text
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer
-from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
+from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING, FaultKind
+from hil.vocab.near_words import meant
 
 NONE = "no fault is active"
 
 
-def kinds() -> CommandAnswer:
+def kinds(
+    target: Annotated[
+        str | None,
+        typer.Argument(
+            help="A place of a running bench, as in s2: only the kinds that fit it.", show_default=False
+        ),
+    ] = None,
+    bench: BenchOptions = ANY_BENCH,
+) -> CommandAnswer:
     """List the kinds of faults with their parameters.
 
-    Example: hil fault kinds
+    Example: hil fault kinds m1
     """
+    found = list(FAULT_KINDS.values() if target is None else _fitting(bench.ask("fault_places"), target))
     rows = [
         {
             "kind": kind.name,
+            "title": kind.title,
             "about": kind.about,
             "on": TARGETS[kind.target],
             "parameters": {each.name: each.described() for each in (*kind.parameters, *TIMING)},
         }
-        for kind in FAULT_KINDS.values()
+        for kind in found
     ]
     lines = []
-    for kind in FAULT_KINDS.values():
+    for kind in found:
         lines.append(f"{kind.name}: {kind.about}; on {TARGETS[kind.target]}")
         lines += [f"  {each.name}: {each.described()}" for each in kind.parameters]
     lines += ["every kind:", *(f"  {each.name}: {each.described()}" for each in TIMING)]
     return CommandAnswer(rows, "\n".join(lines))
+
+
+def _fitting(places: list[dict[str, Any]], target: str) -> Iterator[FaultKind]:
+    """Kinds that fit a place of a bench. Raises typer.Exit: it has no such place."""
+    known = {row["place"]: row["kinds"] for row in places}
+    if target not in known:
+        raise fail(f"hil: there is no {target!r}; {meant(target, list(known))}")
+    return (FAULT_KINDS[name] for name in known[target])
 
 
 def inject(

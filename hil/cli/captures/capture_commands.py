@@ -136,6 +136,10 @@ def decode(
             "--baud", help="Speed of the lines that do not say theirs. [default: 38400]", min=1, max=10**8
         ),
     ] = None,
+    fields: Annotated[
+        bool,
+        typer.Option("--fields", help="Each packet's fields, with the bytes that they are."),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Print a capture's packets and frames as text: time, place, sender, receiver, contents.
@@ -173,7 +177,7 @@ def decode(
         decoders.append(Decoder(names, choice))
         return decoders[-1]
 
-    target, first_ns, why = LinesTarget(as_json=as_json), None, ""
+    target, first_ns, why = LinesTarget(as_json=as_json, with_fields=fields), None, ""
     try:
         # In a pipeline Ctrl-C ends the capture, too: what it has sent before is still to come.
         with target.open(), suppress(KeyboardInterrupt), ended_by(lambda: None):

@@ -36,8 +36,8 @@ class LinesTarget:
 
     name, is_live = "the standard output", True
 
-    def __init__(self, *, as_json: bool) -> None:
-        self._as_json = as_json
+    def __init__(self, *, as_json: bool, with_fields: bool = False) -> None:
+        self._as_json, self._with_fields = as_json, with_fields
         self._colours = has_colours(sys.stdout)
 
     @contextmanager
@@ -62,8 +62,9 @@ class LinesTarget:
 
     def _line(self, item: DecodedItem, first_ns: int) -> str:
         if self._as_json:
-            return json.dumps(item.as_dict(first_ns))
-        return item.line(first_ns, colours=self._colours)
+            return json.dumps(item.as_dict(first_ns, with_fields=self._with_fields))
+        line = item.line(first_ns, colours=self._colours)
+        return "\n".join([line, *item.field_lines()]) if self._with_fields else line
 
     def told(self) -> str:
         return ""

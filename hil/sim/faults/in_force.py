@@ -107,15 +107,31 @@ class Faults:
         assert place
         self._count = max(self._count, number)  # one of a log: new ones come behind it
         self.active[number] = fault
-        begin_ns = SimTimeNs(now_ns + round(fault.number("start_s") * NS_PER_S))
+        begin_ns = SimTimeNs(now_ns + _ns(fault, "start_s"))
+        self._schedule(number, fault, place, begin_ns, now_ns)
+
+    def _schedule(
+        self, number: int, fault: Fault, place: FaultPlace, begin_ns: SimTimeNs, now_ns: SimTimeNs
+    ) -> None:
+        """Let a fault begin at a time, and end when its own is over."""
         self.begin_ns[number] = begin_ns
-        for_ns = round(fault.number("for_s") * NS_PER_S)
         if begin_ns > now_ns:
             place.group.at(begin_ns, partial(self._begin, number, fault, place))
         else:
             self._begin(number, fault, place, now_ns)
-        if for_ns:
-            place.group.at(begin_ns + for_ns, partial(self.clear, number))
+        if for_ns := _ns(fault, "for_s"):
+            place.group.at(begin_ns + for_ns, partial(self._over, number, fault, place, begin_ns))
+
+    def _over(
+        self, number: int, fault: Fault, place: FaultPlace, begin_ns: SimTimeNs, now_ns: SimTimeNs
+    ) -> None:
+        """End a fault whose time is over: for good, or until it comes again."""
+        if not (every_ns := _ns(fault, "every_s")):
+            self.clear(number, now_ns)
+        elif number in self.active:
+            if begun := self._in_force.pop(number, None):
+                self._end(number, *begun, now_ns)
+            self._schedule(number, fault, place, SimTimeNs(begin_ns + every_ns), now_ns)
 
     def clear(self, number: int, now_ns: SimTimeNs) -> None:
         """End a fault, or cancel its beginning: by an input, or because its time is over."""
@@ -140,11 +156,14 @@ class Faults:
             return
         kind = FAULT_KINDS[fault.kind]
         if kind.is_once:
-            self._unlist(number)
+            if not (every_ns := _ns(fault, "every_s")):
+                self._unlist(number)
             if place.wire and place.is_wires(kind.target):
                 place.wire.inject(number, fault, place.station)
             else:
                 node.happen(fault, place, now_ns)
+            if every_ns:
+                self._schedule(number, fault, place, SimTimeNs(now_ns + every_ns), now_ns)
             return
         self._in_force[number] = fault, place
         if kind.layer in ("byte", "host"):
@@ -180,6 +199,11 @@ class Faults:
         node.renew(place, {number: fault for number, (fault, _) in here.items()}, now_ns)
         if layer == "node":
             node.run(place, now_ns)
+
+
+def _ns(fault: Fault, name: str) -> int:
+    """Time of a parameter; one of a log may be older than the parameter."""
+    return round(float(fault.parameters.get(name, 0.0)) * NS_PER_S)
 
 
 def _ways(fault: Fault, place: FaultPlace) -> list[dict[int, ByteFaults]]:

@@ -1,9 +1,12 @@
 """Each kind of fault: its effect at a port, and that nothing of it is left when it is cleared."""
 
+import re
+
 import pytest
 
 from device_profiles.sac.packet import Malformed, PacketDecoder, encode
 from hil.sim.bench import BenchHooks
+from hil.sim.faults.fitting import fault_places
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.faults import BUS_PART, CAN_NODE, FAULT_KINDS, MODBUS_NODE, PROCESSOR, FaultRefused
@@ -18,6 +21,7 @@ CONFIG = {
     },
     "segments": {"bus0": {"stations": ["s1", "s2"], "taps": {"master": {"port": "memory"}}}},
 }
+ASK_MS = 30.0
 ACK, NAK = b"\x06", b"\x15"
 
 
@@ -34,7 +38,7 @@ class Rig:
         for name in CONFIG["devices"]:
             self.bench.port(name).read()
 
-    def ask(self, data=b"y", address=85, ms=30.0):
+    def ask(self, data=b"y", address=85, ms=ASK_MS):
         """Send a packet, and return the answers: data of good packets, or what is wrong with others."""
         self.master.write(encode(address, 1, data))
         self.bench.run(ms=ms)
@@ -204,6 +208,58 @@ def test_a_fault_has_its_time(rig):
     fault.clear()
 
 
+def test_a_fault_comes_again_until_it_is_cleared(rig):
+    fault = rig.bench.fault("packet_no_ack", "s1.network", for_s=0.5, every_s=2.0)
+    for _ in range(2):
+        assert rig.ask() == []
+        rig.bench.run(ms=1000)
+        assert rig.ask() == [ACK]
+        assert fault.is_active
+        rig.bench.run(ms=1000 - 2 * ASK_MS)
+    assert rig.ask() == []
+    fault.clear()
+    assert rig.ask() == [ACK]
+    rig.bench.run(ms=4000)
+    assert rig.ask() == [ACK]
+
+
+def test_what_happens_once_comes_again(rig):
+    before_deg = rig.bench.axis("m2").snapshot().position_deg
+    with rig.bench.fault("steps_lost", "m2", turn_deg=7.2, every_s=0.1) as fault:
+        rig.bench.run(ms=250)
+        assert fault.is_active
+        after_deg = rig.bench.axis("m2").snapshot().position_deg
+    assert after_deg - before_deg == pytest.approx(21.6, abs=1)
+    rig.bench.run(ms=250)
+    assert rig.bench.axis("m2").snapshot().position_deg == pytest.approx(after_deg, abs=1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "why"),
+    [
+        ("packet_no_ack", {"every_s": 1.0}, "every_s: say for how long each time: for_s"),
+        ("packet_no_ack", {"every_s": 1.0, "for_s": 1.0}, "every_s: it lasts 1 s: write more than that"),
+        ("packet_no_ack", {"every_s": 1e-4}, "every_s: write 0, or at least 0.001 s"),
+        ("node_reset", {"every_s": 1.0, "for_s": 0.1}, "every_s: it is over at once: leave for_s out"),
+    ],
+)
+def test_a_fault_that_cannot_come_again(rig, kind, parameters, why):
+    with pytest.raises(FaultRefused, match=re.escape(why)):
+        rig.bench.fault(kind, "s1.network" if kind.startswith("packet") else "s1", **parameters)
+
+
+def test_places_have_the_kinds_that_fit_them(rig):
+    rows = {row.place: row for row in fault_places(rig.bench._runtime.parts)}
+    kinds = {name: set(row.kinds) for name, row in rows.items()}
+    assert {"byte_flip", "shaft_jam", "node_hang"} <= kinds["s1"]
+    assert not {"encoder_freeze", "modbus_late", "wire_noise", "chip_bit_flip"} & kinds["s1"]
+    assert {"wire_cut", "packet_nak"} <= kinds["s1.network"]
+    assert kinds["bus0"] == {"wire_noise", "node_clash"}
+    assert (rows["s1.network"].of, rows["s1.network"].wire, rows["s1.network"].sort) == ("s1", "bus0", "port")
+    assert (rows["bus0.master"].of, rows["bus0.master"].sort) == ("bus0", "tap")
+    assert (rows["bus0"].of, rows["bus0"].sort) == ("", "wire")
+
+
 def test_a_fault_cleared_before_it_begins_does_not(rig):
     with rig.bench.fault("packet_no_ack", "s1.network", start_s=0.1):
         pass
@@ -289,5 +345,6 @@ def test_faults_stand_in_the_log(tmp_path):
         bench.run(ms=1000)
         fault.clear()
         bench.fault("node_brown_out", "s2", for_s=0.2)
+        bench.fault("byte_drop", "s1", rate=0.5, for_s=0.1, every_s=0.3)
         bench.run(ms=3000)
     assert replay(path).difference() is None

@@ -56,9 +56,10 @@ export interface DeviceRow {
   inputs: Record<string, string>;
 }
 
-/** Kind of fault. ``on``: its target in words. */
+/** Kind of fault. ``title``: what happens, in a few words; ``on``: its target in words. */
 export interface FaultKindRow {
   name: string;
+  title: string;
   layer: string;
   target: string;
   on: string;
@@ -130,6 +131,21 @@ export interface TerminalAnswer {
 export interface ExportAnswer {
   pcapng_base64: string;
   events: number;
+}
+
+/** Field of a packet: its value in words, and the bytes from ``begin`` to before ``end``; equal: none. One
+ * of a higher ``level`` is a part of the field before it. */
+export interface PacketFieldRow {
+  name: string;
+  text: string;
+  begin: number;
+  end: number;
+  level: number;
+}
+
+/** Answer of ``fields``. */
+export interface FieldsAnswer {
+  fields: PacketFieldRow[];
 }
 
 /** Operations by name: what each is given, and what it answers. */
@@ -208,6 +224,8 @@ export interface Operations {
   clear: { given: { number: number | "all"; on?: string }; answer: Record<string, unknown> };
   /** the faults that are active */
   faults: { given: Record<string, never>; answer: { number: number; kind: string; target: string; parameters: Record<string, unknown>; begin_ns: number }[] };
+  /** the places where faults can be, each with the kinds that fit it */
+  fault_places: { given: Record<string, never>; answer: { place: string; sort: string; of: string; wire: string; kinds: string[] }[] };
   /** submit a multi-axis run, or only check it */
   run: { given: { text: string; file?: string; check?: boolean; points?: number; name?: string; fresh?: boolean }; answer: { run: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; step: number; steps: number; submissions: number; planned_end_ns: number | null; why: string | null; axes: Record<string, { target_deg: number; at_end: null | "stands" | "moves" | "off" | "failed" | "unknown"; commanded_deg: number | null; position_deg: number | null; error_max_deg: number | null; error_rms_deg: number | null }>; benches: Record<string, { state: string; clock_offset_ns: number; clock_error_ns: number }> } | { problems: string } | { run: string; steps: number; state?: undefined; plan?: undefined } | { run: string; steps: number; state?: undefined; plan: { duration_s: number; is_exact: true | false; axes: Record<string, { at_s: number[]; position_deg: number[] }>; steps: ((number | string)[])[]; steps_left_out: number } } };
   /** read, check and plan a program in G-code; answers its problems, or its path and runs to submit, each with a digest that its progress has too */

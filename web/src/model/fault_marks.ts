@@ -31,15 +31,30 @@ export function readFaults(raw: unknown): ActiveFault[] {
 
 const MOST_MARKS = 200;
 
-/** Marks after the list of active faults changed, at `now_s`: new ones begin, those that are gone have ended. */
+/** Marks after the list of active faults changed, at `now_s`: new ones begin, those that are gone have ended. A fault that
+ * comes again has a mark for each time. */
 export function marked(before: FaultMark[], now: ActiveFault[], now_s: number): FaultMark[] {
-  const active = new Set(now.map((fault) => fault.number));
-  const ended = before.map((mark) => (mark.end_s === null && !active.has(mark.number) ? { ...mark, end_s: now_s } : mark));
-  const known = new Set(before.filter((mark) => mark.end_s === null).map((mark) => mark.number));
+  const active = new Map(now.map((fault) => [fault.number, fault]));
+  const ended = before.map((mark) => {
+    if (mark.end_s !== null) return mark;
+    const fault = active.get(mark.number);
+    if (!fault) return { ...mark, end_s: Math.max(now_s, mark.begin_s) };
+    return comesAgain(mark, fault) ? { ...mark, end_s: mark.begin_s + length_s(fault) } : mark;
+  });
+  const known = new Set(ended.filter((mark) => mark.end_s === null).map((mark) => mark.number));
   const begun = now
     .filter((fault) => !known.has(fault.number))
     .map(({ number, kind, target, begin_s }) => ({ number, kind, target, begin_s: begin_s ?? now_s, end_s: null }));
   return [...ended, ...begun].slice(-MOST_MARKS);
+}
+
+function comesAgain(mark: FaultMark, fault: ActiveFault): boolean {
+  return fault.begin_s !== null && fault.parameters["every_s"] !== undefined && fault.begin_s > mark.begin_s + 1e-6;
+}
+
+function length_s(fault: ActiveFault): number {
+  const for_s = fault.parameters["for_s"];
+  return typeof for_s === "number" ? for_s : 0;
 }
 
 /** Say when a fault was: "12.3 s to 14.0 s", "since 12.3 s". */

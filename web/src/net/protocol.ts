@@ -134,6 +134,7 @@ function readParameters(raw: unknown): ParameterRow[] {
 function readFaultKind(raw: Json): FaultKindRow {
   return {
     name: text(raw["name"]),
+    title: text(raw["title"]) || text(raw["name"]),
     layer: text(raw["layer"]),
     target: text(raw["target"]),
     on: text(raw["on"]),

@@ -3,7 +3,7 @@
 Source: CiA 301, 7.2 and 7.3.5 (the identifiers of services that nodes have at first); CiA 305, chapter 6.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 
 from bridges.can.canopen.can_ids import (
@@ -18,10 +18,23 @@ from bridges.can.canopen.can_ids import (
     TIME,
 )
 from bridges.can.canopen.canopen_codes import ERROR_REGISTER, NMT_COMMANDS, NMT_STATES, emergency_words
+from bridges.can.canopen.words.canopen_fields import (
+    command_fields,
+    emergency_fields,
+    identifier_fields,
+    nmt_fields,
+    pdo_fields,
+    sdo_fields,
+    state_fields,
+    sync_fields,
+    time_fields,
+)
 from bridges.can.canopen.words.object_words import Names, ObjectWords
 from bridges.can.canopen.words.pdo_words import PdoWords
 from bridges.can.canopen.words.sdo_words import SdoWords
 from bridges.can.frames.can_frame import CanFrame
+from hil.vocab.packet_field import Fields, PacketField
+from hil.wire.packet_fields import bytes_field
 
 _BIT_RATES = (1000, 800, 500, 250, 125, None, 50, 20, 10)
 """kbit/s by the index of the first table."""
@@ -94,6 +107,15 @@ def _bit_rate(table: int, index: int) -> str:
 _NODES = range(1, 128)
 
 
+_FIELDS_OF_ALL: Mapping[int, tuple[str, Callable[[bytes], Fields]]] = {
+    NMT: ("NMT", nmt_fields),
+    SYNC: ("SYNC", sync_fields),
+    TIME: ("TIME", time_fields),
+    LSS_REQUEST: ("LSS request", command_fields),
+    LSS_ANSWER: ("LSS answer", command_fields),
+}
+
+
 class CanOpenWords:
     """Words for one network, whose frames come in the order in which they were on the bus: what SDOs read and
     wrote tells which values its PDOs have. ``names``: objects of nodes, by node id; ``initial``: values that
@@ -134,6 +156,39 @@ class CanOpenWords:
         if service == ERROR_CONTROL:
             return _error_control(node, data)
         return self._pdo(identifier, data)
+
+    def fields(self, frame: CanFrame) -> Fields:
+        """Fields of a frame that ``say`` has said last."""
+        identifier, data, node = frame.id, frame.data, frame.id & 0x7F
+        digits = f"{identifier:08X}h, 29 bits" if frame.is_extended else f"{identifier:03X}h"
+        if frame.is_remote:
+            return [*identifier_fields(digits), PacketField("remote", f"asks for {frame.dlc} bytes")]
+        if frame.is_extended:
+            return [*identifier_fields(digits), *bytes_field(data)]
+        if identifier in _FIELDS_OF_ALL:
+            service, fields = _FIELDS_OF_ALL[identifier]
+            return [*identifier_fields(digits, [("service", service)]), *fields(data)]
+        service, found = self._fields_of_node(identifier, node, data)
+        parts = [("service", service), ("node", str(node))] if service else []
+        return [*identifier_fields(digits, parts), *found]
+
+    def _fields_of_node(self, identifier: int, node: int, data: bytes) -> tuple[str, Fields]:
+        """Service of a node, empty if it is none of CANopen's, and the fields of the data."""
+        service = identifier & ~0x7F
+        if node in _NODES and service == EMCY:
+            return "EMCY", emergency_fields(data)
+        if node in _NODES and service == ERROR_CONTROL:
+            return "error control", state_fields(data)
+        if node in _NODES and service in (SDO_REQUEST, SDO_ANSWER):
+            is_request, dialogue = service == SDO_REQUEST, self._dialogue(node)
+            objects = self._objects.get(node, self._others)
+            is_segment = dialogue.is_in_block(is_request=is_request)
+            fields = sdo_fields(data, objects, is_request=is_request, is_block_segment=is_segment)
+            return f"SDO {'request' if is_request else 'answer'}", fields
+        if node in _NODES and (pdo := self._pdos.find(identifier)):
+            objects = self._objects.get(pdo.node, self._others)
+            return f"{pdo.kind}{pdo.number}", pdo_fields(data, self._pdos.mapping(pdo), objects)
+        return "", bytes_field(data)
 
     def _remote(self, identifier: int, node: int) -> str:
         if identifier & ~0x7F == ERROR_CONTROL and node in _NODES:

@@ -68,7 +68,7 @@ class PdoWords:
 
     def say(self, pdo: PdoName, data: bytes, objects: ObjectWords) -> str:
         """Say the values; empty where the mapping is not known."""
-        mapped, at = list(self._mapping(pdo)), 0
+        mapped, at = list(self.mapping(pdo)), 0
         if not mapped:
             return ""
         said: list[str] = []
@@ -94,7 +94,8 @@ class PdoWords:
         if not value & INVALID:
             self._identifiers[value & _ID_MASK] = pdo
 
-    def _mapping(self, pdo: PdoName) -> Iterable[MappedObject]:
+    def mapping(self, pdo: PdoName) -> Iterable[MappedObject]:
+        """Parts of a PDO's data, as far as is known."""
         mapped = self._mapped.get(pdo, {})
         for at in range(1, min(mapped.get(0, 0), 64) + 1):
             if at not in mapped:

@@ -104,6 +104,11 @@ class SdoWords:
             case command:
                 return f"unknown command {command}"
 
+    def is_in_block(self, *, is_request: bool) -> bool:
+        """True if a frame of this side is a segment of a block."""
+        transfer = self._transfer
+        return bool(transfer and transfer.is_in_block and transfer.is_write == is_request)
+
     # ---- one frame, or segments ----
 
     def _initiate(self, data: bytes, *, is_write: bool) -> str:

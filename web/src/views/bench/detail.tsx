@@ -3,6 +3,7 @@
 import { keptText } from "../../kept";
 import { Tabs, type Tab } from "../../parts/tabs";
 import type { DeviceRow } from "../../model/door";
+import { href } from "../../router";
 import { hello } from "../../store";
 import { pinsOf } from "./axis_fields";
 import { figuresOf } from "./figures";
@@ -61,6 +62,11 @@ function DeviceHead({ device }: { device: DeviceRow }) {
       </span>
       <span class={`pill is-${figures.state}`}>{figures.stateText}</span>
       {figures.why && figures.why !== figures.stateText && <span class="soft">{figures.why}</span>}
+      {!device.is_real && (
+        <a class="button" href={href("faults", device.name)}>
+          Break…
+        </a>
+      )}
     </div>
   );
 }

@@ -10,18 +10,18 @@ export interface Column {
   text(packet: WirePacket): string;
 }
 
-const BY: Column = { title: "Sent by", look: "", text: (packet) => packet.by.join(" and ") || "?" };
+const BY: Column = { title: "Sent by", look: "wide-only", text: (packet) => packet.by.join(" and ") || "?" };
 
 /** Columns between the times and the meaning. */
 const OWN: Record<WireKind, readonly Column[]> = {
   can: [
     { title: "ID", look: "mono", text: ({ id }) => id },
-    { title: "DLC", look: "mono num", text: (packet) => (packet.id ? (packet.isRemote ? "R" : String(bytesOf(packet))) : "") },
+    { title: "DLC", look: "mono num wide-only", text: (packet) => (packet.id ? (packet.isRemote ? "R" : String(bytesOf(packet))) : "") },
     BY,
   ],
   modbus: [
     { title: "Unit", look: "mono num", text: unitOf },
-    { title: "Function", look: "mono num", text: (packet) => functionOf(packet) },
+    { title: "Function", look: "mono num wide-only", text: (packet) => functionOf(packet) },
     { title: "", look: "soft", text: (packet) => (packet.error !== null ? "" : packet.to ? "asks" : "answers") },
     BY,
   ],

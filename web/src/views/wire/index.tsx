@@ -3,7 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { signal } from "@preact/signals";
 import { notifyError } from "../../parts/notices";
-import { go } from "../../router";
+import { go, href } from "../../router";
 import { askPast, LANE, pastAt } from "../../past";
 import { hello, may, status } from "../../store";
 import type { Hello } from "../../net/protocol";
@@ -74,6 +74,9 @@ function Wire({ place, places }: { place: WirePlace; places: WirePlace[] }) {
         </label>
         <Line name={place.name} />
         <LoadMeter feed={feed} />
+        <a class="button" href={href("faults", place.name)}>
+          Break…
+        </a>
         {feed.refused.value && (
           <span class="problem" role="alert">
             {feed.refused.value}

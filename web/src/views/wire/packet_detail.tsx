@@ -3,8 +3,8 @@
 import { timeText } from "./columns";
 import { conversationOf } from "./conversation";
 import { withWord } from "./packet_filter";
+import { PacketFields } from "./packet_fields";
 import type { WirePacket } from "./packet_log";
-import { hexPairs } from "./packet_text";
 import type { WireFeed } from "./wire_feed";
 
 export function PacketDetail({ feed, packet, close }: { feed: WireFeed; packet: WirePacket; close(): void }) {
@@ -17,7 +17,6 @@ export function PacketDetail({ feed, packet, close }: { feed: WireFeed; packet: 
     ["driven by", packet.by.join(" and ") || "unknown"],
     ["meaning", packet.text],
     ["error", packet.error ?? "none"],
-    ["bytes", hexPairs(packet.hex) || "none"],
   ];
   return (
     <div class="packet-detail" role="region" aria-label="The chosen packet">
@@ -29,6 +28,7 @@ export function PacketDetail({ feed, packet, close }: { feed: WireFeed; packet: 
           </div>
         ))}
       </dl>
+      <PacketFields feed={feed} packet={packet} />
       <div class="row">
         <button type="button" aria-pressed={isFollowed} disabled={!talk} title={talk} onClick={() => (feed.filter.value = withWord(feed.filter.value, talk))}>
           Follow this conversation

@@ -79,11 +79,11 @@ export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose
     >
       <div role="row" class="packet head" aria-rowindex={1}>
         <span role="columnheader">Time s</span>
-        <span role="columnheader" class="num">
+        <span role="columnheader" class="num wide-only">
           Apart
         </span>
         {columns.map(({ title, look }) => (
-          <span key={title} role="columnheader" class={look.includes("num") ? "num" : ""} aria-label={title || "Way"}>
+          <span key={title} role="columnheader" class={look.replace("mono", "")} aria-label={title || "Way"}>
             {title}
           </span>
         ))}
@@ -108,7 +108,7 @@ export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose
               <span role="gridcell" class="mono">
                 {packet.at_s.toFixed(6)}
               </span>
-              <span role="gridcell" class="mono soft num">
+              <span role="gridcell" class="mono soft num wide-only">
                 {apartText(apart, packet, rows.at(at - 1), marked)}
               </span>
               {columns.map(({ title, look, text }) => (
