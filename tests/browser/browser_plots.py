@@ -12,13 +12,17 @@ from browser_pages import Bench, served, violations
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Page, expect
 
+from device_profiles.sac.packet import encode
+
 SPEED = 4
+SEGMENTS = {"bus0": {"stations": ["s1"], "taps": {"master": {"port": "pty"}}}}
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
 
 
 @pytest.fixture(scope="module")
 def bench(chromium: Browser) -> Iterator[Bench]:
-    with served(chromium, {"bench": "t", "speed": SPEED, "devices": {"m1": SERVO, "m2": SERVO}}) as bench:
+    devices = {"m1": SERVO, "m2": SERVO, "s1": {"profile": "sac", "flash": {}}}
+    with served(chromium, {"bench": "t", "speed": SPEED, "devices": devices, "segments": SEGMENTS}) as bench:
         for name in ("m1", "m2"):
             bench.server.ready(name, boot_ns=READY_NS)
             bench.server.ask("do", device=name, name="enable", parameters={})
@@ -129,6 +133,13 @@ def test_a_trigger_holds_the_picture_about_an_edge(pages: Bench) -> None:
     pages.server.ask("inject", target="m1", fault="byte_drop", parameters={"rate": 0.1})
     expect(state).to_have_text(re.compile(r"^triggered at [\d.]+ s$"))
     pages.server.ask("clear", number="all")
+    # So is a packet with some words, and no other.
+    bar.get_by_label("Trigger on").select_option("packet")
+    bar.get_by_label("Words of the packet").fill("m99")
+    bar.get_by_label("Before").fill("0")
+    expect(state).to_have_text("waiting")
+    pages.server.ask("play", tap="bus0.master", bursts=[[0, encode(85, 1, b"m99").hex()]])
+    expect(state).to_have_text(re.compile(r"^triggered at [\d.]+ s$"))
     button(page, "Trigger off")
     expect(state).to_be_empty()
 

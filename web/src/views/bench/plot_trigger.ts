@@ -1,4 +1,4 @@
-/** The trigger of plots: it waits for a value, a fault or a step of a run, holds the picture about it, and fills that from the
+/** The trigger of plots: it waits for a value, a fault, a packet or a step of a run, holds the picture about it, and fills that from the
  * recording. It goes on while other views are looked at. */
 
 import { effect, signal } from "@preact/signals";
@@ -6,7 +6,7 @@ import { Kept } from "../../kept";
 import { Acquisition, EdgeFinder, readTrigger, stateText, type TriggerSettings, USUAL_TRIGGER } from "../../model/trigger";
 import { notifyError } from "../../parts/notices";
 import { pastAt } from "../../past";
-import { activeFaults, benchTime_s, runs } from "../../store";
+import { activeFaults, benchTime_s, hello, runs } from "../../store";
 import { feedOf } from "./axis_feed";
 import { besideOf } from "./axis_fields";
 import { allOf } from "./past_samples";
@@ -18,6 +18,19 @@ const LOOK_MS = 50;
 const PROGRESS_s = 0.02;
 /** A recording's first sample may come a little later than it is asked for. */
 const EARLIER_s = 0.002;
+
+/** Hears packets of a wire: put here by what knows how packets are read. */
+export const packetEars = {
+  hear:
+    (_line: string, _words: string, _heard: (at_s: number) => void): (() => void) =>
+    () =>
+      undefined,
+};
+
+/** Wires of the bench on which packets pass. */
+export function linesOf(): string[] {
+  return [...(hello.value?.segments ?? []), ...(hello.value?.buses ?? [])];
+}
 
 export class PlotTrigger {
   readonly settings: Kept<TriggerSettings>;
@@ -48,6 +61,13 @@ export class PlotTrigger {
     const { signal } = this.settings.value;
     const { signals } = this.model;
     return signals.includes(signal) ? signal : (signals[0] ?? "");
+  }
+
+  /** Wire whose packets it looks at. */
+  get line(): string {
+    const lines = linesOf();
+    const { line } = this.settings.value;
+    return lines.includes(line) ? line : (lines[0] ?? "");
   }
 
   /** Wait for the next trigger. */
@@ -86,6 +106,8 @@ export class PlotTrigger {
     switch (settings.on) {
       case "fault":
         return this.hearFaults(settings.kind);
+      case "packet":
+        return packetEars.hear(this.line, settings.words, (at_s) => this.fire(at_s));
       case "step":
         return this.hearSteps(settings.run.trim(), settings.step);
       default:

@@ -5,7 +5,7 @@ import type { TriggerSettings } from "../../model/trigger";
 import { devices, hello } from "../../store";
 import { fieldAt } from "./axis_fields";
 import type { PlotModel } from "./plot_model";
-import { type PlotTrigger, triggerOf } from "./plot_trigger";
+import { linesOf, type PlotTrigger, triggerOf } from "./plot_trigger";
 
 /** `isOpen`: the settings are shown, too. */
 export function TriggerBar({ model, isOpen }: { model: PlotModel; isOpen: boolean }) {
@@ -46,6 +46,7 @@ function Settings({ model, trigger }: { model: PlotModel; trigger: PlotTrigger }
     </select>
   );
   const kinds = hello.value?.fault_kinds.map(({ name }) => [name, name] as const) ?? [];
+  const lines = linesOf();
   const unit = fieldAt(devices.value, trigger.signal)?.field.unit ?? "";
   return (
     <>
@@ -53,6 +54,7 @@ function Settings({ model, trigger }: { model: PlotModel; trigger: PlotTrigger }
         ["field", "a field"],
         ["fault", "a fault"],
         ["step", "a step of a run"],
+        ...(lines.length ? [["packet", "a packet"] as const] : []),
       ])}
       {settings.on === "field" && (
         <>
@@ -69,6 +71,26 @@ function Settings({ model, trigger }: { model: PlotModel; trigger: PlotTrigger }
           ])}
           <NumberField label="Level" unit={unit} value={settings.level} onValue={(level) => trigger.set({ level })} />
           <NumberField label="Hysteresis" unit={unit} least={0} isTold value={settings.hysteresis} onValue={(hysteresis) => trigger.set({ hysteresis })} />
+        </>
+      )}
+      {settings.on === "packet" && (
+        <>
+          {choice(
+            "line",
+            "Wire",
+            lines.map((name) => [name, name]),
+            trigger.line,
+          )}
+          <label>
+            <span class="soft">with</span>
+            <input
+              class="mono"
+              placeholder="any words"
+              aria-label="Words of the packet, as in the filter of Wire"
+              value={settings.words}
+              onChange={(event) => trigger.set({ words: event.currentTarget.value })}
+            />
+          </label>
         </>
       )}
       {settings.on === "fault" && choice("kind", "Kind of fault", [["", "of any kind"], ...kinds])}
