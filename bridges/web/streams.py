@@ -24,6 +24,8 @@ FAST_S, SLOW_S = 1 / 60, 0.25
 """Interval of a page's turns while something fast is watched, and else."""
 TAKEN_S = 2 * FAST_S
 """Time between two takings of an axis's samples: a page draws 30 times a second."""
+CARD_HZ, CARD_TAKEN_S = 60.0, 4 * FAST_S
+"""Rate up to which extremes are for cards, of which a page has many; time between two takings of those."""
 MOST_ITEMS, ITEM_BYTES = 2000, 512 * 1024
 """Maximum number of items that wait for a page's turn, and of their bytes."""
 TAKEN_ITEMS = 300
@@ -101,6 +103,7 @@ class AxisSamples:
         self._number, self._columns = number, len(names)
         self._samples: list[bytes] = []
         self._dropped, self._taking = 0, -1
+        self._taken_s = CARD_TAKEN_S if points > 1 and rate_Hz <= CARD_HZ else TAKEN_S
         interval_ns = NS_PER_S / Fraction(str(rate_Hz)).limit_denominator(10**6)
         self._watch: Watch = desk.watch(
             source, Watched.SAMPLES, axis, self._samples.append, interval_ns=interval_ns, points=points
@@ -113,7 +116,7 @@ class AxisSamples:
 
     def next_message(self, now_s: float) -> bytes | None:
         """Block of the rows of the last turns."""
-        before, self._taking = self._taking, int(now_s / TAKEN_S)  # of all watches at the same turn
+        before, self._taking = self._taking, int(now_s / self._taken_s)  # of all watches at the same turn
         if before in (-1, self._taking):
             return None
         self._watch.flush()

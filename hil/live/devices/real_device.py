@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import fields, replace
 from fractions import Fraction
 from typing import Any, NoReturn
 
@@ -13,11 +13,11 @@ from hil.vocab.ports import Port, PortStats
 from hil.vocab.verbs import VerbRefused
 
 NO_PORT = PortStats(clients=0, connects=0, rx_bytes=0, tx_bytes=0, dropped_bytes=0, unheard_bytes=0)
-_NO_COUNTERS = ("clients", "away", "echo")
+_COUNTERS = [field.name for field in fields(PortStats) if field.name not in ("clients", "away", "echo")]
 
 
 def port_counters(stats: PortStats) -> dict[str, int]:
-    return {name: count for name, count in asdict(stats).items() if name not in _NO_COUNTERS}
+    return {name: getattr(stats, name) for name in _COUNTERS}
 
 
 def port_row(port: Port) -> dict[str, Any]:

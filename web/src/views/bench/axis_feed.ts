@@ -20,8 +20,10 @@ const KEPT_MS = 30_000;
 /** A jump of the clocks by more is taken at once, less is followed slowly. */
 const JUMP_s = 0.25;
 const FOLLOW = 0.05;
-/** Samples come 30 times a second: so far behind the newest of them the edge of a live plot moves evenly. */
+/** Samples come 30 times a second, extremes for cards 15 times: so far behind the newest of them the edge of a live plot
+ * moves evenly. */
 const BATCH_s = 0.04;
+const CARD_BATCH_s = 0.08;
 
 const PAST_WINDOW_s = 10;
 /** Hears rows as they come, of the finest samples: of each the time, and a column for each field of the feed. */
@@ -135,7 +137,7 @@ export class AxisFeed {
     const past_s = pastAt.peek();
     if (past_s !== null) return past_s;
     const even = (now_ms / 1000) * this.speed + this.offset_s;
-    return Math.min(even - BATCH_s * this.speed, this.last_s);
+    return Math.min(even - (this.fine?.isOpen ? BATCH_s : CARD_BATCH_s) * this.speed, this.last_s);
   }
 
   private get last_s(): number {
