@@ -17,7 +17,7 @@ def test_the_page_has_its_picture_taken(chromium: Browser) -> None:
     devices = {"m1": servo, "s1": {"profile": "sac", "flash": {}}}
     with served(chromium, {"bench": "demo", "devices": devices}) as bench:
         bench.server.ready("m1", boot_ns=READY_NS)
-        page = bench.open("bench/m1", viewport={"width": 1280, "height": 770}, color_scheme="light")
+        page = bench.open("bench/m1", viewport={"width": 1600, "height": 1000}, color_scheme="light")
         page.get_by_role("tab", name="Terminal", exact=True).click()
         page.wait_for_timeout(800)
         page.locator(".xterm-helper-textarea").first.focus()

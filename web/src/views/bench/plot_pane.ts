@@ -22,6 +22,8 @@ const FONT_PX = 11;
 const LANE_PX = 16;
 const OTHERS_PX = 3;
 const LEVEL_DASH_PX = 10;
+const MOVED_PX = 1.5;
+const MARK_CHARACTERS = 20;
 const NO_GAPS: [number, number][] = [];
 
 export class PlotPane implements Drawer {
@@ -73,16 +75,14 @@ export class PlotPane implements Drawer {
     this.plot.destroy();
   }
 
+  /** Live plots are drawn again when they have moved by more than a pixel: those of minutes a few times a second. */
   isDue(): boolean {
     if (!this.sight.isIn) return false;
     const { ring } = this.model.shownLayer(performance.now());
-    const isSame = ring === this.drawnRing && this.model.changes === this.drawnChanges && ring.total === this.drawnTotal;
-    return !isSame || (!this.model.paused.peek() && this.isMoving());
-  }
-
-  /** Whether the live edge still moves: it stands a moment after the samples stop. */
-  private isMoving(): boolean {
-    return this.model.feed.edge_s(performance.now()) !== this.x.max;
+    if (ring !== this.drawnRing || this.model.changes !== this.drawnChanges) return true;
+    if (this.model.paused.peek()) return ring.total !== this.drawnTotal;
+    const pixel_s = (this.x.max - this.x.min) / Math.max(this.place.clientWidth, 1);
+    return !(Math.abs(this.model.feed.edge_s(performance.now()) - this.x.max) < MOVED_PX * pixel_s);
   }
 
   draw(now_ms: number): void {
@@ -268,12 +268,12 @@ export class PlotPane implements Drawer {
     const { ctx } = plot;
     const colours = palette();
     let free = left;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "alphabetic";
     this.eachMark(plot, 0, (mark, from) => {
       const isOwn = this.isOwn(mark);
       const text = isOwn ? mark.kind : `${mark.kind} ${mark.target}`;
       ctx.font = `${FONT_PX * devicePixelRatio}px ${colours.mono}`;
-      ctx.textAlign = "left";
-      ctx.textBaseline = "alphabetic";
       ctx.fillStyle = isOwn ? colours.bad : colours.soft;
       const at = Math.max(from, free);
       ctx.fillText(text, at, top - 4 * devicePixelRatio);
@@ -281,7 +281,8 @@ export class PlotPane implements Drawer {
     });
     ctx.fillStyle = colours.soft;
     ctx.font = `${FONT_PX * devicePixelRatio}px ${colours.mono}`;
-    for (const { at_s, text } of this.marksInSight()) {
+    for (const { at_s, text: whole } of this.marksInSight()) {
+      const text = whole.length > MARK_CHARACTERS ? `${whole.slice(0, MARK_CHARACTERS - 1)}…` : whole;
       const at = plot.valToPos(at_s, "x", true);
       const end = at + ctx.measureText(text).width;
       if (at < free || end > left + width) continue;
