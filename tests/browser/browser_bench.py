@@ -264,8 +264,8 @@ def test_a_step_response_is_drawn_before_and_after_new_gains(pages: Bench) -> No
     gain.fill("40")
     button(page, "Step, set gains, step again")
     table = page.locator(".gains table")
-    expect(table.get_by_role("row", name=re.compile("^after"))).to_be_visible()
-    rows = [table.get_by_role("row", name=re.compile(f"^{row}")) for row in ("before", "after")]
+    expect(table.get_by_role("row", name=re.compile("^after (?!−)"))).to_be_visible()
+    rows = [table.get_by_role("row", name=re.compile(f"^{row} (?!−)")) for row in ("before", "after")]
     before, after = (row.get_by_role("cell").nth(1).inner_text() for row in rows)
     assert before != after
     expect(page.get_by_role("img", name=re.compile("^Step responses"))).to_be_visible()
