@@ -50,7 +50,7 @@ def prepared(page: Page) -> None:
     expect(page.locator(".terminal").get_by_role("status")).to_contain_text("s1: open")
     # Once was too little now and then on a busy machine; browser_terminals.py is about what is typed.
     for _ in range(TIMES):
-        page.locator(".terminal").get_by_role("textbox").press_sequentially("vd\n")
+        page.locator(".xterm-helper-textarea").press_sequentially("vd\n")
         with suppress(AssertionError):
             expect(page.locator(".xterm-rows")).to_contain_text("SAC>", timeout=PATIENCE_MS / TIMES)
             break
@@ -74,7 +74,7 @@ def goes_on(page: Page) -> None:
     page.get_by_role("tab", name="Terminal", exact=True).click()
     expect(page.locator(".xterm-rows")).to_contain_text("SAC>")
     expect(page.locator(".terminal").get_by_role("status")).to_contain_text("s1: open")
-    page.locator(".terminal").get_by_role("textbox").press_sequentially("cf\n")
+    page.locator(".xterm-helper-textarea").press_sequentially("cf\n")
     expect(page.locator(".xterm-rows")).to_contain_text("debug")
 
 

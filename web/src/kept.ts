@@ -80,6 +80,11 @@ export function keptText(name: string, initial = ""): Kept<string> {
   );
 }
 
+/** Value of a name, which may be any text: "constructor" has none of its own. */
+export function ownOf<T>(values: Readonly<Record<string, T>>, name: string): T | undefined {
+  return Object.hasOwn(values, name) ? values[name] : undefined;
+}
+
 /** Texts by name, such as those of fields of a form. */
 export function keptTexts(name: string): Kept<Readonly<Record<string, string>>> {
   return new Kept(

@@ -1,7 +1,7 @@
 /** A line that is written as a whole before it goes to a board, with those that were sent before. */
 
 import { useRef, useState } from "preact/hooks";
-import { Kept, keptTexts } from "../../kept";
+import { Kept, keptTexts, ownOf } from "../../kept";
 import { type Ending, ENDING_NAMES, ENDINGS, withLine } from "../../model/sent_lines";
 import type { TerminalPort } from "./terminal_port";
 
@@ -24,13 +24,13 @@ export function endingOf(profile: string): Ending {
 }
 
 export function SendLine({ port, profile }: { port: TerminalPort; profile: string }) {
-  const text = drafts.value[port.port] ?? "";
+  const text = ownOf(drafts.value, port.port) ?? "";
   const setText = (to: string) => (drafts.value = { ...drafts.value, [port.port]: to });
   const input = useRef<HTMLInputElement>(null);
   /** How far back in the lines that were sent; 0: it is a new one. */
   const [back, setBack] = useState(0);
   const [written, setWritten] = useState("");
-  const lines = sent.value[port.port] ?? [];
+  const lines = ownOf(sent.value, port.port) ?? [];
   const ending = endingOf(profile);
   const isOpen = port.isOpen.value;
   const send = (all: string[]) => {

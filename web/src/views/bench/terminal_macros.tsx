@@ -1,7 +1,7 @@
 /** Texts that are sent by a button, kept for each profile of a board. */
 
 import { useState } from "preact/hooks";
-import { Kept } from "../../kept";
+import { Kept, ownOf } from "../../kept";
 import { bytesOfMacro, ENDING_NAMES, type Ending, type Macro, moved, NEW_MACRO, readMacros, titleOf } from "../../model/sent_lines";
 import { endingOf } from "./terminal_line";
 import type { TerminalPort } from "./terminal_port";
@@ -15,7 +15,7 @@ const kept = new Kept<Readonly<Record<string, readonly Macro[]>>>(
 
 export function Macros({ port, profile }: { port: TerminalPort; profile: string }) {
   const [isEdited, setEdited] = useState(false);
-  const macros = kept.value[profile] ?? [];
+  const macros = ownOf(kept.value, profile) ?? [];
   const put = (next: readonly Macro[]) => (kept.value = { ...kept.peek(), [profile]: next });
   const edit = () => {
     if (!isEdited && !macros.length) put([{ ...NEW_MACRO, ending: endingOf(profile) }]);
