@@ -79,6 +79,7 @@ def test_the_shift_of_zeros_by_kind_of_axis() -> None:
     assert zero_shift_deg({"position_deg": 5.0}) == 0.0
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_circle_by_sacs_on_their_line_is_measured(segment: Any) -> None:
     """A circle of 50 mm radius at 1200 mm/min, over a line at 38400 baud."""

@@ -73,6 +73,7 @@ def test_a_dialogue_holds_a_client_up_and_loses_nothing(place: Place, pair: Any)
         assert resetting.wait(PATIENCE_S) == 0
 
 
+@pytest.mark.thorough
 def test_faults_come_and_go(place: Place, pair: Any) -> None:
     _, real, _ = pair
     with real.client("s2") as terminal:
@@ -107,6 +108,7 @@ def test_faults_come_and_go(place: Place, pair: Any) -> None:
         assert said in refused.stderr, refused
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not shutil.which("tshark"), reason="needs tshark")
 def test_a_capture_has_every_byte_both_ways(place: Place, pair: Any) -> None:
     _, real, _ = pair
@@ -154,6 +156,7 @@ def test_a_board_that_is_away_is_said_and_comes_back(place: Place) -> None:
             until(lambda: real.status("s2")["note"], "the loss")
 
 
+@pytest.mark.thorough
 def test_a_real_mechaduino_beside_a_twin_and_a_log_that_leaves_it_out(place: Place) -> None:
     twins = place.serve(config(devices={"m1": {"port": "tcp"}})).ready()
     at = twins.ask("list")["devices"][0]["address"]

@@ -233,6 +233,7 @@ def test_a_stepper_makes_ramps_of_its_own_and_a_servo_keeps_to_the_path(place: P
         pair.submit("b", {"line": {"x": 0.0, "y": 0.0}}, axes=("x", "y"))
 
 
+@pytest.mark.thorough
 def test_drives_stop_by_themselves_when_their_master_is_killed(place: Place) -> None:
     pair = CanPair(place, "udp_multicast", master="&master=127").enabled()
     pair.submit("a", {"move": {"x": 36000.0, "y": 36000.0}}, axes=("x", "y"))

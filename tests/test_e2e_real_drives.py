@@ -208,6 +208,7 @@ def test_doors_have_the_drive_and_refuse_what_it_has_not(pair: Pair) -> None:
         until(lambda: abs(told_deg() - 20) < 0.5, "20 deg at the door")
 
 
+@pytest.mark.thorough
 def test_a_reload_exchanges_the_drives_that_changed_and_no_others(pair: Pair) -> None:
     pair.enabled()
     old = pair.near.status("y")["drive"]["polls"]

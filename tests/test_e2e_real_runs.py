@@ -130,6 +130,7 @@ def test_real_boards_move_beside_a_twin(pair: Pair) -> None:
     assert "set-point 9.00 deg (its terminal tells no position), planned 9.00" in said
 
 
+@pytest.mark.thorough
 def test_what_cannot_be_is_found_before_anything_moves(pair: Pair) -> None:
     problems = pair.submit("a", {"move": {"m1": 1.0}})["problems"]
     assert "axes.m2: what this real board does is not known (`hil axis m2 enable` first)" in problems

@@ -59,6 +59,7 @@ def test_every_run_is_recorded_and_listed(place: Place) -> None:
     assert place.cli("replay", str(path)).startswith("identical: ")
 
 
+@pytest.mark.thorough
 def test_no_log_records_nothing_and_log_records_elsewhere(place: Place) -> None:
     place.serve(config(), "--no-log").ready().stop()
     log = place.folder / "run.hil.gz"
@@ -186,6 +187,7 @@ def test_a_recording_that_used_its_room_ends_and_the_bench_goes_on(place: Place)
     assert "its room was used" in place.cli("replay", str(path))
 
 
+@pytest.mark.thorough
 def test_a_hung_bench_says_where_its_end_is(place: Place) -> None:
     place.hil("profile", "new", "hanger", "--folder", str(place.folder))
     program = place.folder / "hanger" / "firmware.py"

@@ -345,6 +345,7 @@ def test_real_boards(place: Place) -> None:
     server.stop()
 
 
+@pytest.mark.thorough
 def test_many_reloads_leave_nothing_behind(place: Place) -> None:
     one: Devices = {"m1": {}, "m2": {}}
     other: Devices = {"m1": {}, "m2": {"axis": {"start_deg": 1.0}}, "m3": TCP, "m4": {}}

@@ -5,6 +5,7 @@ import socket
 import time
 from typing import Any
 
+import pytest
 from e2e_support import Client, Place, Server, config, folder, refused, reload, until
 
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
@@ -103,6 +104,7 @@ app(["serve", sys.argv[1], "--runtime-dir", sys.argv[2], "--state-dir", sys.argv
 """
 
 
+@pytest.mark.thorough
 def test_another_kind_of_board_waits_for_the_last_commit_of_the_old_one(place: Place) -> None:
     path = place.write(config(speed=5, devices={"b1": SAC}), "t.yaml")
     arguments = str(path), str(place.runtime), str(place.state), str(place.folder)

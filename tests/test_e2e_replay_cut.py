@@ -55,7 +55,9 @@ def type_for(server: Server, seconds: float) -> None:
         client.close()
 
 
-@pytest.mark.parametrize("seed", range(KILLS))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(each, marks=pytest.mark.thorough) for each in range(1, KILLS))]
+)
 def test_a_killed_daemons_log_is_cut_and_not_different(
     place: Place, typed_at: tuple[Server, Path], seed: int
 ) -> None:

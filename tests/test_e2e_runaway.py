@@ -131,7 +131,10 @@ def times(place: Place, name: str) -> list[float]:
     return [float(word) for word in until((place.runtime / name).read_text, f"its {name}").split()]
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(
+    "way",
+    ["l", "0", "a", *(pytest.param(way, marks=pytest.mark.thorough) for way in WAYS if way not in "l0a")],
+)
 def test_a_runaway_is_stopped_and_the_others_go_on(place: Place, way: str) -> None:
     server = run(place)
     with server.client("m1") as client, server.client("m2") as other:
@@ -158,7 +161,15 @@ def test_a_runaway_is_stopped_and_the_others_go_on(place: Place, way: str) -> No
     server.stop()
 
 
-@pytest.mark.parametrize(("way", "m1"), [("p", {}), ("w", {}), ("z", {}), ("p", {"baud": 115200})], ids=str)
+@pytest.mark.parametrize(
+    ("way", "m1"),
+    [
+        ("p", {}),
+        *(pytest.param(way, m1, marks=pytest.mark.thorough) for way, m1 in (("w", {}), ("z", {}))),
+        pytest.param("p", {"baud": 115200}, marks=pytest.mark.thorough),
+    ],
+    ids=str,
+)
 def test_the_replay_stops_what_the_guard_stopped(place: Place, way: str, m1: dict[str, object]) -> None:
     """The replay stops it in the same turn, with the same bytes; nothing of the wall's time is in the
     replay."""
@@ -242,6 +253,7 @@ def test_a_client_that_asks_for_much_is_no_runaway(place: Place) -> None:
     server.stop()
 
 
+@pytest.mark.thorough
 def test_who_types_much_gets_no_board_stopped(place: Place) -> None:
     """64 MB of answers: the board takes no more at a time than from a client, and the other one goes on."""
     server = place.serve(config(speed=1, devices={"m1": {}, "m2": {}})).ready("m2")
@@ -255,6 +267,7 @@ def test_who_types_much_gets_no_board_stopped(place: Place) -> None:
     server.stop()
 
 
+@pytest.mark.thorough
 def test_byte_faults_on_a_long_answer_get_no_board_stopped(place: Place) -> None:
     server = place.serve(config(speed=1, devices={"m1": {}})).ready()
     server.ask("inject", fault="byte_flip", target="m1", parameters={"rate": 0.0001})

@@ -67,7 +67,7 @@ def test_hangup_is_ignored_under_nohup(place: Place) -> None:
     server.stop()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.thorough), signal.SIGTERM])
 def test_a_signal_while_it_starts_leaves_nothing_behind(place: Place, number: int) -> None:
     for _ in range(3):
         server = place.launch(config(devices={f"m{i}": {} for i in range(20)}))

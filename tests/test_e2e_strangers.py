@@ -83,6 +83,7 @@ def as_user(place: Place, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([HIL, *command], env=env, capture_output=True, text=True, timeout=PATIENCE_S)
 
 
+@pytest.mark.thorough
 @needs_stranger
 def test_a_folder_that_another_user_has_made_is_not_believed(place: Place) -> None:
     """The other user listens there, and gets no word of what a command has to say."""

@@ -53,7 +53,9 @@ def done(server: Server, *arguments: str, code: int = 0) -> str:
     return said
 
 
-@pytest.mark.parametrize("speed", [0.5, 1, 10])
+@pytest.mark.parametrize(
+    "speed", [1, *(pytest.param(each, marks=pytest.mark.thorough) for each in (0.5, 10))]
+)
 def test_an_upload_is_verified_at_any_speed_and_outlives_the_daemon(place: Place, speed: float) -> None:
     server, flash = place.serve(config(speed=speed, devices=UNO)), program(2000)
     assert note(server) == NO_PROGRAM

@@ -5,12 +5,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from e2e_support import PATIENCE_S, Place
 
 PATIENT = Path(__file__).with_name("patient_master.py")
 FOLDER = Path(__file__).parents[1] / "examples" / "can"
 
 
+@pytest.mark.thorough
 def test_four_axes_stand_where_the_program_says(tmp_path: Path) -> None:
     """How far they are apart varies by the noise of their loops."""
     program = FOLDER / "four_axes.py"

@@ -59,6 +59,7 @@ def test_the_page_from_its_beginning_to_its_end(lab: Path) -> None:
     assert [line.replace(f"{lab}/", "") for line in fresh("check", "try.yaml", code=2)] == problems
 
 
+@pytest.mark.thorough
 def test_the_board_with_the_pages_motor(lab: Path) -> None:
     said("profile", "new", "pinger", "--folder", "boards")
     yaml = lab / "boards" / "pinger" / "profile.yaml"
@@ -77,6 +78,7 @@ def fresh(*command: str, code: int) -> list[str]:
     return (done.stdout + done.stderr).splitlines()
 
 
+@pytest.mark.thorough
 def test_a_new_board_passes_its_tests_as_it_is(lab: Path) -> None:
     said("profile", "new", "laser_gate", "--folder", "my/boards")
     pass_tests(lab / "my" / "boards" / "laser_gate")

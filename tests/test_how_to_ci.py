@@ -29,7 +29,7 @@ def gitlab(job: str, file: str = ".gitlab-ci.yml") -> list[str]:
 
 
 @pytest.mark.parametrize("job", ["virtual", "live"])
-@pytest.mark.parametrize("lines_of", [github, gitlab])
+@pytest.mark.parametrize("lines_of", [pytest.param(github, marks=pytest.mark.thorough), gitlab])
 def test_a_job(lines_of: Any, job: str, tmp_path: Path) -> None:
     for name in PROJECT:
         (tmp_path / name).write_text(FILES[name])

@@ -16,6 +16,7 @@ def files(tmp_path: Path) -> list[Path]:
     return write_files(PAGE, tmp_path)
 
 
+@pytest.mark.thorough
 def test_its_tests_pass(files: list[Path], tmp_path: Path) -> None:
     said = run_tests(only_test(files), tmp_path).stdout
     assert "7 passed" in said, said

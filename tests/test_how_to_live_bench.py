@@ -2,9 +2,11 @@
 
 import json
 
+import pytest
 from e2e_support import Place, config, until
 
 
+@pytest.mark.thorough
 def test_serve_tells_programs_when_boards_answer(place: Place) -> None:
     ready = place.folder / "ready.json"
     server = place.launch(config(), "--json", "--ready-file", str(ready))

@@ -278,6 +278,7 @@ def test_a_device_that_leaves_the_bench_ends_gdb(bench: tuple[Place, Server], do
         assert b"$W00#" in said
 
 
+@pytest.mark.thorough
 def test_a_replay_has_what_gdb_wrote(bench: tuple[Place, Server]) -> None:
     with Place() as place:
         shutil.copytree(bench[0].folder / "turns", place.folder / "turns")

@@ -66,6 +66,7 @@ def test_a_coil_is_turned_round_in_this_time(
         assert (turned_ns - at_ns) / 1e3 == pytest.approx(expected_us, rel=0.05, abs=90)
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_the_manuals_motor_stalls_at_the_formulas_rate_under_half_its_load() -> None:
     assert stall(*MANUAL, load=0.55) == pytest.approx(1.0, abs=0.1)

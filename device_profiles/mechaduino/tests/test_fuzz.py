@@ -60,6 +60,7 @@ def flood(size: int) -> list[bytes]:
     return pieces
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_a_flood_of_200_kB_and_the_board_still_answers() -> None:
     # c, w, j, g and a would take hours of simulated time between them; they have their own test below.

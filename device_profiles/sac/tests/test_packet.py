@@ -168,6 +168,7 @@ def garbled(rng: random.Random) -> bytes:
     return bytes(stream)
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_fuzz():
     """HIL_FUZZ inputs, each in random pieces, against the second reader."""

@@ -72,6 +72,7 @@ def test_a_hundred_runs_are_one() -> None:
     assert len({run_once() for _ in range(100)}) == 1
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_another_process_with_another_hash_seed_does_the_same() -> None:
     program = (

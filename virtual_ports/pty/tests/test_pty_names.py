@@ -99,6 +99,7 @@ def test_folders_that_were_made_for_names_go_with_the_last_of_them(tmp_path: Pat
     assert made.is_dir()
 
 
+@pytest.mark.thorough
 def test_folders_of_a_name_that_cannot_be_are_not_left(tmp_path: Path) -> None:
     for path in ("new/arms/" + "x" * 300, "new/" + "x" * 300 + "/m1"):
         assert "choose another path:" in refused(Options(path=str(tmp_path / path)), tmp_path)
@@ -166,6 +167,7 @@ def test_a_name_that_another_has_taken_meanwhile_is_left_to_it(tmp_path: Path) -
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 def test_what_is_no_symlink_to_a_pts_is_refused_and_kept(tmp_path: Path) -> None:
     name = tmp_path / "m1"

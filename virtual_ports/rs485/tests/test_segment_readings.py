@@ -80,6 +80,7 @@ RIGHT = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @settings(max_examples=100)
 @example(  # a low of 1 ns at the end of the first burst of "a" goes on as a start bit

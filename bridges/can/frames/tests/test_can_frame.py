@@ -67,6 +67,7 @@ def test_frames_of_the_table(row: dict[str, Any]) -> None:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @settings(max_examples=1000, deadline=None)
 @given(frames())

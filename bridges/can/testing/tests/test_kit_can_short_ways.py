@@ -121,6 +121,7 @@ def played(
         return events, states, bus.bus.counters(bench.now_ns), [each._card.counters() for each in drives]
 
 
+@pytest.mark.thorough
 @pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(st.lists(ACTS, min_size=1, max_size=12))
