@@ -102,7 +102,9 @@ class Disturbance:
         under_way = [each.at_ns for characters in told for each in characters if each.at_ns > now_ns]
         # A low that was too short for a start bit may go on as one: half a bit of the next character is over.
         soonest_ns = now_ns + character_ns(1, baud, self._bits) * 19 // 20
-        next_ns = now_ns + 1 if is_surprise else min([soonest_ns, *under_way])
+        # What ends after the window that was read is not known yet, and may have begun before now.
+        window_ns = self._tell_ns if self._tell_ns > now_ns else now_ns + 1
+        next_ns = now_ns + 1 if is_surprise else min([soonest_ns, window_ns, *under_way])
         self._told_ns = now_ns
         self._tell_at(next_ns)
 

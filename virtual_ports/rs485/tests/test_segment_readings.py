@@ -160,6 +160,28 @@ def test_a_long_disturbance_is_shown_in_pieces_and_nothing_is_lost_between_them(
     assert len(told) > 1
 
 
+@pytest.mark.parametrize("late_ns", [-1, 0, 1, 51_000, 52_000, 110_000, 150_000])
+def test_a_character_that_begins_before_a_window_ends_is_told_in_time(late_ns: int) -> None:
+    """The line is read ahead to the end of a window; a burst that begins shortly before takes that back."""
+    stations = [
+        RIGHT | {"baud": 9600},
+        RIGHT,
+        RIGHT,
+        RIGHT,
+        RIGHT,
+        RIGHT | {"baud": 57600, "is_swapped": True},
+    ]
+    wire, slow = wire_of(stations), slow_of(stations)
+    window_ns = characters_ns(WINDOW_CHARACTERS)
+    bursts = [(0, "a", bytes(range(30))), (4_000_000, "b", Y), (4_164_931 + window_ns - late_ns, "c", Y)]
+    for start_ns, name, data in bursts:
+        wire.send(name, start_ns, data)
+    wire.clock.run(10**10)
+    slow.play(sent(bursts, stations))
+    for name in NAMES:
+        assert wire.ears[name].got == slow.ears[name].got, name
+
+
 class Looked(RuleBasedStateMachine):
     """Two equal wires; at one of them everything that a view has is looked at, at any times."""
 
