@@ -16,6 +16,11 @@ export const notKept = signal<ReadonlySet<string>>(new Set());
 const PREFIX = "hil.kept.1";
 /** What is typed is written so much later, not with each key. */
 const WRITE_MS = 250;
+/** A long text is written later: it takes the browser a tenth of a second. */
+const LONG_WRITE_MS = 1500;
+const LONG_CHARACTERS = 200_000;
+/** Lengths of the texts that were written last, by key. */
+const lengths = new Map<string, number>();
 
 const waiting = new Map<string, unknown>();
 let timer: ReturnType<typeof setTimeout> | undefined;
@@ -229,7 +234,7 @@ export function startKeeping(): void {
 
 function later(key: string, value: unknown): void {
   waiting.set(key, value);
-  timer ??= setTimeout(flush, WRITE_MS);
+  timer ??= setTimeout(flush, (lengths.get(key) ?? 0) > LONG_CHARACTERS ? LONG_WRITE_MS : WRITE_MS);
 }
 
 /** Write what waits. */
@@ -239,6 +244,7 @@ export function flush(): void {
   const failed = new Set(notKept.peek());
   for (const [key, value] of waiting) {
     const text = JSON.stringify(value);
+    lengths.set(key, text.length);
     setItem(own(), key, text);
     if (setItem(shared(), key, text)) failed.delete(key);
     else failed.add(key);

@@ -131,4 +131,13 @@ describe("csvOf", () => {
     expect(first).toBe("0,0,0,0,min/max of 500 ms");
     expect(rest.length).toBe(2);
   });
+  it("leaves out the run before, whose clock was another", () => {
+    const { ring, sampling } = layer({ interval_s: 0.5, isExtremes: true }, 0, 1, (at_s) => at_s);
+    ring.restart();
+    ring.push(new Float64Array([0.25, 5]), 1, 2);
+    const rows = csvOf({ ring, sampling }, [{ name: "position_deg", units: ["deg"], column: 1 }], -100, 100)
+      .trimEnd()
+      .split("\n");
+    expect(rows.slice(1)).toEqual(["0.25,5,min/max of 500 ms"]);
+  });
 });

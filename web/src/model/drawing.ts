@@ -123,22 +123,27 @@ export function partOf(run: { digest: string }, made: Drawing): number | null {
   return number < 0 ? null : number;
 }
 
-/** Line of the program at a time of a part's plan. */
-export function lineAt(part: DrawingPart, gone_s: number): number {
-  let low = 0;
-  let high = part.timeline.length;
+/** The first of so many of which something holds, where it holds of all behind it too; the number of all: of none. */
+function firstWhere(count: number, holds: (at: number) => boolean): number {
+  let [low, high] = [0, count];
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (part.timeline[middle]![0] <= gone_s) low = middle + 1;
-    else high = middle;
+    if (holds(middle)) high = middle;
+    else low = middle + 1;
   }
-  return part.timeline[Math.max(low - 1, 0)]?.[1] ?? 0;
+  return low;
+}
+
+/** Line of the program at a time of a part's plan. */
+export function lineAt(part: DrawingPart, gone_s: number): number {
+  const next = firstWhere(part.timeline.length, (each) => part.timeline[each]![0] > gone_s);
+  return part.timeline[Math.max(next - 1, 0)]?.[1] ?? 0;
 }
 
 /** Points of the path, from and to, between which the machine is on a line of the program. */
 export function pointsOf(made: Drawing, line: number): [number, number] {
-  const at = made.lines.findIndex(([, each]) => each >= line);
-  if (at < 0) return [0, made.count];
+  const at = firstWhere(made.lines.length, (each) => made.lines[each]![1] >= line);
+  if (at === made.lines.length) return [0, made.count];
   return [Math.max(made.lines[at]![0] - 1, 0), made.lines[at + 1]?.[0] ?? made.count];
 }
 
@@ -148,8 +153,8 @@ export function pointsBetween(made: Drawing, part: DrawingPart | undefined, leas
   if (!part) return [0, 0];
   const [from] = pointsOf(made, lineAt(part, least_s));
   const [first, last] = pointsOf(made, lineAt(part, most_s));
-  const next = part.timeline.findIndex(([at_s]) => at_s > most_s);
-  const begin_s = part.timeline[(next < 0 ? part.timeline.length : next) - 1]?.[0] ?? 0;
+  const next = firstWhere(part.timeline.length, (each) => part.timeline[each]![0] > most_s);
+  const begin_s = part.timeline[next - 1]?.[0] ?? 0;
   const end_s = part.timeline[next]?.[0] ?? part.duration_s;
   const share = end_s > begin_s ? Math.min(Math.max((2 * (most_s - begin_s)) / (end_s - begin_s), 0), 1) : 1;
   return [from, Math.max(from, first + Math.floor(share * (last - 1 - first)))];

@@ -54,7 +54,7 @@ export function rangeOf(axes: readonly PlannedAxis[]): [number, number] {
       high = Math.max(high, deg);
     }
   if (low > high) return [-1, 1];
-  const room = Math.max((high - low) * 0.05, 1);
+  const room = (high - low) * 0.05 || 1;
   return [low - room, high + room];
 }
 

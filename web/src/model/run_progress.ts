@@ -19,6 +19,8 @@ export interface RunProgress {
   planned_end_ns: number | null;
   /** Simulated time at which it was begun; null: it waits, or that is not known. */
   started_at_ns: number | null;
+  /** Simulated time at which it was over; null: it is not, or that is not known. */
+  ended_at_ns: number | null;
   /** Time of its plan that is gone, and its pace: 1 as planned, 0 paused. */
   gone_ns: number;
   pace: number;
@@ -40,6 +42,7 @@ export function readRun(raw: unknown): RunProgress | null {
     steps: numberOf(told["steps"]) ?? 0,
     planned_end_ns: numberOf(told["planned_end_ns"]),
     started_at_ns: numberOf(told["started_at_ns"]),
+    ended_at_ns: numberOf(told["ended_at_ns"]),
     gone_ns: numberOf(told["gone_ns"]) ?? 0,
     pace: numberOf(told["pace"]) ?? 1,
     why: typeof told["why"] === "string" ? told["why"] : "",

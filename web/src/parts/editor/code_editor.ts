@@ -5,7 +5,7 @@ import { defaultKeymap, history, historyKeymap, indentWithTab, isolateHistory } 
 import { bracketMatching, foldGutter, foldKeymap, indentOnInput, syntaxHighlighting } from "@codemirror/language";
 import { type Diagnostic, forEachDiagnostic, lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
-import { Compartment, EditorState, type Extension, RangeSet, StateEffect, StateField, type Text } from "@codemirror/state";
+import { Compartment, EditorState, type Extension, Prec, RangeSet, StateEffect, StateField, type Text } from "@codemirror/state";
 import {
   Decoration,
   drawSelection,
@@ -58,6 +58,24 @@ function beginOf(doc: Text, line: number): number | null {
   return line >= 1 && line <= doc.lines ? doc.line(line).from : null;
 }
 
+/** Escape lets the next Tab leave the text, until something is typed. */
+const escapeLeaves: Extension = [
+  Prec.highest(
+    keymap.of([
+      {
+        key: "Escape",
+        run: (view) => {
+          view.setTabFocusMode(true);
+          return false;
+        },
+      },
+    ]),
+  ),
+  EditorView.updateListener.of((update) => {
+    if (update.docChanged || (update.focusChanged && update.view.hasFocus)) update.view.setTabFocusMode(false);
+  }),
+];
+
 /** What depends on who shows the text: another view of it has its own. */
 const outside = new Compartment();
 
@@ -75,6 +93,7 @@ const always: Extension = [
   search({ top: true }),
   syntaxHighlighting(classHighlighter),
   markedLine,
+  escapeLeaves,
   keymap.of([...completionKeymap, ...searchKeymap, ...lintKeymap, ...foldKeymap, ...historyKeymap, indentWithTab, ...defaultKeymap]),
 ];
 

@@ -356,7 +356,8 @@ export class PlotPane implements Drawer {
 function timeTexts(splits: number[]): string[] {
   const step_s = (splits[1] ?? NaN) - (splits[0] ?? NaN);
   const digits = step_s > 0 ? Math.min(Math.max(Math.ceil(-Math.log10(step_s) - 1e-9) + 1, 1), 7) : 4;
-  return splits.map((value) => `${+value.toFixed(digits)} s`);
+  // Before 0 is the run before this one, whose clock was another.
+  return splits.map((value) => (value < 0 ? "" : `${+value.toFixed(digits)} s`));
 }
 
 /** Name of the device of an address: "s1" of "s1.network". */

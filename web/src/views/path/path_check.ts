@@ -2,19 +2,17 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { readCheck } from "../../model/drawing";
+import { measured } from "../../parts/text_size";
 import { hello, link } from "../../store";
 import { ask, checked, drafts, isChecked, isPlanned, isPlanning, refused, verdict } from "./path_state";
 
 /** Why the texts could not be checked; empty: they could. */
 export const unchecked = signal("");
 
-/** Room for what stands around the texts in their message. */
-const AROUND_BYTES = 1000;
-/** Bytes of both texts in a message, and the most that the bench takes. */
-export const size = computed(() => {
-  const bytes = new TextEncoder().encode(JSON.stringify([drafts.program.value.text, drafts.machine.value.text])).length;
-  return { bytes, most: (hello.value?.message_bytes ?? Number.POSITIVE_INFINITY) - AROUND_BYTES };
-});
+export const size = measured(
+  () => [drafts.program.value.text, drafts.machine.value.text],
+  () => hello.value?.message_bytes,
+);
 export const fits = computed(() => size.value.bytes <= size.value.most);
 
 /** Texts are checked so long after the last key, long ones later. */

@@ -25,6 +25,11 @@ export class PathPane {
   private drawn = "";
   private made: Drawing | null = null;
   private followed: Followed | null = null;
+  /** The grid and the path asked for, and what was followed so far. */
+  private readonly base = document.createElement("canvas");
+  private readonly trail = document.createElement("canvas");
+  private ground = "";
+  private drawnPoints = 0;
   private readonly observer: ResizeObserver;
 
   constructor(
@@ -130,31 +135,47 @@ export class PathPane {
     const { canvas, made, followed } = this;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    const state = `${width} ${height} ${ratio} ${theme.peek()} ${followed?.changes ?? 0}`;
+    const ground = `${width} ${height} ${ratio} ${theme.peek()}`;
+    const state = `${ground} ${followed?.changes ?? 0}`;
     if (state === this.drawn || width <= 0) return;
-    this.drawn = state;
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
+    if (this.drawn === "" || ground !== this.ground) {
+      for (const each of [canvas, this.base, this.trail]) {
+        each.width = Math.round(width * ratio);
+        each.height = Math.round(height * ratio);
+        each.getContext("2d")?.scale(ratio, ratio);
+      }
+      this.drawnPoints = 0;
+      const base = this.base.getContext("2d")!;
+      this.drawGrid(base, width, height);
+      if (made) this.drawAsked(base, made, palette().soft);
+    }
+    [this.ground, this.drawn] = [ground, state];
     const context = canvas.getContext("2d");
     if (!context) return;
-    context.scale(ratio, ratio);
     context.clearRect(0, 0, width, height);
-    this.drawGrid(context, width, height);
-    if (!made) return;
-    const colours = palette();
-    this.drawAsked(context, made, colours.soft);
-    if (followed?.count) {
-      context.setLineDash([]);
-      context.strokeStyle = colours.traces[1]!;
-      context.lineWidth = 1.6;
-      context.beginPath();
-      const last = this.line(context, followed.places, followed.axes, 0, followed.count);
-      context.stroke();
-      context.fillStyle = colours.traces[1]!;
-      context.beginPath();
-      context.arc(last[0], last[1], 4, 0, 2 * Math.PI);
-      context.fill();
+    context.drawImage(this.base, 0, 0, width, height);
+    if (followed?.count) this.drawFollowed(context, followed, width, height);
+  }
+
+  /** Draw what was followed: a long path is drawn once, and then what is new of it. */
+  private drawFollowed(context: CanvasRenderingContext2D, followed: Followed, width: number, height: number): void {
+    const trail = this.trail.getContext("2d")!;
+    if (followed.count < this.drawnPoints) {
+      trail.clearRect(0, 0, width, height);
+      this.drawnPoints = 0;
     }
+    const colour = palette().traces[1]!;
+    trail.strokeStyle = colour;
+    trail.lineWidth = 1.6;
+    trail.beginPath();
+    const last = this.line(trail, followed.places, followed.axes, this.drawnPoints - 1, followed.count);
+    trail.stroke();
+    this.drawnPoints = followed.count;
+    context.drawImage(this.trail, 0, 0, width, height);
+    context.fillStyle = colour;
+    context.beginPath();
+    context.arc(last[0], last[1], 4, 0, 2 * Math.PI);
+    context.fill();
   }
 
   private drawAsked(context: CanvasRenderingContext2D, made: Drawing, soft: string): void {

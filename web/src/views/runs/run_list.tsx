@@ -4,6 +4,7 @@ import { shown } from "../../model/numbers";
 import { type AxisReport, readRun, type RunProgress } from "../../model/run_progress";
 import { notifyError } from "../../parts/notices";
 import { link, may, runs, status, takeProgress } from "../../store";
+import { RunError } from "./run_error";
 
 export function RunList() {
   return (
@@ -54,6 +55,7 @@ function RunCard({ run }: { run: RunProgress }) {
       <progress aria-label={`Progress of ${run.run}`} max={Math.max(steps, 1)} value={run.state === "done" ? Math.max(steps, 1) : step} />
       {run.why && <p class="problem">{run.why}</p>}
       <Axes run={run.run} axes={run.axes} />
+      {!isUnderWay && <RunError run={run} />}
     </article>
   );
 }

@@ -8,6 +8,7 @@ import { exampleRun } from "../../model/run_example";
 import { type RunPlan, readPlan } from "../../model/run_plan";
 import { readRun } from "../../model/run_progress";
 import { Refused } from "../../net/protocol";
+import { measured } from "../../parts/text_size";
 import { devices, hello, link, may, takeProgress } from "../../store";
 
 /** A text is checked so long after the last key, a long one later. */
@@ -15,8 +16,6 @@ const PAUSE_MS = 400;
 const LONG_PAUSE_MS = 1500;
 const LONG_CHARACTERS = 100_000;
 const PLAN_POINTS = 4000;
-/** Room for what stands around a text in its message. */
-const AROUND_BYTES = 1000;
 
 export const draft = new Draft("run", "the run", () => ({ text: exampleRun(devices.peek().values()), file: "run.yaml" }));
 /** The text that the problems are of; null: none was checked. */
@@ -33,11 +32,10 @@ export const unchecked = signal("");
 export const isChecked = computed(() => checkedText.value === draft.value.text);
 export const isGood = computed(() => isChecked.value && problems.value.length === 0);
 
-/** Bytes of the text in a message, and the most that the bench takes. */
-export const size = computed(() => {
-  const bytes = new TextEncoder().encode(JSON.stringify(draft.value.text)).length;
-  return { bytes, most: (hello.value?.message_bytes ?? Number.POSITIVE_INFINITY) - AROUND_BYTES };
-});
+export const size = measured(
+  () => [draft.value.text],
+  () => hello.value?.message_bytes,
+);
 export const fits = computed(() => size.value.bytes <= size.value.most);
 
 /** Ask for a run; what cannot be done as it is written is an answer with its problems. Throws other Refused. */
