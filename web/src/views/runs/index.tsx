@@ -7,13 +7,14 @@ import { TextEditor } from "../../parts/editor/text_editor";
 import { saveFile } from "../../parts/files";
 import { notify, notifyError } from "../../parts/notices";
 import { TextSize } from "../../parts/text_size";
+import { whenLoaded } from "../../parts/when_loaded";
 import { devices, link, may, readRuns } from "../../store";
 import type { ViewEntry } from "../view";
 import { RunList } from "./run_list";
-import { PlanCard } from "./run_plan";
 import { checkAsTyped, checkRun, draft, fits, isChecked, isGood, problems, size, startRun, unchecked, verdict } from "./run_text";
 import "./runs.css";
 
+const PlanCard = whenLoaded(async () => (await import("./run_plan")).PlanCard);
 const MOST_BYTES = 900_000;
 const RUN = { kind: "RunDocument", devices: () => devices.peek().values() } as const;
 

@@ -3,8 +3,10 @@
 import { shown } from "../../model/numbers";
 import { type AxisReport, readRun, type RunProgress } from "../../model/run_progress";
 import { notifyError } from "../../parts/notices";
+import { whenLoaded } from "../../parts/when_loaded";
 import { link, may, runs, status, takeProgress } from "../../store";
-import { RunError } from "./run_error";
+
+const RunError = whenLoaded(async () => (await import("./run_error")).RunError);
 
 export function RunList() {
   return (
