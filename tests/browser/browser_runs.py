@@ -176,7 +176,7 @@ def test_a_file_that_is_no_run_is_told(pages: Bench, tmp_path: Path) -> None:
     upload(page, "x" * 1_000_000)
     expect(page.locator(".notice.is-error")).to_contain_text("1000000 bytes")
     write(page, LABEL, "x" * 1_100_000)
-    expect(page.get_by_text("too long for the bench: 1,100,002 of 1,047,576 bytes")).to_be_visible()
+    expect(page.get_by_text("too long for the bench: 1,100,004 of 1,047,576 bytes")).to_be_visible()
     expect(page.get_by_role("button", name="Check", exact=True)).to_be_disabled()
     expect(page.get_by_role("status", name="Connection: connected")).to_be_visible()
     page.locator("input[type=file]").set_input_files(
