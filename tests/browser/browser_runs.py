@@ -72,7 +72,7 @@ def test_a_fault_is_injected_seen_on_the_plots_and_cleared(pages: Bench) -> None
     expect(page.get_by_role("list", name="Faults on the plots of m1")).to_contain_text(
         re.compile(r"shaft_jam on m1: since [\d.]+ s")
     )
-    expect(page.locator(".pill.is-fault")).to_have_text("shaft_jam")
+    expect(page.locator(".pill.is-fault")).to_have_text("shaft jam")
     told = page.get_by_role("list", name="Faults on the plots of m1").inner_text()
     begin_s = float(told.removesuffix(" s").rpartition(" ")[2])
     (told,) = pages.server.ask("faults")
