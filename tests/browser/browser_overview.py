@@ -70,6 +70,10 @@ def test_all_that_there_is_has_a_card_and_a_card_is_a_link(pages: Bench) -> None
     page.get_by_role("searchbox", name="Filter the cards").fill("")
     page.get_by_role("article", name="m1", exact=True).locator("canvas").click(force=True)
     expect(page).to_have_url(re.compile("#/bench/m1"))
+    page.goto(f"{pages.url}#/bench")
+    page.get_by_role("article", name="s1", exact=True).hover()
+    page.get_by_role("link", name="Break s1…").click()
+    expect(page).to_have_url(re.compile("#/faults/s1"))
 
 
 def test_a_newcomer_turns_a_shaft_types_and_breaks_something(pages: Bench) -> None:

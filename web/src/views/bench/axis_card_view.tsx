@@ -43,7 +43,17 @@ export function AxisCardView({ card }: { card: AxisCard }) {
       )}
       <Live name={card.name} />
       {!isPast.value && <Facts card={card} />}
+      {!isPast.value && !device?.is_real && <BreakLink name={card.name} />}
     </article>
+  );
+}
+
+/** Link to the faults of a thing, over its card's own link: it shows while the card is pointed at or has the focus. */
+export function BreakLink({ name }: { name: string }) {
+  return (
+    <a class="card-break button" href={href("faults", name)} aria-label={`Break ${name}…`}>
+      Break…
+    </a>
   );
 }
 

@@ -3,6 +3,7 @@
 import type { DoorStatus, WireStatus } from "../../model/status";
 import { href } from "../../router";
 import { activeFaults, status } from "../../store";
+import { BreakLink } from "./axis_card_view";
 
 export function hasTrouble(wire: WireStatus): boolean {
   return reasonOf(wire) !== "" || faultsOn(wire.name).length > 0;
@@ -59,6 +60,7 @@ export function WireCard({ wire }: { wire: WireStatus }) {
           </li>
         ))}
       </ul>
+      <BreakLink name={wire.name} />
     </article>
   );
 }
