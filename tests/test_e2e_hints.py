@@ -65,7 +65,7 @@ def test_only_what_asks_a_bench_has_options() -> None:
         "`hil reset m1`, `hil doctor`, `hil zenoh keys`, `hil fault kinds`, `hil fault list`, `hil -b x list`"
     )
     assert pasteable(text, words) == text.replace("hil reset", "hil -b u reset").replace(
-        "hil fault list", "hil -b u fault list"
+        "hil fault", "hil -b u fault"
     )
     assert pasteable(text, []) == text
     row = {"failed": "see `hil runs`", "clients": 0, "ports": [None, "`hil status`"]}
