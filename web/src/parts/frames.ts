@@ -9,13 +9,14 @@ export interface Drawer {
 }
 
 const BUDGET_MS = 5;
-/** A round begins so long after the one before; frames of a screen with 60 Hz come a little early or late. */
-const ROUND_MS = 1000 / 30 - 6;
+/** Rest after a round, to the frame with which the next begins: a screen with 60 Hz has one each 16.7 ms. A frame that is asked
+ * for costs, whether something is drawn or not. */
+const REST_MS = 1000 / 30 - 16;
 
 const drawers: Drawer[] = [];
 let next = 0;
+/** Number of the frame or of the timer that comes next, 0: nothing is drawn. */
 let request = 0;
-let roundBegan_ms = -Infinity;
 /** Drawers that have not had their turn in this round. */
 let waiting = 0;
 
@@ -30,12 +31,14 @@ export function onFrames(drawer: Drawer): () => void {
 }
 
 function frame(now_ms: number): void {
-  request = drawers.length ? requestAnimationFrame(frame) : 0;
-  if (!waiting) {
-    if (now_ms - roundBegan_ms < ROUND_MS) return;
-    roundBegan_ms = now_ms;
-    waiting = drawers.length;
-  }
+  if (!waiting) waiting = drawers.length;
+  drawInTurn(now_ms);
+  if (!drawers.length) request = 0;
+  else if (waiting) request = requestAnimationFrame(frame);
+  else request = window.setTimeout(() => (request = requestAnimationFrame(frame)), REST_MS);
+}
+
+function drawInTurn(now_ms: number): void {
   const begin = performance.now();
   waiting = Math.min(waiting, drawers.length);
   while (waiting > 0) {

@@ -9,7 +9,6 @@ import { theme } from "../../theme";
 import { feedOf } from "./axis_feed";
 import { Strip } from "./strip";
 
-const VALUES_EVERY_MS = 150;
 /** Errors from here on are drawn as bad, by their units. */
 const LARGE: Record<string, number> = { deg: 5, rpm: 20, steps: 4 };
 
@@ -121,12 +120,11 @@ function Live({ name }: { name: string }) {
     if (!wanted.length || !canvas.current) return;
     const feed = feedOf(name);
     const end = feed.want(wanted);
-    const strip = new Strip(canvas.current, feed, "position_deg");
     const say = () => {
       tell(position.current, feed.ring.at(feed.column("position_deg"), feed.ring.total - 1), 2);
       tell(velocity.current, feed.ring.at(feed.column("velocity_rpm"), feed.ring.total - 1), 1);
     };
-    const timer = window.setInterval(say, VALUES_EVERY_MS);
+    const strip = new Strip(canvas.current, feed, "position_deg", say);
     let frame = 0;
     const first = () => {
       say();
@@ -134,7 +132,6 @@ function Live({ name }: { name: string }) {
     };
     first();
     return () => {
-      window.clearInterval(timer);
       cancelAnimationFrame(frame);
       strip.end();
       end();

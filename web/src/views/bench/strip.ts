@@ -9,6 +9,12 @@ import type { AxisFeed } from "./axis_feed";
 const WINDOW_s = 10;
 const POINTS = 300;
 const LEAST_SPAN = 2;
+/** Strips are drawn in the same frames, so often: each frame costs, however much is drawn in it. */
+const EVERY_MS = 125;
+
+function slot(): number {
+  return Math.floor(performance.now() / EVERY_MS);
+}
 
 export class Strip implements Drawer {
   private readonly context: CanvasRenderingContext2D | null;
@@ -19,12 +25,15 @@ export class Strip implements Drawer {
   private readonly range: [number, number] = [0, 1];
   private readonly values: [number, number] = [0, 0];
   private drawnEdge_s = NaN;
+  private drawnSlot = NaN;
   private drawnRing: Ring | null = null;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly feed: AxisFeed,
     private readonly field: string,
+    /** Called with each drawing: what stands beside it changes in the same frame. */
+    private readonly onDrawn: () => void,
   ) {
     this.context = canvas.getContext("2d");
     this.data = display(feed.ring, POINTS);
@@ -43,6 +52,7 @@ export class Strip implements Drawer {
   isDue(): boolean {
     if (!this.sight.isIn || !this.feed.ring.total) return false;
     if (this.feed.ring !== this.drawnRing) return true;
+    if (slot() === this.drawnSlot) return false;
     const moved_s = Math.abs(this.feed.edge_s(performance.now()) - this.drawnEdge_s);
     return !(moved_s < WINDOW_s / this.canvas.width); // less than a pixel would not be seen
   }
@@ -54,9 +64,11 @@ export class Strip implements Drawer {
     const times = this.data[0]!;
     const to_s = this.feed.edge_s(now_ms);
     this.drawnEdge_s = to_s;
+    this.drawnSlot = slot();
     this.drawnRing = ring;
     const made = decimate(ring, to_s - WINDOW_s, to_s, this.data);
     if (this.context && values) this.line(this.context, times, values, made, to_s);
+    this.onDrawn();
   }
 
   private line(context: CanvasRenderingContext2D, times: Float64Array, values: Float64Array, made: number, to_s: number): void {
