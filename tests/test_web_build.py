@@ -31,7 +31,8 @@ def test_the_first_view_is_light() -> None:
     static = ROOT / "bridges/web/static"
     index = (static / "index.html").read_text()
     names = ["index.html", *re.findall(r'(?:src|href)="\./([^"]+)"', index)]
-    assert {"index.html", "page.js", "page.css"} <= set(names)
+    # One script: in two, the parts of Preact began in another order, and lists were not drawn again.
+    assert names == ["index.html", "page.js", "page.css"]
     assert sum(len(gzip.compress((static / name).read_bytes())) for name in names) <= FIRST_VIEW_BYTES
 
 

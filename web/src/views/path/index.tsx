@@ -7,6 +7,7 @@ import { notifyError } from "../../parts/notices";
 import { TextSize } from "../../parts/text_size";
 import { href } from "../../router";
 import { link, may, readRuns, status } from "../../store";
+import type { ViewEntry } from "../view";
 import { deviation, followed, isSeenWhole, whyNotSeen } from "./path_followed";
 import { checkAsTyped, fits, size, unchecked } from "./path_check";
 import { PathPane } from "./path_pane";
@@ -45,7 +46,7 @@ effect(() => {
 
 const attempt = (work: () => Promise<unknown>) => () => void work().catch(notifyError);
 
-export function PathView() {
+function PathView() {
   const connections = link.connections.value;
   const theirs = status.value.drawing;
   useEffect(() => void readRuns(), [connections]);
@@ -306,3 +307,5 @@ function Pane({ across, up, isSide }: { across: number; up: number; isSide: bool
     </section>
   );
 }
+
+export const pathView: ViewEntry = { id: "path", title: "Path", View: PathView, isShown: (bench) => "drawing" in bench.operations };
