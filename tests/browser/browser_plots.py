@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from browser_pages import Bench, served, violations
-from e2e_support import READY_NS
+from e2e_support import READY_NS, until
 from playwright.sync_api import Browser, Page, expect
 
 from device_profiles.sac.packet import encode
@@ -69,7 +69,12 @@ def test_fields_of_several_devices_have_axes_and_figures(pages: Bench) -> None:
     page.keyboard.press("Escape")
     legend = page.locator(".pane-legend", has_text="Board's angle")
     expect(legend).to_contain_text("m2.velocity_rpm right (rpm)")
+    since_ns = pages.server.ask("status")["sim_ns"]
     move(pages, "m2", 90)
+    until(
+        lambda: pages.server.ask("status")["sim_ns"] > since_ns + 6e9,
+        "samples of m2 in the half of the window between the cursors",
+    )
     button(page, "Pause")
     over = page.locator(".u-over").first
     box = over.bounding_box()
