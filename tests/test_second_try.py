@@ -1,4 +1,4 @@
-"""What passed at the second try is said, and too many fail: in the browser tests and in all others."""
+"""Second tries are said, and too many fail: in the browser tests and in all others."""
 
 import os
 import shutil

@@ -43,7 +43,7 @@ class SharedPort:
         self._fd = -1
         self._typed = bytearray()
         self._typists = deque[list[Any]]()
-        """Of each piece that waits: how many bytes of it, and who is told that they are taken."""
+        """Pieces that wait: the number of bytes of each, and who is told that they are taken."""
         self.listeners: dict[Hear, Gone] = {}
 
     async def open(self, address: str) -> None:

@@ -171,7 +171,7 @@ def said(board: tuple[int, str], text: str) -> None:
 
 
 def heard(board: tuple[int, str], size: int) -> bytes:
-    """What the board gets, so many bytes."""
+    """Next bytes that the board gets, so many."""
     os.set_blocking(board[0], False)
     data = b""
 

@@ -1,4 +1,4 @@
-"""What the page knows of the door, of documents and of G-code is what the daemon knows."""
+"""Tables of the page are those of the daemon: of the door, of documents and of G-code."""
 
 import write_web_types
 import write_web_words
