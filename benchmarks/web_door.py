@@ -28,6 +28,8 @@ AXES, RATE_HZ, PAGES = 32, 60.0, 50
 SIGHT_HZ, SIGHT_POINTS, PLOTS_POINTS = 1000.0, 3.0, 5.0
 LOOKS, SIGHT_LOOKS = 10, 7
 """Looks in an interval of which the page gets the extremes."""
+STATUS_HZ = 2.0
+"""Rate of the status, as the page watches it."""
 FIELDS = ["position_deg", "velocity_rpm", "u", "r", "yw"]
 SECONDS = 4 if is_quick() else 15
 ROUNDS = 1 if is_quick() else 3
@@ -72,7 +74,7 @@ class Page:
         self.rows = self.bytes = self.messages = 0
 
     async def watch_status(self) -> None:
-        await self._socket.send_json({"id": 999, "do": "watch", "what": "status", "rate_Hz": 4})
+        await self._socket.send_json({"id": 999, "do": "watch", "what": "status", "rate_Hz": STATUS_HZ})
 
     async def watch(self, axes: Sequence[str], rate_Hz: float = RATE_HZ, looks: int = 1) -> None:
         for number, axis in enumerate(axes):

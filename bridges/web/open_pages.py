@@ -9,7 +9,6 @@ from typing import Any
 from aiohttp import WSCloseCode, web
 
 from bridges.web.http_door import SECURITY, SUBPROTOCOL
-from bridges.web.streams import FAST_S, SLOW_S
 from bridges.web.web_client import Surroundings, WebClient
 from bridges.web.websocket_frames import FrameCheck
 from hil.vocab.desk_protocol import Source
@@ -158,7 +157,7 @@ class OpenPages:
                     log.exception("bridges.web: a page is sent away")
                     client.abort()
                 await asyncio.sleep(0)
-            interval_s = FAST_S if any(client.watches.is_fast for client in watching) else SLOW_S
+            interval_s = min(client.watches.turn_s for client in watching)
             took_s = loop.time() - started_s
             await asyncio.sleep(max(interval_s - took_s, took_s, interval_s / 4))
 

@@ -30,6 +30,11 @@ class SharedReading:
         self._turn = 0
         self._parts: Sequence[bytes] = ()
 
+    @property
+    def is_under_way(self) -> bool:
+        """True while it is being made."""
+        return self._reading is not None
+
     def read(self, now_s: float) -> tuple[int, Sequence[bytes]] | None:
         """Answer, and a number that is another one when the answer is. None: it is being made, and the one
         before is old. It is made again where it is due."""

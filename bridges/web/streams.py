@@ -21,10 +21,10 @@ from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import json_text
 
 FAST_S, SLOW_S = 1 / 60, 0.25
-"""Interval of a page's turns while something fast is watched, and else."""
+"""Interval of a page's turns while packets or bytes are watched, and while nothing fast is."""
 TAKEN_S = 2 * FAST_S
 """Time between two takings of an axis's samples: a page draws 30 times a second."""
-CARD_HZ, CARD_TAKEN_S = 60.0, 4 * FAST_S
+CARD_HZ, CARD_TAKEN_S = 60.0, 6 * FAST_S
 """Rate up to which extremes are for cards, of which a page has many; time between two takings of those."""
 MOST_ITEMS, ITEM_BYTES = 2000, 512 * 1024
 """Maximum number of items that wait for a page's turn, and of their bytes."""
@@ -33,9 +33,9 @@ TAKEN_ITEMS = 300
 
 
 class PageStream(Protocol):
-    """Something that a page watches. ``is_fast``: it wants a turn each ``FAST_S``."""
+    """Something that a page watches. ``turn_s``: time between the turns that it wants."""
 
-    is_fast: bool
+    turn_s: float
 
     def next_message(self, now_s: float) -> bytes | str | LongText | None:
         """Message with what came since the last turn; None: nothing did."""
@@ -85,8 +85,6 @@ class AxisSamples:
     """Samples of an axis. ``names``: of the fields that the page wants; ``points`` above 1: of each interval
     the extremes of so many looks."""
 
-    is_fast = True
-
     def __init__(
         self,
         desk: Desk,
@@ -103,7 +101,7 @@ class AxisSamples:
         self._number, self._columns = number, len(names)
         self._samples: list[bytes] = []
         self._dropped, self._taking = 0, -1
-        self._taken_s = CARD_TAKEN_S if points > 1 and rate_Hz <= CARD_HZ else TAKEN_S
+        self.turn_s = CARD_TAKEN_S if points > 1 and rate_Hz <= CARD_HZ else TAKEN_S
         interval_ns = NS_PER_S / Fraction(str(rate_Hz)).limit_denominator(10**6)
         self._watch: Watch = desk.watch(
             source, Watched.SAMPLES, axis, self._samples.append, interval_ns=interval_ns, points=points
@@ -116,7 +114,7 @@ class AxisSamples:
 
     def next_message(self, now_s: float) -> bytes | None:
         """Block of the rows of the last turns."""
-        before, self._taking = self._taking, int(now_s / self._taken_s)  # of all watches at the same turn
+        before, self._taking = self._taking, int(now_s / self.turn_s)  # of all watches at the same turn
         if before in (-1, self._taking):
             return None
         self._watch.flush()
@@ -146,7 +144,7 @@ class PassingItems:
     """Packets, frames or bytes as they pass. ``say`` makes of each what the page gets, on its turn;
     ``size``: about how many bytes one takes."""
 
-    is_fast = True
+    turn_s = FAST_S
 
     def __init__(self, number: int, say: Callable[[Any], Sequence[Any]], size: Callable[[Any], int]) -> None:
         self._number, self._say, self._size = number, say, size
@@ -192,7 +190,7 @@ class PassingItems:
 class RunsProgress:
     """Progress of runs: of each its latest, so that none is lost."""
 
-    is_fast, lost = False, 0
+    turn_s, lost = SLOW_S, 0
 
     def __init__(self, desk: Desk, source: Source, number: int) -> None:
         self._number = number
@@ -221,7 +219,7 @@ class RunsProgress:
 class BenchEvents:
     """Events of the bench: those that it keeps, then each as it happens, or as others join it."""
 
-    is_fast = False
+    turn_s = SLOW_S
 
     def __init__(self, desk: Desk, source: Source, number: int) -> None:
         told = desk.ask(source, "events", "", {})
@@ -255,15 +253,15 @@ class DoorClock:
     """Time of the loop, in ms. It is told while nothing else is new, too: a page knows by it how old is what
     it shows, and can say until when a request of it has to begin."""
 
-    is_fast, lost = False, 0
+    turn_s, lost = SLOW_S, 0
 
     def __init__(self, number: int, rate_Hz: float) -> None:
-        self._number, self._interval_s, self._due_s = number, 1 / rate_Hz, 0.0
+        self._number, self._interval_s, self._tick = number, 1 / rate_Hz, -1
 
     def next_message(self, now_s: float) -> str | None:
-        if now_s < self._due_s:
+        before, self._tick = self._tick, int(now_s / self._interval_s)
+        if before == self._tick:
             return None
-        self._due_s = now_s + self._interval_s - SLOW_S / 2  # as of a ``ToldReading``
         return json_text({"watch": self._number, "value": round(now_s * 1000, 1)})
 
     def drop(self) -> None:
@@ -276,17 +274,20 @@ class DoorClock:
 class ToldReading:
     """Answer of an operation, read again and again for all pages together; told when it has changed."""
 
-    is_fast, lost = False, 0
+    turn_s, lost = SLOW_S, 0
 
     def __init__(self, reading: SharedReading, number: int, rate_Hz: float) -> None:
         self._reading, self._number, self._interval_s = reading, number, 1 / rate_Hz
-        self._told, self._due_s = 0, 0.0
+        self._told, self._tick = 0, -1
 
     def next_message(self, now_s: float) -> LongText | None:
-        if now_s < self._due_s or (found := self._reading.read(now_s)) is None:
+        tick = int(now_s / self._interval_s)
+        if tick == self._tick or (found := self._reading.read(now_s)) is None:
             return None
-        self._due_s = now_s + self._interval_s - SLOW_S / 2  # turns come a little early or late
         turn, parts = found
+        if turn == self._told and self._reading.is_under_way:
+            return None  # it is told on a turn soon
+        self._tick = tick
         if turn == self._told:
             return None
         self._told = turn

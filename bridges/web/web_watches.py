@@ -7,6 +7,7 @@ from bridges.web.outbox import LongText, Outbox
 from bridges.web.page_rows import WatchAnswer
 from bridges.web.shared_reading import SharedReading
 from bridges.web.streams import (
+    SLOW_S,
     AxisSamples,
     BenchEvents,
     DoorClock,
@@ -52,8 +53,9 @@ class PageWatches:
         self._lost_before = 0
 
     @property
-    def is_fast(self) -> bool:
-        return any(stream.is_fast for _, _, stream in self._streams.values())
+    def turn_s(self) -> float:
+        """Time between the turns that the page wants."""
+        return min((stream.turn_s for _, _, stream in self._streams.values()), default=SLOW_S)
 
     def __len__(self) -> int:
         return len(self._streams)

@@ -20,10 +20,10 @@ const KEPT_MS = 30_000;
 /** A jump of the clocks by more is taken at once, less is followed slowly. */
 const JUMP_s = 0.25;
 const FOLLOW = 0.05;
-/** Samples come 30 times a second, extremes for cards 15 times: so far behind the newest of them the edge of a live plot
+/** Samples come 30 times a second, extremes for cards 10 times: so far behind the newest of them the edge of a live plot
  * moves evenly. */
 const BATCH_s = 0.04;
-const CARD_BATCH_s = 0.08;
+const CARD_BATCH_s = 0.12;
 
 const PAST_WINDOW_s = 10;
 /** Hears rows as they come, of the finest samples: of each the time, and a column for each field of the feed. */
