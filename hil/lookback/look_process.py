@@ -146,7 +146,7 @@ class LookProcess:
             "revision": self._marks.count,
         }
         if asked.get("revision") != self._marks.count:
-            told["marks"] = self._marks.told(asked["most"])
+            told["marks"] = self._marks.told(self._known_ns, asked["most"])
         return told
 
     def _begin_waiting(self) -> None:

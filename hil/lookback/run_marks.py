@@ -5,7 +5,8 @@ from typing import Any
 
 from hil.recorded.run_events import fault_words, input_event
 from hil.sim.inputs import Bytes, Clear, CommitDone, Follow, Inject, Logged, Stopped
-from hil.vocab.time import SimTimeNs
+from hil.vocab.faults import FAULT_KINDS
+from hil.vocab.time import NS_PER_S, SimTimeNs
 
 LANES = ("faults", "runs", "verbs", "typed", "refusals", "stops", "lateness", "clients")
 """Lanes of marks, from the top."""
@@ -17,7 +18,7 @@ _TEXT = 120
 
 Mark = dict[str, Any]
 """Mark with ``lane``, ``from_ns``, ``to_ns`` (None: it lasts), ``of`` and ``text``; one that stands for
-several has ``count``."""
+several has ``count``, that of a fault that comes again ``every_ns`` and ``for_ns``, until its end."""
 
 
 class RunMarks:
@@ -36,12 +37,9 @@ class RunMarks:
         self.count += 1
         match given:
             case Inject():
-                text = fault_words(given.kind, dict(given.parameters))
-                mark = self._faults[given.number] = self._put("faults", at_ns, of, text, lasts=True)
-                mark["number"] = given.number
+                self._inject(at_ns, of, given)
             case Clear():
-                if given.number in self._faults:
-                    self._faults.pop(given.number)["to_ns"] = at_ns
+                self._clear(at_ns, given.number)
             case Follow():
                 self._follow(at_ns, of, given)
             case Stopped():
@@ -59,15 +57,41 @@ class RunMarks:
             self.count += 1
             self._put(note["lane"], note["at_ns"], note["of"], note["text"])
 
-    def told(self, most: int = MOST_MARKS) -> list[Mark]:
-        """Marks of all lanes, by lanes and times; of no lane more than ``most``."""
-        return [mark for lane in LANES for mark in _summed(self._marks[lane], most)]
+    def told(self, until_ns: int, most: int = MOST_MARKS) -> list[Mark]:
+        """Marks of all lanes, by lanes and times; of no lane more than ``most``. ``until_ns``: time up to
+        which the run is known, and faults have come again."""
+        faults = [each for mark in self._marks["faults"] for each in _times_of(mark, until_ns, most)]
+        lanes = self._marks | {"faults": sorted(faults, key=lambda mark: mark["from_ns"])}
+        return [mark for lane in LANES for mark in _summed(lanes[lane], most)]
 
     def _put(self, lane: str, at_ns: int, of: str, text: str, *, lasts: bool = False) -> Mark:
         mark = {"lane": lane, "from_ns": at_ns, "to_ns": None if lasts else at_ns, "of": of}
         mark["text"] = text if len(text) <= _TEXT else f"{text[: _TEXT - 1]}…"
         self._marks[lane].append(mark)
         return mark
+
+    def _inject(self, at_ns: SimTimeNs, of: str, given: Inject) -> None:
+        """Note a fault, up to its end if its time is told."""
+        parameters = dict(given.parameters)
+        start_ns, for_ns, every_ns = (
+            round(float(parameters.get(name, 0.0)) * NS_PER_S) for name in ("start_s", "for_s", "every_s")
+        )
+        mark = self._put("faults", at_ns, of, fault_words(given.kind, parameters), lasts=True)
+        mark |= {"number": given.number, "from_ns": at_ns + start_ns}
+        if every_ns:
+            mark |= {"every_ns": every_ns, "for_ns": for_ns}
+        elif for_ns or FAULT_KINDS[given.kind].is_once:
+            mark["to_ns"] = at_ns + start_ns + for_ns
+        self._faults[given.number] = mark
+
+    def _clear(self, at_ns: SimTimeNs, number: int) -> None:
+        """Note that a fault was cleared, perhaps before it began."""
+        if (mark := self._faults.pop(number, None)) is None:
+            return
+        if mark["from_ns"] > at_ns:
+            self._marks["faults"].remove(mark)
+        elif mark["to_ns"] is None or mark["to_ns"] > at_ns:
+            mark["to_ns"] = at_ns
 
     def _follow(self, at_ns: SimTimeNs, of: str, given: Follow) -> None:
         """Note a path; axes that begin one together are one mark."""
@@ -88,6 +112,22 @@ class RunMarks:
             self._marks["typed"][-1] = mark
         mark["to_ns"], mark["bytes"] = at_ns, mark["bytes"] + size
         mark["text"] = f"{mark['bytes']} bytes to {of}"
+
+
+def _times_of(mark: Mark, until_ns: int, most: int) -> Iterable[Mark]:
+    """Marks of a fault: one for each time that it came, as long as they are not too many."""
+    if "every_ns" not in mark:
+        return (mark,)
+    own = {name: value for name, value in mark.items() if name not in ("every_ns", "for_ns")}
+    every_ns, for_ns, end_ns = mark["every_ns"], mark["for_ns"], mark["to_ns"]
+    last_ns = until_ns if end_ns is None else end_ns
+    begins = range(mark["from_ns"], max(last_ns, mark["from_ns"]) + 1, every_ns)
+    if len(begins) > most:
+        return (own,)
+    return [
+        own | {"from_ns": at_ns, "to_ns": at_ns + for_ns if end_ns is None else min(at_ns + for_ns, end_ns)}
+        for at_ns in begins
+    ]
 
 
 def _summed(marks: Sequence[Mark], most: int) -> Iterable[Mark]:
