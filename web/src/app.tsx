@@ -87,12 +87,12 @@ export function App() {
   const views = shownViews();
   const current = views.find((view) => view.id === path.value[0]) ?? views[0];
   const main = useRef<HTMLElement>(null);
-  const trouble = tabTrouble(link.state.value, status.value.health?.state);
+  const trouble = tabTrouble(link.state.value, status.value.health);
   const title = tabTitle(hello.value?.bench ?? "", trouble);
   useEffect(() => {
     document.title = title;
   }, [title]);
-  useEffect(() => showTabIcon(trouble), [trouble]);
+  useEffect(() => showTabIcon(trouble.kind), [trouble.kind]);
   const isLogin = link.state.value === "login";
   return (
     <>

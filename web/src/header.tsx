@@ -2,7 +2,7 @@
 
 import { computed } from "@preact/signals";
 import { movesIn, snapshotOf } from "./model/axis_card";
-import { problemText } from "./model/status";
+import { problemText, reasonText } from "./model/status";
 import { openHelp } from "./parts/help";
 import { href } from "./router";
 import { StopAll } from "./stop_all";
@@ -63,13 +63,12 @@ function Health() {
       </span>
     );
   }
-  const reason = `${first.about ? `${first.about}: ` : ""}${first.what}`;
   return (
     <>
       <button type="button" class={`pill health is-${health.state}`} popovertarget={PROBLEMS}>
         <span>{health.state}</span>
         <span class="out-of-sight">: all problems; the first: </span>
-        <span class="health-reason">{reason}</span>
+        <span class="health-reason">{reasonText(first)}</span>
         {others.length > 0 && <span>+{others.length}</span>}
       </button>
       <div id={PROBLEMS} class="card popover problems" popover="auto" role="dialog" aria-label="Problems of the bench">

@@ -125,8 +125,13 @@ function readProblem(raw: unknown): Problem {
 }
 
 /** Say a problem with its place and remedy: "bus0: two stations have one address 85; give each an address". */
-export function problemText({ about, what, remedy }: Problem): string {
-  return `${about ? `${about}: ` : ""}${what}${remedy ? `; ${remedy}` : ""}`;
+export function problemText(problem: Problem): string {
+  return `${reasonText(problem)}${problem.remedy ? `; ${problem.remedy}` : ""}`;
+}
+
+/** A problem without what mends it: "m1: stopped: ...". */
+export function reasonText({ about, what }: Pick<Problem, "about" | "what">): string {
+  return `${about ? `${about}: ` : ""}${what}`;
 }
 
 function readSegment(raw: unknown): WireStatus {
