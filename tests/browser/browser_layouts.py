@@ -131,6 +131,32 @@ def test_a_layout_is_saved_and_what_was_changed_comes_back(pages: Bench) -> None
     expect(tab(page, "Runs")).to_have_count(0)
 
 
+def test_the_address_has_what_is_chosen_of_a_plot(pages: Bench) -> None:
+    page = pages.open("layout/ready/tuning")
+    plot = page.get_by_role("region", name="Plots of").first
+    plot.get_by_label("Shown time").select_option("2 s")
+    plot.get_by_role("button", name=re.compile("^y free")).first.click()
+    upper = plot.get_by_label(re.compile("^Upper end")).first
+    upper.fill("4321")
+    upper.press("Enter")
+    plot.get_by_role("button", name="Trigger", exact=True).click()
+    level = plot.get_by_label("Level", exact=True)
+    level.fill("12.5")
+    level.press("Enter")
+    until(lambda: "12.5" in layout_of(address(page)), "the trigger's level in the address")
+    where = address(page)
+    other = pages.open(where)  # a browser that knows nothing but the address
+    same = other.get_by_role("region", name="Plots of").first
+    expect(same.get_by_label("Shown time")).to_have_value(plot.get_by_label("Shown time").input_value())
+    expect(same.get_by_label(re.compile("^Upper end")).first).to_have_value("4321")
+    same.get_by_role("button", name="Trigger", exact=True).click()
+    expect(same.get_by_label("Level", exact=True)).to_have_value("12.5")
+    # Another layout has its own settings again.
+    other.goto(f"{pages.url}#/layout/ready/tuning")
+    expect(same.get_by_label("Shown time")).not_to_have_value(plot.get_by_label("Shown time").input_value())
+    expect(same.get_by_label(re.compile("^Upper end"))).to_have_count(0)
+
+
 BAD = {
     "layout/1.AAAA": "no layout that can be read",
     "layout/9.abc": "version 9",

@@ -17,7 +17,7 @@ import { NumberBody, NumberSettings } from "./bodies/number";
 import { PathBody } from "./bodies/path";
 import { PictureBody, PictureSettings } from "./bodies/picture";
 import { WireBody } from "./bodies/wire";
-import { give, keyOf, layout } from "./desk";
+import { changePanel, keyOf, layout } from "./desk";
 
 export interface BodyProps {
   row: PanelRow;
@@ -45,7 +45,14 @@ export const KINDS: Record<PanelKind, Kind> = {
   plot: {
     title: "Plot",
     about: "signals of any devices over the time",
-    Body: ({ row }) => <SignalPlot id={keyOf(row, layout.value)} signals={givenTexts(row, "signals")} onSignals={(signals) => give(row, { signals })} />,
+    Body: ({ row }) => (
+      <SignalPlot
+        id={keyOf(row, layout.value)}
+        signals={givenTexts(row, "signals")}
+        given={row.given}
+        onChosen={(settings) => changePanel(row.id, { given: { ...settings } })}
+      />
+    ),
   },
   number: {
     title: "Number",

@@ -69,11 +69,9 @@ export function neededFields(device: DeviceRow, chosen: readonly string[]): stri
   return chosen.some((name) => isByMode(device, name)) ? [...new Set([...chosen, "mode"])] : [...chosen];
 }
 
-/** Fields of another axis that can be drawn beside an axis's own: named with its address, and those of one unit alone. */
+/** Fields of another axis that can be drawn beside an axis's own: named with its address. */
 export function fieldsBeside(device: DeviceRow): FieldRow[] {
-  return drawable(device)
-    .filter((field) => !isByMode(device, field.name))
-    .map((field) => ({ ...field, name: `${device.name}.${field.name}`, meaning: `${device.name}: ${field.meaning}` }));
+  return drawable(device).map((field) => ({ ...field, name: `${device.name}.${field.name}`, meaning: `${device.name}: ${field.meaning}` }));
 }
 
 /** Split the name of such a field into axis and field; null: it is the axis's own. */
@@ -98,7 +96,7 @@ interface Placed {
 
 /** Make the panes for chosen fields: one for each unit, the usual units first. The shaft's angle has its own where the
  * board's has another zero; `modes`: those that the loop has had, by which its set-point has units; `others`: fields of other
- * axes; `right`: panes at whose right axis fields are drawn, by name. */
+ * axes, once for each unit that they have had; `right`: panes at whose right axis fields are drawn, by name. */
 export function panesOf(
   device: DeviceRow,
   chosen: readonly string[],

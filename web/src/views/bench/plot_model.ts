@@ -15,7 +15,7 @@ import { ShownRows } from "./shown_rows";
 
 export const WINDOWS_s = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 60, 120, 300];
 
-const USUAL_WINDOW_s = 10;
+export const USUAL_WINDOW_s = 10;
 
 /** Addresses of two fields of which one is drawn over the other. */
 export interface XyChoice {
@@ -94,7 +94,27 @@ export class PlotModel {
   }
 
   panes(): Pane[] {
-    return panesOf(this.device, this.chosen.value, this.feed.modes.value, this.otherFields(), this.right.value);
+    const others = this.otherFields().flatMap((field) => this.unitsOf(field.name, field.unit).map((unit) => ({ ...field, unit })));
+    return panesOf(this.device, this.chosen.value, this.feed.modes.value, others, this.right.value);
+  }
+
+  /** Whether the unit of a field depends on the mode that its axis has at each moment. */
+  isByMode(name: string): boolean {
+    const other = besideOf(name);
+    const device = other ? devices.peek().get(other.axis) : this.device;
+    return device !== undefined && isByMode(device, other?.field ?? name);
+  }
+
+  /** Units that a field has had. */
+  unitsOf(name: string, usual: string): string[] {
+    const modes = this.isByMode(name) ? feedOf(besideOf(name)?.axis ?? this.axis).modes.value : [];
+    return modes.length ? [...new Set(modes.map(unitIn))] : [usual];
+  }
+
+  /** Name of the mode beside a field: of the axis that has the field. */
+  modeNameOf(name: string): string {
+    const other = besideOf(name);
+    return other ? `${other.axis}.mode` : "mode";
   }
 
   get feed() {
@@ -155,8 +175,8 @@ export class PlotModel {
 
   /** Unit that a field had at a time. */
   unitAt(name: string, at_s: number, usual: string): string {
-    const column = this.feed.column("mode");
-    const mode = column && isByMode(this.device, name) ? layerOver(this.layers, at_s).ring.nearest(column, at_s) : NaN;
+    const { layer, column } = this.placeOf(this.modeNameOf(name), at_s);
+    const mode = column && this.isByMode(name) ? layer.ring.nearest(column, at_s) : NaN;
     return Number.isNaN(mode) ? usual : unitIn(mode);
   }
 
@@ -273,7 +293,11 @@ export class PlotModel {
   /** Fix the range of a pane, or let it fit what is shown again. */
   fix(pane: string, range: readonly [number, number] | null): void {
     const others = [...this.fixed.peek()].filter(([key]) => key !== pane);
-    this.fixed.value = new Map(range ? [...others, [pane, range] as const] : others);
+    this.fixAll(new Map(range ? [...others, [pane, range] as const] : others));
+  }
+
+  fixAll(ranges: ReadonlyMap<string, readonly [number, number]>): void {
+    this.fixed.value = ranges;
     this.changes++;
   }
 
@@ -320,15 +344,24 @@ function readOthers(raw: unknown): string[] | undefined {
   return raw.filter((each): each is string => typeof each === "string" && besideOf(each) !== null).slice(0, MOST_OTHERS);
 }
 
-function readXy(raw: unknown): XyChoice | null | undefined {
+export function readXy(raw: unknown): XyChoice | null | undefined {
   const { x, y, isEqual } = (raw ?? {}) as Partial<XyChoice>;
   if (raw === null) return null;
   return typeof x === "string" && typeof y === "string" ? { x, y, isEqual: isEqual === true } : undefined;
 }
 
-function readRight(raw: unknown): Record<string, string> | undefined {
+export function readRight(raw: unknown): Record<string, string> | undefined {
   if (typeof raw !== "object" || raw === null || Array.isArray(raw)) return undefined;
   return Object.fromEntries(Object.entries(raw).filter((each): each is [string, string] => typeof each[1] === "string"));
+}
+
+export function readFixed(raw: unknown): Map<string, readonly [number, number]> {
+  const ranges = typeof raw === "object" && raw !== null ? Object.entries(raw) : [];
+  return new Map(ranges.filter((each): each is [string, [number, number]] => isRange(each[1])));
+}
+
+function isRange(raw: unknown): boolean {
+  return Array.isArray(raw) && raw.length === 2 && raw.every(Number.isFinite) && raw[0] < raw[1];
 }
 
 const models = new Map<string, PlotModel>();

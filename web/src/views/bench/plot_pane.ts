@@ -8,7 +8,7 @@ import { palette } from "../../parts/palette";
 import { type Drawer, onFrames, Sight } from "../../parts/frames";
 import type { Ring } from "../../model/ring";
 import { plotMarks, type PlotMark, shownFaults } from "../../past";
-import { besideOf, isByMode, type Pane, rangeKey, unitIn } from "./axis_fields";
+import { besideOf, type Pane, rangeKey, unitIn } from "./axis_fields";
 import type { PlotModel } from "./plot_model";
 import { triggerOf } from "./plot_trigger";
 
@@ -34,6 +34,8 @@ export class PlotPane implements Drawer {
   private readonly endFrames: () => void;
   private all: Float64Array[] = [];
   private data: uPlot.TypedArray[] = [];
+  /** Modes of another axis, beside its field that is drawn. */
+  private modes = new Float64Array(0);
   private readonly x = { min: 0, max: 1 };
   private readonly y: [number, number] = [0, 1];
   private readonly right: [number, number] = [0, 1];
@@ -143,11 +145,11 @@ export class PlotPane implements Drawer {
   }
 
   private pick(): uPlot.TypedArray[] {
-    const { device, feed } = this.model;
+    const { feed } = this.model;
     const columns = this.pane.fields.map((field) => {
       if (besideOf(field.name)) return new Float64Array(this.all[0]!.length);
       const all = this.all[feed.column(field.name)] ?? this.all[0]!;
-      const isSplit = isByMode(device, field.name) && feed.column("mode") in this.all && feed.column("mode") > 0;
+      const isSplit = this.model.isByMode(field.name) && feed.column("mode") in this.all && feed.column("mode") > 0;
       return isSplit ? new Float64Array(all.length) : all;
     });
     return [this.all[0]!, ...columns];
@@ -155,18 +157,27 @@ export class PlotPane implements Drawer {
 
   /** Fill in what other axes have, and leave out what had another unit than this pane's when it was sampled. */
   private fillIn(): void {
-    const { feed, rows } = this.model;
+    const { feed } = this.model;
     this.pane.fields.forEach((field, at) => {
+      const out = this.data[at + 1] as Float64Array;
+      const isOwn = (mode: number) => !Number.isNaN(mode) && unitIn(mode) === field.unit;
       if (besideOf(field.name)) {
-        const { layer, column } = this.model.placeOf(field.name, this.x.min);
-        beside(layer.ring, column, this.all[0]!, rows.made, this.data[at + 1] as Float64Array);
+        this.takeBeside(field.name, out);
+        if (!this.model.isByMode(field.name)) return;
+        if (this.modes.length !== out.length) this.modes = new Float64Array(out.length);
+        this.takeBeside(this.model.modeNameOf(field.name), this.modes);
+        copyWhere(out, this.modes, isOwn, out);
         return;
       }
       const all = this.all[feed.column(field.name)] ?? this.all[0]!;
-      const out = this.data[at + 1] as Float64Array;
-      const isOwn = (mode: number) => !Number.isNaN(mode) && unitIn(mode) === field.unit;
       if (out !== all) copyWhere(all, this.all[feed.column("mode")]!, isOwn, out);
     });
+  }
+
+  /** Take what another axis has at the times of this one's rows. */
+  private takeBeside(name: string, out: Float64Array): void {
+    const { layer, column } = this.model.placeOf(name, this.x.min);
+    beside(layer.ring, column, this.all[0]!, this.model.rows.made, out);
   }
 
   private fit(): void {

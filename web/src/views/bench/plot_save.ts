@@ -4,7 +4,7 @@ import { csvOf } from "../../model/samples_csv";
 import { type Layer, samplingText } from "../../model/sampling";
 import { notify, notifyError } from "../../parts/notices";
 import { trouble } from "../../past";
-import { besideOf, isByMode, neededFields, unitIn } from "./axis_fields";
+import { besideOf, neededFields } from "./axis_fields";
 import { download, fileName, type Picture, pngOf } from "./export";
 import { allOf } from "./past_samples";
 import type { PlotPane } from "./plot_pane";
@@ -46,7 +46,7 @@ export function wantedOf(model: PlotModel): Map<string, string[]> {
   const wanted = new Map([[model.axis, neededFields(model.device, model.chosen.peek())]]);
   for (const name of model.others.peek()) {
     const { axis, field } = besideOf(name)!;
-    wanted.set(axis, [...(wanted.get(axis) ?? []), field]);
+    wanted.set(axis, [...new Set([...(wanted.get(axis) ?? []), field, ...(model.isByMode(name) ? ["mode"] : [])])]);
   }
   return wanted;
 }
@@ -56,13 +56,13 @@ function save(model: PlotModel, sourceOf: (axis: string) => Source | null, from_
   if (!source) return;
   const own = neededFields(model.device, model.chosen.peek()).map((name) => ({
     name: model.labelOf(name),
-    units: unitsOf(model, name),
+    units: model.unitsOf(name, model.device.fields.find((field) => field.name === name)?.unit ?? ""),
     column: source.columnOf(name),
   }));
   const others = model.otherFields().flatMap(({ name, unit }) => {
     const { axis, field } = besideOf(name)!;
     const other = sourceOf(axis);
-    return other ? [{ name, units: [unit], column: other.columnOf(field), of: other.layer.ring }] : [];
+    return other ? [{ name, units: model.unitsOf(name, unit), column: other.columnOf(field), of: other.layer.ring }] : [];
   });
   const csv = csvOf(source.layer, [...own, ...others], from_s, to_s);
   download(fileName(model.id, "csv"), new Blob([csv], { type: "text/csv" }));
@@ -76,11 +76,4 @@ export async function savePng(model: PlotModel, panes: PlotPane[], xy?: HTMLCanv
   const png = pictures.length ? await pngOf(title, pictures) : null;
   if (png) download(fileName(model.id, "png"), png);
   else notify("there is no plot to save", true);
-}
-
-/** Units that the values of a field have had. */
-function unitsOf(model: PlotModel, name: string): string[] {
-  const unit = model.device.fields.find((field) => field.name === name)?.unit ?? "";
-  const byMode = isByMode(model.device, name) ? [...new Set(model.feed.modes.peek().map(unitIn))] : [];
-  return byMode.length ? byMode : [unit];
 }
