@@ -24,6 +24,7 @@ from typer.testing import CliRunner
 
 from hil.cli.framework.command_group import app
 
+_COMMENT = re.compile(r"\s#\s.*")
 _PROMPT = re.compile(r"^([$#]) (\S.*)$")
 _HIL = re.compile(r"(?:^|[|;&] *)hil (?!reference)([a-z-](?:'[^']*'|[^|;&>'])*)")
 _ERROR = re.compile(r"^(?:hil: |\S+\.yaml:\d+:\d+: )", re.M)
@@ -64,9 +65,14 @@ def steps(page: str) -> list[Step]:
     return found
 
 
+def words_of(command: str) -> list[str]:
+    """Split a command into words, as a shell does; in the middle of a word # begins no comment."""
+    return shlex.split(_COMMENT.sub("", command))
+
+
 def hil_lines(command: str) -> list[str]:
     """What comes behind ``hil`` in a line of a shell, for each ``hil`` in it."""
-    return [re.sub(r"\s#\s.*", "", found) for found in _HIL.findall(command)]
+    return [_COMMENT.sub("", found) for found in _HIL.findall(command)]
 
 
 def parsed(words: list[str]) -> None:
@@ -164,7 +170,7 @@ class Session:
 
     def run(self, command: str) -> str:
         """Carry out a command, and return what it prints; its exit code has to fit that."""
-        words = shlex.split(command, comments=True)
+        words = words_of(command)
         if words[:2] == ["hil", "serve"]:
             file, *options = [word for word in words[2:] if word != "&"]
             return self.serve((self.folder / file).read_text(), *options).output
@@ -175,7 +181,7 @@ class Session:
     def ended(self, command: str) -> tuple[int, str]:
         """Carry out a command that ends by itself; return its exit code and what it prints. One of hil alone
         runs in this process, unless it becomes another program."""
-        words = shlex.split(command, comments=True)
+        words = words_of(command)
         if words[0] == "hil" and words[1] not in BECOME_OTHERS and not re.search(r"[|;&<>]", command):
             environment = {**self.environment, "COLUMNS": COLUMNS}
             done = CliRunner().invoke(app, words[1:], env=environment)

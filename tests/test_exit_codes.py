@@ -99,6 +99,7 @@ CASES: dict[str, tuple[int, str]] = {
     "mother send bus0.master 2 v150": (Exit.MISTAKE, "write 4 to 255"),
     "mother scan bus0.mastr": (Exit.MISTAKE, 'did you mean "bus0.master"?'),
     "can eds m1": (Exit.MISTAKE, "no CANopen node"),
+    "can send can9 605#00": (Exit.MISTAKE, "no CAN bus 'can9'"),
     "modbus map m9": (Exit.MISTAKE, "no device 'm9'"),
     "capture nothing -w out.pcapng": (Exit.MISTAKE, "no port 'nothing'"),
     "capture": (Exit.MISTAKE, "Missing argument"),

@@ -149,6 +149,7 @@ KINDS: dict[str, Callable[[TypedLine], Names]] = {
     "targets": _targets,
     "taps": _taps,
     "lines": _lines,
+    "buses": lambda line: [(row["bus"], f"{row['bit_rate']} bit/s") for row in line.ask("buses")],
     "verbs": lambda line: [
         (row["verb"].replace("_", "-"), row["about"]) for row in line.ask("verbs", device=line.words[1])
     ],

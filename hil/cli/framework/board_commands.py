@@ -140,7 +140,10 @@ def _asking(function: Callable[..., tuple[Any, str]]) -> Callable[..., None]:
     """Add the options that say which bench to a function."""
 
     def run(which: BenchOptions, **arguments: Any) -> CommandAnswer:
-        return CommandAnswer(*function(ask=which.ask, **arguments))
+        try:
+            return CommandAnswer(*function(ask=which.ask, **arguments))
+        except BoardRefusal as error:
+            raise fail(f"hil: {error}") from None
 
     return _told(run, function, BenchOptions)
 

@@ -206,6 +206,7 @@ VALUES = {
     "mother scan lines": ValueRow("taps"),
     "mother nodes lines": ValueRow("taps"),
     "mother watch lines": ValueRow("taps"),
+    "can send bus": ValueRow("buses"),
     "port": ValueRow(FILE),
     "at": ValueRow(FILE, "PORT"),
     "record": ValueRow(FILE, "FILE"),
