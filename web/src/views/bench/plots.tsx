@@ -3,6 +3,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { timesText } from "../../model/fault_marks";
 import { plotMarks, shownFaults } from "../../past";
+import { whenLoaded } from "../../parts/when_loaded";
 import { theme } from "../../theme";
 import { feedOf } from "./axis_feed";
 import { neededFields } from "./axis_fields";
@@ -13,9 +14,9 @@ import type { PlotPane } from "./plot_pane";
 import type { PlotModel } from "./plot_model";
 import { wantedOf } from "./plot_save";
 import type { XyPane } from "./xy_pane";
-import { XyView } from "./xy_view";
 import "./plots.css";
 
+const XyView = whenLoaded(async () => (await import("./xy_view")).XyView);
 const KEY_STEP = 0.01;
 
 /** `isFilling`: the panes share the height of what they stand in. */
