@@ -26,14 +26,28 @@ def version_of_sources() -> str:
     return digest.hexdigest()
 
 
+def imported(script: Path) -> list[str]:
+    """Names of the scripts without which this one does not begin."""
+    return re.findall(r'(?:\bfrom|\bimport)\s*["\'`]\./([^"\'`]+)["\'`]', script.read_text())
+
+
 def test_the_first_view_is_light() -> None:
-    """Files that a browser loads before anything is opened: the index, and those it names."""
+    """Files that a browser loads before anything is opened: the index, what it names, and their imports."""
     static = ROOT / "bridges/web/static"
     index = (static / "index.html").read_text()
     names = ["index.html", *re.findall(r'(?:src|href)="\./([^"]+)"', index)]
-    # One script: in two, the parts of Preact began in another order, and lists were not drawn again.
+    for name in names:
+        if name.endswith(".js"):
+            names += [each for each in imported(static / name) if each not in names]
+    # One script: what views share is in it, and nothing has to be asked for after it.
     assert names == ["index.html", "page.js", "page.css"]
     assert sum(len(gzip.compress((static / name).read_bytes())) for name in names) <= FIRST_VIEW_BYTES
+
+
+def test_no_part_changes_the_elements_of_others() -> None:
+    """Importing `preact/compat` changes the properties of all elements, from when any part has loaded it."""
+    sources = [*SOURCES.glob("src/**/*.ts"), *SOURCES.glob("src/**/*.tsx")]
+    assert [path.name for path in sources if 'from "preact/compat"' in path.read_text()] == []
 
 
 def test_the_built_page_is_of_these_sources() -> None:

@@ -30,6 +30,8 @@ export default defineConfig({
     rolldownOptions: {
       output: {
         entryFileNames: "page.js",
+        // All of the first view is in the page's script, also what is shared with the parts that are loaded later.
+        codeSplitting: { groups: [{ name: "page", tags: ["$initial"] }] },
         // A page that stays over a new version must not get half of another one: its parts have names of their own.
         chunkFileNames: "[name]-[hash].js",
         assetFileNames: "page[extname]",

@@ -4,10 +4,14 @@ import { startFeeds } from "./feeds";
 import { noteHere } from "./happened";
 import { startKeeping } from "./kept";
 import { noticeListeners } from "./parts/notices";
+import { loadAhead } from "./parts/when_loaded";
 import { link } from "./store";
 import "./theme";
 import "./styles/base.css";
 import "./styles/layout.css";
+
+/** The first view is there by then. */
+const FIRST_MS = 2000;
 
 const place = document.getElementById("page");
 if (place) {
@@ -16,4 +20,5 @@ if (place) {
   noticeListeners.push(noteHere);
   link.start();
   render(<App />, place);
+  setTimeout(loadAhead, FIRST_MS);
 }

@@ -168,7 +168,7 @@ export function PictureSettings({ row }: { row: PanelRow }) {
               class="mono is-bound"
               inputMode="decimal"
               value={String(mm_per_turn)}
-              onChange={(event) => {
+              onInput={(event) => {
                 const number = Number(event.currentTarget.value);
                 if (number > 0 && Number.isFinite(number)) give(row, { mm_per_turn: number });
               }}

@@ -1,10 +1,10 @@
 /** One device: its plots, and beside them verbs, gains, pins, terminals and all fields. */
 
-import { keptText } from "../../kept";
 import { Tabs, type Tab } from "../../parts/tabs";
 import type { DeviceRow } from "../../model/door";
 import { href } from "../../router";
 import { hello } from "../../store";
+import { detailTab } from "./detail_tab";
 import { pinsOf } from "./axis_fields";
 import { figuresOf } from "./figures";
 import { Gains, hasGains } from "./gains";
@@ -14,9 +14,6 @@ import { plotModelOf } from "./plot_model";
 import { Plots } from "./plots";
 import { areWide, Terminals } from "./terminals";
 import { Verbs } from "./verbs";
-
-/** The tab that was used last, on all devices alike. */
-export const detailTab = keptText("bench.tab", "verbs");
 
 export function Detail({ device }: { device: DeviceRow }) {
   const model = plotModelOf(device);

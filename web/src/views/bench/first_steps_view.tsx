@@ -6,7 +6,7 @@ import { type FirstStep, firstSteps } from "../../model/first_steps";
 import { notify, notifyError } from "../../parts/notices";
 import { go } from "../../router";
 import { hello, link, may, status } from "../../store";
-import { detailTab } from "./detail";
+import { detailTab } from "./detail_tab";
 
 /** "hidden": they were dismissed. */
 export const stepsKept = keptText("overview.steps");

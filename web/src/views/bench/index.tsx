@@ -1,13 +1,14 @@
 import { keptText } from "../../kept";
 import { href } from "../../router";
 import { devices } from "../../store";
+import { whenLoaded } from "../../parts/when_loaded";
 import type { ViewEntry } from "../view";
-import { Detail } from "./detail";
 import { figuresOf } from "./figures";
 import { Overview } from "./overview";
 import "./bench.css";
 import "./past_samples";
 
+const Detail = whenLoaded(async () => (await import("./detail")).Detail);
 const filter = keptText("bench.filter");
 
 function BenchView({ path }: { path: string[] }) {

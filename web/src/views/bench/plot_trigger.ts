@@ -9,6 +9,7 @@ import { pastAt } from "../../past";
 import { activeFaults, benchTime_s, hello, runs } from "../../store";
 import { feedOf } from "./axis_feed";
 import { besideOf } from "./axis_fields";
+import { packetEars } from "./packet_ears";
 import { allOf } from "./past_samples";
 import type { PlotModel } from "./plot_model";
 import { wantedOf } from "./plot_save";
@@ -18,14 +19,6 @@ const LOOK_MS = 50;
 const PROGRESS_s = 0.02;
 /** A recording's first sample may come a little later than it is asked for. */
 const EARLIER_s = 0.002;
-
-/** Hears packets of a wire: put here by what knows how packets are read. */
-export const packetEars = {
-  hear:
-    (_line: string, _words: string, _heard: (at_s: number) => void): (() => void) =>
-    () =>
-      undefined,
-};
 
 /** Wires of the bench on which packets pass. */
 export function linesOf(): string[] {

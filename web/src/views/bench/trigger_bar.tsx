@@ -88,7 +88,7 @@ function Settings({ model, trigger }: { model: PlotModel; trigger: PlotTrigger }
               placeholder="any words"
               aria-label="Words of the packet, as in the filter of Wire"
               value={settings.words}
-              onChange={(event) => trigger.set({ words: event.currentTarget.value })}
+              onInput={(event) => trigger.set({ words: event.currentTarget.value })}
             />
           </label>
         </>
@@ -98,7 +98,7 @@ function Settings({ model, trigger }: { model: PlotModel; trigger: PlotTrigger }
         <>
           <label>
             <span class="soft">run</span>
-            <input class="mono" placeholder="any" aria-label="Run" value={settings.run} onChange={(event) => trigger.set({ run: event.currentTarget.value })} />
+            <input class="mono" placeholder="any" aria-label="Run" value={settings.run} onInput={(event) => trigger.set({ run: event.currentTarget.value })} />
           </label>
           <NumberField label="Step, 0: any" unit="" least={0} isTold value={settings.step} onValue={(step) => trigger.set({ step: Math.round(step) })} />
         </>
@@ -149,7 +149,7 @@ function NumberField({ label, unit, value, onValue, least = -Infinity, most = In
         aria-label={label}
         aria-invalid={why !== ""}
         defaultValue={String(value)}
-        onChange={(event) => take(event.currentTarget.value)}
+        onInput={(event) => take(event.currentTarget.value)}
       />
       {unit && <span class="soft">{unit}</span>}
       {why && <span class="problem">{why}</span>}

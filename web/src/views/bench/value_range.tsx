@@ -37,7 +37,7 @@ export function ValueRange({ pane, model, made, isRight = false }: ValueRangePro
         inputMode="decimal"
         aria-label={`${name} end of the ${what} shown`}
         defaultValue={String(Number(fixed[at].toPrecision(6)))}
-        onChange={take}
+        onInput={take}
       />
     );
   };

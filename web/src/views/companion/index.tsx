@@ -4,7 +4,6 @@ import { useEffect } from "preact/hooks";
 import { go } from "../../router";
 import { hello, may } from "../../store";
 import type { Hello } from "../../net/protocol";
-import type { ViewEntry } from "../view";
 import { boardSession, type BoardSession } from "./board_session";
 import { ControlCard } from "./control_card";
 import { OneShotCard } from "./oneshot_card";
@@ -20,7 +19,7 @@ function sacPorts(bench: Hello): string[] {
   return boards.flatMap((name) => [name, ...bench.ports.filter((port) => port.startsWith(`${name}.`))]);
 }
 
-function CompanionView({ path }: { path: string[] }) {
+export function CompanionView({ path }: { path: string[] }) {
   const bench = hello.value;
   const ports = bench ? sacPorts(bench) : [];
   const port = ports.includes(path[0] ?? "") ? path[0]! : ports[0];
@@ -102,10 +101,3 @@ function BoardState({ session }: { session: BoardSession }) {
     </div>
   );
 }
-
-export const companionView: ViewEntry = {
-  id: "companion",
-  title: "Companion",
-  View: CompanionView,
-  isShown: (bench) => bench.devices.some(({ profile }) => profile === PROFILE),
-};

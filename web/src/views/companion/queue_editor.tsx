@@ -1,7 +1,7 @@
 /** The queue as a table of 30 rows that is edited in place. */
 
-import { memo } from "preact/compat";
 import { useEffect, useRef, useState } from "preact/hooks";
+import { memo } from "../../parts/memo";
 import type { BoardSession } from "./board_session";
 import type { KeptBoard } from "./kept_board";
 import { CELLS, cellText, setRow, unsent, withCell, type Cell } from "./queue_model";

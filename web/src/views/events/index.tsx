@@ -1,7 +1,9 @@
 /** Events: the list of what happened, in a view of its own, above the time line. */
 
-import { EventList } from "../../events/event_list";
+import { whenLoaded } from "../../parts/when_loaded";
 import type { ViewEntry } from "../view";
+
+const EventList = whenLoaded(async () => (await import("../../events/event_list")).EventList);
 
 function EventsView() {
   return (

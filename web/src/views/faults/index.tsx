@@ -6,7 +6,6 @@ import { keptText } from "../../kept";
 import type { FaultKindRow } from "../../model/door";
 import { notifyError } from "../../parts/notices";
 import { hello, link } from "../../store";
-import type { ViewEntry } from "../view";
 import { ActiveFaults } from "./active_faults";
 import { FaultDrawing } from "./fault_drawing";
 import { FaultForm, Presets } from "./fault_form";
@@ -19,7 +18,7 @@ const chosenPlace = keptText("faults.place");
 /** Places of the bench; undefined: they were not told yet. */
 const places = signal<readonly PlaceRow[] | undefined>(undefined);
 
-function FaultsView({ path }: { path: string[] }) {
+export function FaultsView({ path }: { path: string[] }) {
   const bench = hello.value;
   useEffect(() => {
     link
@@ -103,5 +102,3 @@ function Kinds({ family, kinds, chosen, choose }: KindsProps) {
     </div>
   );
 }
-
-export const faultsView: ViewEntry = { id: "faults", title: "Faults", View: FaultsView };

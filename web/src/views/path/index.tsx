@@ -7,7 +7,6 @@ import { notifyError } from "../../parts/notices";
 import { TextSize } from "../../parts/text_size";
 import { href } from "../../router";
 import { link, may, readRuns, status } from "../../store";
-import type { ViewEntry } from "../view";
 import { deviation, followed, isSeenWhole, whyNotSeen } from "./path_followed";
 import { checkAsTyped, fits, size, unchecked } from "./path_check";
 import { PathPane } from "./path_pane";
@@ -46,7 +45,7 @@ effect(() => {
 
 const attempt = (work: () => Promise<unknown>) => () => void work().catch(notifyError);
 
-function PathView() {
+export function PathView() {
   const connections = link.connections.value;
   const theirs = status.value.drawing;
   useEffect(() => void readRuns(), [connections]);
@@ -101,7 +100,7 @@ function Controls() {
             min={1}
             max={200}
             value={feed_percent.value}
-            onChange={(event) => (feed_percent.value = Math.min(Math.max(Number(event.currentTarget.value) || 100, 1), 200))}
+            onInput={(event) => (feed_percent.value = Math.min(Math.max(Number(event.currentTarget.value) || 100, 1), 200))}
           />
           %
         </label>
@@ -136,7 +135,7 @@ function Controls() {
             step={5}
             disabled={isOff}
             value={Math.round((run.value?.pace ?? 1) * 100)}
-            onChange={(event) => void setPace(Number(event.currentTarget.value) / 100).catch(notifyError)}
+            onInput={(event) => void setPace(Number(event.currentTarget.value) / 100).catch(notifyError)}
           />
           <span class="mono">{Math.round((run.value?.pace ?? 1) * 100)} %</span>
         </label>
@@ -307,5 +306,3 @@ function Pane({ across, up, isSide }: { across: number; up: number; isSide: bool
     </section>
   );
 }
-
-export const pathView: ViewEntry = { id: "path", title: "Path", View: PathView, isShown: (bench) => "drawing" in bench.operations };

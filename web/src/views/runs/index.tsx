@@ -9,7 +9,6 @@ import { notify, notifyError } from "../../parts/notices";
 import { TextSize } from "../../parts/text_size";
 import { whenLoaded } from "../../parts/when_loaded";
 import { devices, link, may, readRuns } from "../../store";
-import type { ViewEntry } from "../view";
 import { RunList } from "./run_list";
 import { checkAsTyped, checkRun, draft, fits, isChecked, isGood, problems, size, startRun, unchecked, verdict } from "./run_text";
 import "./runs.css";
@@ -18,7 +17,7 @@ const PlanCard = whenLoaded(async () => (await import("./run_plan")).PlanCard);
 const MOST_BYTES = 900_000;
 const RUN = { kind: "RunDocument", devices: () => devices.peek().values() } as const;
 
-function RunsView() {
+export function RunsView() {
   const connections = link.connections.value;
   useEffect(() => void readRuns(), [connections]);
   useEffect(checkAsTyped, []);
@@ -94,5 +93,3 @@ function Editor() {
     </section>
   );
 }
-
-export const runsView: ViewEntry = { id: "runs", title: "Runs", View: RunsView };

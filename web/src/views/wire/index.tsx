@@ -7,7 +7,6 @@ import { go, href } from "../../router";
 import { askPast, LANE, pastAt } from "../../past";
 import { hello, may, status } from "../../store";
 import type { Hello } from "../../net/protocol";
-import type { ViewEntry } from "../view";
 import { BusState } from "./bus_state";
 import { CanSend } from "./can_send";
 import { apartOf, ListHead } from "./list_head";
@@ -28,7 +27,7 @@ function wirePlaces(bench: Hello): WirePlace[] {
   return [...bench.segments.map((name) => ({ name, kind: "segment" as const })), ...bench.buses.map((name) => ({ name, kind: "bus" as const }))];
 }
 
-function WireView({ path }: { path: string[] }) {
+export function WireView({ path }: { path: string[] }) {
   const places = hello.value ? wirePlaces(hello.value) : [];
   const place = places.find(({ name }) => name === path[0]) ?? places[0];
   if (!place) return <p class="empty">There is no segment and no CAN bus on this bench.</p>;
@@ -158,10 +157,3 @@ function LoadMeter({ feed }: { feed: WireFeed }) {
     </span>
   );
 }
-
-export const wireView: ViewEntry = {
-  id: "wire",
-  title: "Wire",
-  View: WireView,
-  isShown: (bench) => bench.segments.length > 0 || bench.buses.length > 0,
-};

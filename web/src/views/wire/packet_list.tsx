@@ -90,7 +90,7 @@ export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose
         <span role="columnheader">Meaning</span>
         <span role="columnheader">Bytes</span>
       </div>
-      <div role="rowgroup" class="packet-rows" style={{ height: rows.length * ROW_PX }}>
+      <div role="rowgroup" class="packet-rows" style={{ height: `${rows.length * ROW_PX}px` }}>
         {inSight.map((at) => {
           const packet = rows.at(at)!;
           const isChosen = packet.number === chosen;
@@ -102,7 +102,7 @@ export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose
               aria-rowindex={at + 2}
               aria-selected={isChosen}
               class={`packet${packet.error === null ? "" : " is-bad"}${isChosen ? " is-chosen" : ""}${packet === marked ? " is-marked" : ""}`}
-              style={{ top: at * ROW_PX }}
+              style={{ top: `${at * ROW_PX}px` }}
               onClick={() => choose(packet)}
             >
               <span role="gridcell" class="mono">

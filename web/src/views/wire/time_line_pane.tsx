@@ -55,7 +55,7 @@ export function TimeLinePane({ feed, isPaused, chosen, choose }: Props) {
         role="img"
         tabIndex={0}
         aria-label={`Time line of ${timeText(span_s)} ${end_s === null ? "up to now" : `up to ${end_s.toFixed(6)} s`}: ${said}. Arrow keys go back and on, + and − zoom, End is now.`}
-        style={{ height: Math.max(lanes, 1) * LANE_PX + FOOT_PX }}
+        style={{ height: `${Math.max(lanes, 1) * LANE_PX + FOOT_PX}px` }}
         onKeyDown={(event) => onKey(event, feed)}
         {...pointing(feed, choose)}
       />
