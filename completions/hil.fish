@@ -392,6 +392,7 @@ complete -c hil -n '__hil_at \'export\' -eq 0' -r -F
 complete -c hil -n '__hil_in \'replay\'' -l until -x -d 'Show the bench as it was at this time, as 12.5s, 1:02:03.5, 900ms, or -10s before the end.'
 complete -c hil -n '__hil_in \'replay\'' -l from -x -d 'List what came to the boards and what they sent from this time on.'
 complete -c hil -n '__hil_in \'replay\'' -l to -x -d 'The end of that list. [default: the run\'s end]'
+complete -c hil -n '__hil_in \'replay\'' -l events -d 'List its events, as the page has them.'
 complete -c hil -n '__hil_in \'replay\'' -l set -x -d 'Run it with this changed: a field as m1.pKp=10, a key of the configuration as m1.axis.inertia_kg_m2=0.0001 or bus0.baud=9600, or seed=7. May be given several times.'
 complete -c hil -n '__hil_in \'replay\'' -l at -r -F -d 'When fields are set. [default: from the start]'
 complete -c hil -n '__hil_in \'replay\'' -l fault -x -d 'Run it with this fault, as \'byte_drop m1 rate=0.5 at=12.5s for=1s\'.'

@@ -112,7 +112,15 @@ class Daemon:
         runs = make_runs(stack, live, clock)
         is_service = bool(self._notifier)
         desk = make_desk(
-            stack, live, runs, clock, grant, state_dir=at.state, is_service=is_service, stop=self.stop
+            stack,
+            live,
+            runs,
+            clock,
+            grant,
+            state_dir=at.state,
+            is_service=is_service,
+            stop=self.stop,
+            events_before=fork.events() if fork else (),
         )
         stack.push_async_callback(live.bridges.close)
         await live.bridges.open(config.bridges, desk)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from e2e_support import Place, Server, config, until
 
+from hil.net.control_client import ControlError
 from hil.recorded.bench_then import bench_then
 from hil.recorded.recorded_run import open_recorded
 from hil.recorded.time_words import parse_time
@@ -99,6 +100,26 @@ def test_a_fork_runs_beside_the_live_original(place: Place) -> None:
     assert {each.name for each in place.state.iterdir()} == {"t", "t-replay", "other"}
     identical(place, log)
     identical(place, own)
+
+
+def test_a_fork_has_the_events_of_the_recording(place: Place) -> None:
+    log = place.folder / "run.hil"
+    server = place.serve(config(speed=5, devices=DEVICES), "--log", str(log)).ready()
+    server.ask("do", device="m1", name="enable", parameters={})
+    with pytest.raises(ControlError, match="no_such"):
+        server.ask("do", device="m1", name="no-such", parameters={})
+    listed = server.ask("events", after=0)["events"]
+    assert [row["kind"] for row in listed] == ["verbs", "refusals"]
+    server.stop()
+    found = json.loads(place.cli("replay", str(log), "--events", "--json"))
+    assert found[:2] == [{name: row[name] for name in found[0]} for row in listed]
+    said = place.cli("replay", str(log), "--events").splitlines()
+    assert "enable" in said[0]
+    assert "no_such" in said[1]
+    fork = place.fork(log, "--pause")
+    assert fork.ask("events", after=0)["events"][:2] == listed
+    fork.stop()
+    identical(place, log)
 
 
 @pytest.mark.thorough

@@ -28,6 +28,7 @@ from hil.sim.bench import BenchRuntime
 from hil.sim.firmware_guard import Guard, Guarded, LoggedStops
 from hil.sim.input_log import InputLog
 from hil.sim.inputs import InputLogError
+from hil.sim.noted_events import NotedEvent, latest_events
 from hil.vocab.address import address_of
 from hil.vocab.firmware import NETWORK
 from hil.vocab.time import NS_PER_S, SimTimeNs
@@ -128,6 +129,10 @@ class Fork:
         """Guard of its firmwares: as the log says, and ``then`` from when it goes on by itself."""
         self._guard = ForkGuard(self._stops, then)
         return self._guard
+
+    def events(self) -> list[NotedEvent]:
+        """Events of the recorded run up to the fork's time."""
+        return latest_events(event for event in self.log.events if event.at_ns <= self.at_ns)
 
     async def go_through(
         self,

@@ -54,7 +54,7 @@ class LookProcess:
         self._requests, self._answers = requests, answers
         self._rest = b""
         self._marks = RunMarks()
-        self._marked = self._noted = 0
+        self._marked = self._noted = self._happened = 0
         self._points = CheckPoints(growing)
         self._known_ns = 0
         self._waiting: dict[str, Mapping[str, Any]] = {}
@@ -95,10 +95,13 @@ class LookProcess:
             self._known_ns = growing.last_ns
             self._points.take_back(self._known_ns + 1)
         if len(inputs) < self._marked:
-            self._marks, self._marked, self._noted = RunMarks(), 0, 0
+            self._marks, self._marked, self._noted, self._happened = RunMarks(), 0, 0, 0
         for logged in inputs[self._marked :]:
             self._marks.add(logged)
         self._marked = len(inputs)
+        for event in growing.log.events[self._happened :]:
+            self._marks.happen(event)
+        self._happened = len(growing.log.events)
         self._marks.note(self._points.notes[self._noted :])
         self._noted = len(self._points.notes)
         self._known_ns = max(self._known_ns, growing.last_ns)

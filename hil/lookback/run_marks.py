@@ -5,16 +5,32 @@ from typing import Any
 
 from hil.recorded.run_events import fault_words, input_event
 from hil.sim.inputs import Bytes, Clear, CommitDone, Follow, Inject, Logged, Stopped
+from hil.sim.noted_events import NotedEvent
 from hil.vocab.faults import FAULT_KINDS
 from hil.vocab.time import NS_PER_S, SimTimeNs
 
-LANES = ("faults", "runs", "verbs", "typed", "refusals", "stops", "lateness", "clients")
+LANES = (
+    "faults",
+    "runs",
+    "verbs",
+    "typed",
+    "refusals",
+    "stops",
+    "lateness",
+    "trouble",
+    "reloads",
+    "clients",
+)
 """Lanes of marks, from the top."""
 MOST_MARKS = 400
 """Maximum number of marks of a lane; more are summed."""
 _BETWEEN_NS = 1_000_000_000
 """Time without bytes after which a client types again."""
 _TEXT = 120
+_HAPPENED = frozenset({"refusals", "lateness", "trouble", "reloads", "clients"})
+"""Kinds of events of which the inputs say nothing."""
+_SAME_NS = 100_000_000
+"""Time within which a refusal that was found by running again is the one that an event is of."""
 
 Mark = dict[str, Any]
 """Mark with ``lane``, ``from_ns``, ``to_ns`` (None: it lasts), ``of`` and ``text``; one that stands for
@@ -28,6 +44,10 @@ class RunMarks:
         self._marks: dict[str, list[Mark]] = {lane: [] for lane in LANES}
         self._faults: dict[int, Mark] = {}
         self._typing: dict[str, Mark] = {}
+        self._happened: dict[int, Mark] = {}
+        """Marks of events that no input is the cause of, by their numbers."""
+        self._found: list[Mark] = []
+        """Refusals that were found by running again; most are events, too."""
         self.count = 0
         """Counts up with each change."""
 
@@ -56,17 +76,37 @@ class RunMarks:
         for note in notes:
             self.count += 1
             self._put(note["lane"], note["at_ns"], note["of"], note["text"])
+            if note["lane"] == "refusals":
+                self._found.append(self._marks["refusals"].pop())
+
+    def happen(self, event: NotedEvent) -> None:
+        """Note an event, or that others joined it, if it is of a kind that no input tells of."""
+        if event.kind not in _HAPPENED:
+            return
+        self.count += 1
+        words = f"{event.of}: {event.text}" if event.of not in ("", event.who) else event.text
+        asker = f" ({event.who})" if event.who not in ("", "bench", event.of) else ""
+        if (mark := self._happened.get(event.number)) is None:
+            mark = self._happened[event.number] = self._put(event.kind, event.at_ns, event.of, "")
+        mark |= {"to_ns": event.to_ns, "text": _short(f"{words}{asker}")}
 
     def told(self, until_ns: int, most: int = MOST_MARKS) -> list[Mark]:
         """Marks of all lanes, by lanes and times; of no lane more than ``most``. ``until_ns``: time up to
         which the run is known, and faults have come again."""
         faults = [each for mark in self._marks["faults"] for each in _times_of(mark, until_ns, most)]
-        lanes = self._marks | {"faults": sorted(faults, key=lambda mark: mark["from_ns"])}
+        asked = self._marks["refusals"]
+        known = {mark["from_ns"] // _SAME_NS + by for mark in asked for by in (-1, 0, 1)}
+        found = (mark for mark in self._found if mark["from_ns"] // _SAME_NS not in known)
+        refusals = sorted([*asked, *found], key=lambda mark: mark["from_ns"])
+        lanes = self._marks | {
+            "refusals": refusals,
+            "faults": sorted(faults, key=lambda mark: mark["from_ns"]),
+        }
         return [mark for lane in LANES for mark in _summed(lanes[lane], most)]
 
     def _put(self, lane: str, at_ns: int, of: str, text: str, *, lasts: bool = False) -> Mark:
         mark = {"lane": lane, "from_ns": at_ns, "to_ns": None if lasts else at_ns, "of": of}
-        mark["text"] = text if len(text) <= _TEXT else f"{text[: _TEXT - 1]}…"
+        mark["text"] = _short(text)
         self._marks[lane].append(mark)
         return mark
 
@@ -112,6 +152,10 @@ class RunMarks:
             self._marks["typed"][-1] = mark
         mark["to_ns"], mark["bytes"] = at_ns, mark["bytes"] + size
         mark["text"] = f"{mark['bytes']} bytes to {of}"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _TEXT else f"{text[: _TEXT - 1]}…"
 
 
 def _times_of(mark: Mark, until_ns: int, most: int) -> Iterable[Mark]:

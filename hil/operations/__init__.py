@@ -13,8 +13,8 @@ hil.live.configured, hil.live.devices.bench_devices, hil.live.fault_registry, hi
 hil.live.live_bench, hil.live.memory_commits, hil.live.off_loop, hil.live.places, hil.live.refusals,
 hil.live.run_recording, hil.live.runs, hil.live.standing_time, hil.live.vitals, hil.live.watches,
 hil.lookback.look_head, hil.net, hil.runs, hil.sim.bench, hil.sim.card, hil.sim.client_tap,
-hil.sim.input_check, hil.sim.input_reading, hil.sim.inputs, hil.sim.segment_tap, hil.sketch, hil.toolpath,
-hil.vocab, hil.wire, the standard library.
+hil.sim.input_check, hil.sim.input_reading, hil.sim.inputs, hil.sim.noted_events, hil.sim.segment_tap,
+hil.sketch, hil.toolpath, hil.vocab, hil.wire, the standard library.
 
 Tests may import too: hil.client, hil.compose, hil.daemon, hil.discovery.named_kinds, hil.testing.
 """

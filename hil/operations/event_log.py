@@ -1,10 +1,11 @@
 """Log of what happened to a running bench, and who asked for it: its latest events, for all who look on."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from hil.operations.table import Asked
+from hil.sim.noted_events import NotedEvent
 from hil.vocab.verbs import VerbRefused
 
 KIND_OF = {
@@ -72,6 +73,16 @@ class EventLog:
         self.listeners: list[Callable[[Event], object]] = []
         """Called with each event, and again when another joined it."""
 
+    def begin_with(self, events: Iterable[NotedEvent]) -> None:
+        """Take the events of a recorded run, of which this one is the future."""
+        for noted in events:
+            self._revision += 1
+            self._number = noted.number
+            event = self._events[noted.number] = {**noted.as_dict(), "revision": self._revision}
+            for listener in tuple(self.listeners):
+                listener(dict(event))
+        self._keep_latest()
+
     def put(
         self, kind: str, of: str, who: str, text: str, *, at_ns: int | None = None, common: str = ""
     ) -> None:
@@ -94,10 +105,13 @@ class EventLog:
         event = {"number": self._number, "revision": self._revision, "kind": kind, "at_ns": at_ns}
         event |= {"to_ns": at_ns, "of": of, "who": who, "text": text, "count": 1}
         self._events[self._number] = self._together[key] = event
+        self._keep_latest()
+        return event
+
+    def _keep_latest(self) -> None:
         for kept in (self._events, self._together):
             while len(kept) > KEPT:
                 kept.popitem(last=False)
-        return event
 
     def done(self, wish: Wish, answer: Any) -> None:
         """Note that a request was carried out."""

@@ -1,6 +1,6 @@
 """Composition of a bench's desk from the parts that answer."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import AsyncExitStack
 from pathlib import Path
 
@@ -20,11 +20,13 @@ from hil.operations.health import Health
 from hil.operations.metrics import Metrics
 from hil.operations.past_operations import PastOperations
 from hil.operations.processor_operations import ProcessorOperations
+from hil.operations.recorded_events import RecordedEvents
 from hil.operations.reports import Reports, SharedReport
 from hil.operations.seen_events import SeenEvents
 from hil.operations.table import OPERATIONS, Answerer
 from hil.operations.watch_operations import WatchOperations
 from hil.operations.wire_reports import data_sheet, listed_wires
+from hil.sim.noted_events import NotedEvent
 from hil.vocab.desk_protocol import Description
 
 
@@ -39,15 +41,20 @@ def make_desk(
     is_service: bool,
     stop: Callable[[], None],
     is_seen: bool = True,
+    events_before: Iterable[NotedEvent] = (),
 ) -> Desk:
     """Make the desk of a running bench; ``stack`` ends what it begins. ``is_service``: a service manager
-    started the bench; ``stop``: ends it; ``is_seen``: its events have what nobody asked for, too."""
+    started the bench; ``stop``: ends it; ``is_seen``: its events have what nobody asked for, too;
+    ``events_before``: those of the recorded run that it goes on from."""
     sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
     known = live.devices
     health = Health(sim, known, places, commits, vitals, grant, state_dir, is_service, bridges)
     metrics = Metrics(sim, configured, known, places, clock, commits, faults, queue, bridges, vitals, health)
-    events = EventLog(lambda: sim.now_ns)
+    events, recorded = EventLog(lambda: sim.now_ns), RecordedEvents(live.recording)
+    events.listeners.append(recorded.put)
+    stack.callback(recorded.end)
+    events.begin_with(events_before)
     seen = SeenEvents(events, sim, places, faults, queue, bridges, health)
     stack.push_async_callback(seen.end)
     if is_seen:

@@ -37,6 +37,7 @@ from hil.discovery.installed import installed
 from hil.host.doctor import Diagnosis
 from hil.recorded.recorded_run import RecordedRun, open_recorded
 from hil.sim.inputs import InputLogError
+from hil.sim.noted_events import decode_event, encode_event, without_names
 
 _TOP = ("bench", "devices", "wires", "faults", "rate_hz", "speed", "seed")
 """Keys of a configuration that go into a bundle, beside those of wires with stations."""
@@ -54,6 +55,7 @@ _DOCTORS = frozenset(
 )
 """Findings of the doctor whose words name no folders and people, and count nothing that changes from moment
 to moment, as ptys in use: the same recording gives the same bundle. Of others only the verdict goes in."""
+_EVENT = re.compile(rb'\{"at_ns":\d+,"event":')
 _CHECK = re.compile(rb'(\{(?:"end":true,"why":"\w*",)?"at_ns":\d+,"check":)(\d+)')
 """Beginning of a line of ``hil.sim.log_checks``."""
 _RELOAD = re.compile(rb'\{"at_ns":\d+,"reload":')
@@ -178,6 +180,9 @@ def _log_lines(path: Path, shared: Callable[[dict[str, Any]], dict[str, Any]]) -
                     new = _with_shared(line, "config", shared)
                 elif _RELOAD.match(line):
                     new = _with_shared(line, "reload", shared)
+                elif _EVENT.match(line):
+                    event = without_names(decode_event(json.loads(line)))
+                    new = encode_event(event).encode() + b"\n"
                 elif check := _CHECK.match(line):
                     if int(check[2]) != was:
                         return

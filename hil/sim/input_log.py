@@ -6,7 +6,8 @@ time 0, the speed, the configuration, and each device's memory at the start. The
 digits), ``state`` (CRC-32 of the axes' snapshots at that time; null for what an interrupt sent, and where it
 was not kept). ``port`` is in lines of another UART than the first.
 ``device`` of an input is the address of what it is for: a device, an axis of one with several, a tap, a
-segment. Once a second come a checksum of all that stands before and some totals (``log_checks``). The last
+segment. Reloads and events (``noted_events``) have lines of
+their own. Once a second come a checksum of all that stands before and some totals (``log_checks``). The last
 line says why the log ends: one without it was cut. ``log_reading`` reads it.
 """
 
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple, Protocol
 from hil.core import Snapshot
 from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, Logged, encode_line, quoted
 from hil.sim.log_checks import STOPPED, LineSink, LogChecks
+from hil.sim.noted_events import NotedEvent, encode_event
 from hil.sim.reloads import Memories, Reloaded, encode_reload, memories_text
 from hil.sim.state_checksum import StateChecksums, state_checksum
 from hil.sim.twin import Twin
@@ -81,6 +83,8 @@ class InputLog:
     why: str = ""
     """Reason in its end line (``log_checks.ENDS``); empty: it has none."""
     reloads: Sequence["ReloadPlace"] = ()
+    events: Sequence[NotedEvent] = ()
+    """Events of the bench; one that others joined is there again."""
     ports: dict[str, str] = field(default_factory=dict)
     """Kinds of the bench's ports by their labels, where they were kept."""
     forked_from: str = ""
@@ -94,7 +98,7 @@ class InputLog:
 
 SentRecord = tuple[SimTimeNs, str, bytes, str, list[Snapshot] | None]
 """Record of what a device sent: time, device, bytes, port (empty: the first), state."""
-LogRecord = Logged | Reloaded | SentRecord
+LogRecord = Logged | Reloaded | NotedEvent | SentRecord
 
 
 class ReloadPlace(NamedTuple):
@@ -185,6 +189,8 @@ class InputLogWriter:
                 add(record.at_ns, encode_line(record) + "\n", record)
             elif isinstance(record, Reloaded):
                 add(record.at_ns, encode_reload(record) + "\n", None)
+            elif isinstance(record, NotedEvent):
+                add(record.at_ns, encode_event(record) + "\n", None)
             else:
                 add(record[0], self._sent_line(record), None)
         self.checks.hand_on()

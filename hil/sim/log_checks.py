@@ -33,7 +33,8 @@ def without_checks(text: str) -> list[str]:
     """Lines of a log as version 2 has them, which may be changed without a check that finds it."""
     lines = text.replace('"version":3', '"version":2', 1).splitlines(keepends=True)
     is_ended = '{"end":true,' in lines[-1]
-    return [*(line for line in lines if '"check":' not in line), *(['{"end":true}\n'] if is_ended else [])]
+    kept = (line for line in lines if '"check":' not in line and '"event":' not in line)
+    return [*kept, *(['{"end":true}\n'] if is_ended else [])]
 
 
 class LineSink(Protocol):

@@ -52,6 +52,16 @@ RELOAD = (
     ),
     LogField("nvm", "object", "their memories as they began: sections in base64", since=3),
 )
+EVENT = (
+    LogField("at_ns", "integer", "simulated time in ns", since=3),
+    LogField("event", "text", "its kind: verbs, typed, faults, runs, refusals, clients, …", since=3),
+    LogField("number", "integer", "of two lines with one number the later counts", since=3),
+    LogField("to_ns", "integer", "time of the last that it stands for", since=3),
+    LogField("of", "text", "address that it is of; empty: the bench", since=3),
+    LogField("who", "text", "who asked: a user, a door, `bench`; empty in a bundle", since=3),
+    LogField("text", "text", "what it was, in words", since=3),
+    LogField("count", "integer", "how many it stands for", since=3),
+)
 CHECK = (
     LogField("at_ns", "integer", "the bench's time, in ns, when this was written", since=3),
     LogField("check", "integer", "CRC-32 of all bytes of the text before this line", since=3),
@@ -69,6 +79,7 @@ LINES = {
     "header, the first line": HEADER,
     "what a device sent": SENT,
     "reload": RELOAD,
+    "event": EVENT,
     "check": CHECK,
     "end, the last line": END,
 }

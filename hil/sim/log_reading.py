@@ -15,6 +15,7 @@ from hil.sim.input_log import InputLog, ReloadPlace, place
 from hil.sim.input_reading import decode, hexadecimal, number, read_line, taken, text, time_ns, whole
 from hil.sim.inputs import LOG_FORMAT, LOG_VERSION, OLD_VERSIONS, Bytes, InputLogError, Logged
 from hil.sim.log_checks import ENDS, STOPPED
+from hil.sim.noted_events import NotedEvent, decode_event
 from hil.sim.reloads import decode_reload, memories_of
 from hil.sim.sent_pieces import SentPieces
 from hil.vocab.time import NS_PER_S, SimTimeNs
@@ -36,13 +37,15 @@ _KEPT_TYPED = 4096
 
 
 class _Checked(NamedTuple):
-    """Place up to which the checks confirm the log: numbers of lines, inputs and pieces, and the time."""
+    """Place up to which the checks confirm the log: numbers of lines, inputs, pieces and others, and the
+    time."""
 
     line: int = 0
     inputs: int = 0
     sent: int = 0
     end_ns: int = 0
     reloads: int = 0
+    events: int = 0
 
 
 class LogReading:
@@ -55,6 +58,7 @@ class LogReading:
         self._lines = array("Q")
         self._sent = SentPieces()
         self._reloads: list[ReloadPlace] = []
+        self._events: list[NotedEvent] = []
         self._crc = self._number = self._end_ns = 0
         self._good = 0
         """Number of the last line that is right, as far as it tells by itself."""
@@ -107,6 +111,7 @@ class LogReading:
             lines=self._lines,
             sent=self._sent,
             reloads=self._reloads,
+            events=self._events,
             cut=cut,
             end_ns=self._end_ns,
             why=self._why or "",
@@ -121,21 +126,23 @@ class LogReading:
     def _leave_out(self) -> None:
         """Leave out what no check confirms; without checks, only the line that is wrong."""
         if self._header and self._header.version in OLD_VERSIONS:
-            self._checked = _Checked(
-                self._good, len(self._inputs), len(self._sent), self._end_ns, len(self._reloads)
-            )
+            self._checked = self._here(self._good)
         at = self._checked
         del self._inputs[at.inputs :]
         del self._lines[at.inputs :]
         self._sent.cut(at.sent)
         del self._reloads[at.reloads :]
+        del self._events[at.events :]
         self._end_ns = at.end_ns
         self._why = None
 
     def _note_checked(self) -> None:
-        self._checked = _Checked(
-            self._number, len(self._inputs), len(self._sent), self._end_ns, len(self._reloads)
-        )
+        self._checked = self._here(self._number)
+
+    def _here(self, line: int) -> _Checked:
+        """Place behind all that was read."""
+        inputs, sent, reloads, events = map(len, (self._inputs, self._sent, self._reloads, self._events))
+        return _Checked(line, inputs, sent, self._end_ns, reloads, events)
 
     def _take_frequent(self, line: bytes) -> bool:
         """Take a line of the two most frequent forms; answers whether it was one."""
@@ -177,6 +184,8 @@ class LogReading:
             reload = decode_reload(values)
             self._reloads.append(ReloadPlace(reload, len(self._inputs), len(self._sent)))
             self._end_ns = max(self._end_ns, reload.at_ns)
+        elif "event" in values and self._header.version not in OLD_VERSIONS:
+            self._events.append(decode_event(values))
         else:
             logged = decode(values)
             self._inputs.append(logged)

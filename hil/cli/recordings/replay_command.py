@@ -41,6 +41,10 @@ def replay(
         str | None,
         typer.Option("--to", help="The end of that list. [default: the run's end]", metavar="TIME"),
     ] = None,
+    events: Annotated[
+        bool,
+        typer.Option("--events", help="List its events, as the page has them."),
+    ] = False,
     options: WhatIfOptions = UNCHANGED,
     fork: ForkOptions = NO_FORK,
     trust: Trust = False,
@@ -50,12 +54,18 @@ def replay(
     On the virtual clock. Alone it exits with 1 if a byte, a time or a state of an axis differs; a log that
     was cut is compared up to where it ends. Of one that is damaged, what its checks confirm is compared; then
     the command exits with 2. With --until it shows the bench as it was then. With --from and --to it lists
-    what happened between. With --set, --fault or --no-fault it runs the same inputs at a bench with that
-    changed, says where the runs part, and draws both and their difference. With --serve it becomes a bench
-    that goes on from there by itself, changed or not; the recording's later inputs are not given to it.
+    what happened between. With --events it lists, up to --until or the end, who asked for what, faults,
+    runs, refusals, clients, reloads and lateness. With --set, --fault or --no-fault it runs the same inputs
+    at a bench with that changed, says where the runs part, and draws both and their difference. With --serve
+    it becomes a bench that goes on from there by itself, changed or not; the recording's later inputs are not
+    given to it.
 
     Example: hil replay bench.log
     """
+    if events:
+        if since is not None or to is not None or fork.serve or options.is_given:
+            raise fail("hil: --events goes with --until alone", 2)
+        return _told_events(log, until)
     if unused := fork.unused:
         raise fail(f"hil: {unused} is for a bench that goes on: give --serve too", 2)
     if fork.serve:
@@ -116,6 +126,25 @@ def _listed(log: Path, since: str | None, to: str | None) -> CommandAnswer:
     lines = [event.line() for event in found]
     nothing = f"nothing happened from {time_text(from_ns)} to {time_text(to_ns)}"
     return CommandAnswer([event._asdict() for event in found], "\n".join(lines) or nothing)
+
+
+def _told_events(log: Path, until: str | None) -> CommandAnswer:
+    from hil.cli.recordings.opened import opened, time_of
+    from hil.recorded.time_words import time_text
+    from hil.sim.noted_events import latest_events
+    from hil.vocab.shown_text import printable
+
+    with opened(log) as run:
+        until_ns = run.end_ns if until is None else time_of("--until", until, run)
+        found = [each for each in latest_events(run.log.events) if each.at_ns <= until_ns]
+    lines = [
+        f"{time_text(each.at_ns):17}  {each.kind:9}  {each.of:12}  {each.text}"
+        + (f" x{each.count}" if each.count > 1 else "")
+        + (f" ({each.who})" if each.who else "")
+        for each in found
+    ]
+    nothing = "no events: recordings of earlier versions, and of tests, have none"
+    return CommandAnswer([each.as_dict() for each in found], "\n".join(map(printable, lines)) or nothing)
 
 
 def _then_text(log: Path, run: "RecordedRun", then: "BenchThen") -> str:

@@ -1,4 +1,4 @@
-"""Faults as marks of a time line: each as long as it lasted."""
+"""Faults as marks of a time line, each as long as it lasted; and events that no input tells of."""
 
 from typing import Any
 
@@ -6,6 +6,7 @@ import pytest
 
 from hil.lookback.run_marks import RunMarks
 from hil.sim.inputs import Clear, Inject, Logged
+from hil.sim.noted_events import NotedEvent
 from hil.vocab.time import NS_PER_S, SimTimeNs
 
 
@@ -53,3 +54,20 @@ def test_a_fault_is_a_band_for_as_long_as_it_lasted(
 
 def test_one_that_came_very_often_is_one_band() -> None:
     assert bands(injected(for_s=0.001, every_s=0.01), most=100) == [(10, None)]
+
+
+def test_events_that_no_input_tells_of_are_marks_and_a_refusal_is_one() -> None:
+    marks = RunMarks()
+    at_ns = 10 * NS_PER_S
+    marks.note([{"lane": "refusals", "at_ns": at_ns + 5, "of": "m1", "text": "m1 refused enable"}])
+    marks.note([{"lane": "refusals", "at_ns": 2 * at_ns, "of": "m1", "text": "m1 refused disable"}])
+    marks.happen(NotedEvent(1, "verbs", at_ns, at_ns, "m1", "ann", "enable", 1))
+    marks.happen(NotedEvent(2, "refusals", at_ns, at_ns, "m1", "ann", "enable: no", 1))
+    marks.happen(NotedEvent(3, "clients", at_ns, at_ns, "m1", "m1", "a client came", 1))
+    marks.happen(NotedEvent(3, "clients", at_ns, at_ns + 9, "m1", "m1", "a client came", 2))
+    told = [(mark["lane"], mark["to_ns"], mark["text"]) for mark in marks.told(60 * NS_PER_S)]
+    assert told == [
+        ("refusals", at_ns, "m1: enable: no (ann)"),
+        ("refusals", 2 * at_ns, "m1 refused disable"),
+        ("clients", at_ns + 9, "a client came"),
+    ]

@@ -5,8 +5,11 @@ from typing import Any
 
 import pytest
 
+from hil.live.run_recording import RunRecording
 from hil.operations.event_log import KEPT, TEXT, EventLog, NotedDoing, Wish, halt_words
+from hil.operations.recorded_events import RecordedEvents
 from hil.operations.table import Asked
+from hil.sim.noted_events import NotedEvent, latest_events
 from hil.vocab.desk_protocol import Done, Source
 from hil.vocab.verbs import Role, VerbRefused
 
@@ -121,3 +124,39 @@ def test_a_halt_is_told_with_what_it_stopped() -> None:
     assert halt_words({"stopped": [], "runs": [], "refused": {}}) == "nothing moved"
     answer = {"stopped": ["m1"], "runs": ["square"], "refused": {"r1": "it is away"}}
     assert halt_words(answer) == "stopped m1, run square; not stopped: r1: it is away"
+
+
+class RecordingInMemory(RunRecording):
+    """Recording that keeps what it is told."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.records: list[NotedEvent] = []
+
+    @property
+    def writer(self) -> Any:
+        return self
+
+    def add(self, record: NotedEvent) -> None:
+        self.records.append(record)
+
+
+def test_a_recording_has_the_events_of_the_list_in_few_lines() -> None:
+    clock, recording = Clock(), RecordingInMemory()
+    log, recorded = EventLog(clock), RecordedEvents(recording)
+    log.listeners.append(recorded.put)
+    for number in range(1000):
+        clock.now_ns = number * 10_000_000
+        log.done(wish(name="set_point", streams=True, value=number), {})
+    log.refused(wish(), VerbRefused("not_now", "the loop is off"))
+    recorded.end()
+    assert len(recording.records) < 15
+    found = [event.as_dict() for event in latest_events(recording.records)]
+    kept = log.told(0)["events"]
+    assert found == [{name: row[name] for name in found[0]} for row in kept]
+
+    again = EventLog(clock)
+    again.begin_with(latest_events(recording.records))
+    assert told(again) == told(log)
+    again.put("clients", "m1", "m1", "a client came")
+    assert [row["number"] for row in again.told(0)["events"]] == [1, 2, 3]

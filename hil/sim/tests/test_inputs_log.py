@@ -25,8 +25,10 @@ from hil.sim.inputs import (
     Stopped,
     encode_line,
 )
-from hil.sim.log_format import CHECK, END, HEADER, LINES, RELOAD, SENT, input_lines
+from hil.sim.log_checks import without_checks
+from hil.sim.log_format import CHECK, END, EVENT, HEADER, LINES, RELOAD, SENT, input_lines
 from hil.sim.log_reading import read_input_log
+from hil.sim.noted_events import NotedEvent, encode_event, latest_events, without_names
 from hil.sim.reloads import Begun, Reloaded, decode_reload, encode_reload
 from hil.vocab.time import SimTimeNs
 
@@ -159,8 +161,39 @@ def test_the_table_of_the_format_has_what_is_written_and_read() -> None:
     header, _, check, end = map(json.loads, file.getvalue().splitlines())
     for line, fields in ((header, HEADER), (check, CHECK), (end, END)):
         assert list(line) == [each.name for each in fields] or set(line) == {each.name for each in fields}
-    assert set(LINES.values()) == {HEADER, SENT, RELOAD, CHECK, END}
+    assert set(LINES.values()) == {HEADER, SENT, RELOAD, EVENT, CHECK, END}
+    assert list(json.loads(encode_event(EVENTS[0]))) == [each.name for each in EVENT]
     assert list(json.loads(encode_reload(Reloaded(5, {}, (), ())))) == [each.name for each in RELOAD]
+
+
+EVENTS = [
+    NotedEvent(1, "verbs", 5, 5, "m1", "ann", "enable", 1),
+    NotedEvent(2, "refusals", 6, 6, "m1", "bob", "run: /home/bob/a.yaml: there is no axis m9", 1),
+    NotedEvent(1, "verbs", 5, 9, "m1", "ann", "enable", 4),
+]
+
+
+def test_events_read_back_and_are_no_inputs() -> None:
+    file = io.StringIO()
+    writer = InputLogWriter(file, "test", {}, {})
+    for event in EVENTS:
+        writer.add(event)
+    writer.write(Logged(SimTimeNs(9), "m1", Reset()))
+    writer.end()
+    log = read_input_log(io.StringIO(file.getvalue()))
+    assert log.events == EVENTS
+    assert latest_events(log.events) == [EVENTS[2], EVENTS[1]]
+    assert (len(log.inputs), log.end_ns) == (1, 9)
+    damaged = file.getvalue().replace('"count":4', '"count":"4"')
+    assert read_input_log(io.StringIO(damaged), strict=False).events == []
+    old = read_input_log(io.StringIO("".join(without_checks(file.getvalue()))))
+    assert (old.events, len(old.inputs)) == ([], 1)
+
+
+def test_events_for_others_have_neither_names_nor_folders() -> None:
+    said = "".join(encode_event(without_names(event)) for event in EVENTS)
+    assert "enable" in said
+    assert not any(word in said for word in ("ann", "bob", "home"))
 
 
 @pytest.mark.parametrize(

@@ -97,15 +97,15 @@ export function countsOf(rows: readonly EventRow[]): Record<EventKind, number> {
   return counts;
 }
 
-/** What a recording does not have: who asked, refusals of doors, clients, reloads, health. */
+/** What a recording has from its events alone, a second later: refusals of doors, clients, reloads, health. */
 const LIVE_ALONE: readonly EventKind[] = ["refusals", "clients", "reloads", "lateness", "trouble"];
 
 /** Marks of the time line: those of the recording, and what it does not have, of this start of the bench. */
 export function marksWith(recorded: readonly PastMark[], rows: readonly EventRow[], instance: string): PastMark[] {
   const here = rows.filter((row) => row.instance === instance && LIVE_ALONE.includes(row.kind) && row.who !== "this page");
   if (!here.length) return [...recorded];
-  const known = new Set(here.filter(({ kind }) => kind === "refusals").map(({ at_s }) => at_s.toFixed(1)));
-  const others = recorded.filter(({ lane, from_s }) => lane !== "refusals" || !known.has(from_s.toFixed(1)));
+  const known = new Set(here.map(({ kind, at_s }) => `${kind} ${at_s.toFixed(1)}`));
+  const others = recorded.filter(({ lane, from_s }) => !known.has(`${lane} ${from_s.toFixed(1)}`));
   return [...others, ...here.map(({ kind, at_s, to_s, of, text, who }) => ({ lane: kind, from_s: at_s, to_s, of, text: wordsOf({ of, who, text }) }))];
 }
 

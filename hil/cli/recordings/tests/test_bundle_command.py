@@ -23,6 +23,7 @@ from hil.host.doctor import Diagnosis
 from hil.recorded.bundling import BundleRefused, bundling
 from hil.sim.input_log import InputLogWriter
 from hil.sim.inputs import Bytes, Logged
+from hil.sim.noted_events import NotedEvent
 from hil.sim.reloads import Begun, Reloaded
 from hil.testing import Bench, RecordedBench
 from hil.vocab.time import SimTimeNs
@@ -409,6 +410,8 @@ def reloaded(file: Path, more: Mapping[str, Any]) -> Path:
         writer = InputLogWriter(opened, "hil", config, bench.inputs.log().memories)
         begun = Begun("m1", 0, 1_000_000_000, {})
         writer.add(Reloaded(1_000_000_000, {**config, **more}, ("m1",), (begun,)))
+        at_ns = 2_400_000_000
+        writer.add(NotedEvent(1, "refusals", at_ns, at_ns, "", "alice", "run: /home/alice/secret.example", 1))
         writer.add(Logged(SimTimeNs(2_500_000_000), "m1", Bytes(b"x")))
         writer.end()
     return file
@@ -423,6 +426,7 @@ def test_configurations_of_reloads_are_shared_as_the_first(tmp_path: Path) -> No
     read = read_log(log.with_suffix(".hilz"))
     assert [place.reload.at_ns for place in read.reloads] == [1_000_000_000]
     assert len(read.inputs) == 1
+    assert [(event.kind, event.who, event.text) for event in read.events] == [("refusals", "", "refusals")]
     assert hil("replay", log).stdout == hil("replay", log.with_suffix(".hilz")).stdout
 
 
