@@ -229,7 +229,9 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
             "remarks": [str],
             "machine": str,
             "figures": _FIGURES,
-            "axes": [{"letter": str, "axis": str, "deg_per_unit": float, "zero_deg": float}],
+            "axes": [
+                {"letter": str, "axis": str, "deg_per_unit": float, "zero_deg": float, "range": [float]}
+            ],
             "path": {"places": [float], "count": int},
             "runs": [{"text": str, "duration_s": float, "timeline": [[float]]}],
         },

@@ -55,6 +55,7 @@ def planned_drawing(
                 "unit": axis.unit,
                 "deg_per_unit": axis.motor_deg_per_unit,
                 "zero_deg": axis.zero_deg,
+                "range": [axis.minimum, axis.maximum],
                 "follows_paths": axis.bench_axis in followers,
             }
             for axis in machine.axes

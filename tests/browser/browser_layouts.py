@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Iterator
 
 import pytest
-from browser_pages import PHONE, Bench, fits, served, violations
+from browser_pages import PHONE, Bench, fits, layout_address, served, violations
 from e2e_support import READY_NS, until
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -179,22 +179,13 @@ def test_an_address_that_names_no_layout_says_so_and_what_was_there_stays(pages:
     expect(tab(page, "Wire bus0")).to_be_visible()
 
 
-MAKE = """async (layout) => {
-  const packing = new CompressionStream("deflate-raw");
-  const packed = new Blob([JSON.stringify(layout)]).stream().pipeThrough(packing);
-  const bytes = new Uint8Array(await new Response(packed).arrayBuffer());
-  const text = btoa(String.fromCharCode(...bytes));
-  return "1." + text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
-}"""
-
-
 def test_what_a_bench_lacks_and_what_is_too_much_is_said(pages: Bench) -> None:
     page = pages.open("layout/ready/bench")
     expect(page.locator(".panel").first).to_be_visible()
     missing = {"tabs": [{"kind": "verbs", "of": "m7"}]}
     many = {"tabs": [{"kind": "number", "of": f"x{number}.yw"} for number in range(1000)]}
     made = {"version": 1, "name": "far", "bench": "other", "root": {"parts": [missing, many]}}
-    where = f"layout/{page.evaluate(MAKE, made)}"
+    where = layout_address(page, made)
     page = pages.open(where)
     expect(page.get_by_text("It was made for the bench other")).to_be_visible()
     expect(page.get_by_text("953 more panels wait")).to_be_visible()

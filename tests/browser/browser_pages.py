@@ -73,6 +73,20 @@ class Bench:
         return back.read_bytes()
 
 
+_PACK = """async (layout) => {
+  const packing = new CompressionStream("deflate-raw");
+  const packed = new Blob([JSON.stringify(layout)]).stream().pipeThrough(packing);
+  const bytes = new Uint8Array(await new Response(packed).arrayBuffer());
+  const text = btoa(String.fromCharCode(...bytes));
+  return "1." + text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+}"""
+
+
+def layout_address(page: Page, layout: Mapping[str, Any]) -> str:
+    """Place of a layout in the page, as `Bench.open` takes it; ``page``: any open one."""
+    return f"layout/{page.evaluate(_PACK, layout)}"
+
+
 def address_of(server: Server) -> str:
     """Address of a bench's page, as `hil serve` prints it."""
     found = until(lambda: re.search(r"^web: (https?://\S+)", server.output, re.M), "the page's address")

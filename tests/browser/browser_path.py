@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from browser_pages import DESK, PHONE, Bench, editor, fits, served, shows, violations, write
+from browser_pages import DESK, PHONE, Bench, editor, fits, layout_address, served, shows, violations, write
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Page, expect
 
@@ -159,3 +159,20 @@ def test_everybody_can_use_it(pages: Bench, scheme: str, size: dict[str, int]) -
     click(page, "Fit XY: show all of it")
     assert violations(page) == []
     fits(page, size["width"])
+
+
+def test_a_plate_has_the_scale_and_the_range_of_the_machine(pages: Bench) -> None:
+    pages.server.ask("drawing", text=PROGRAM, machine=MACHINE.replace("deg_per_mm: 9", "deg_per_mm: 4.5"))
+    pages.server.ask("do", device="m1", name="position", parameters={"position_deg": 90})
+    picture = {"kind": "picture", "of": "", "given": {"form": "plate"}}
+    page = pages.open()
+    made = {"version": 1, "name": "", "bench": "t", "root": {"tabs": [picture]}}
+    page.goto(f"{pages.url}#/{layout_address(page, made)}")
+    expect(
+        page.get_by_role("img", name=re.compile(r"^Plate of m1 and m2: (19\.9|20\.0) mm, "))
+    ).to_be_visible()
+    page.get_by_role("button", name="Settings of Plate").click()
+    expect(page.get_by_label("mm a turn")).to_have_attribute("placeholder", "of the machine")
+    page.get_by_label("mm a turn").fill("36")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("img", name=re.compile(r"^Plate of m1 and m2: (9\.0|8\.9) mm, "))).to_be_visible()

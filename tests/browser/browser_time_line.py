@@ -147,6 +147,17 @@ def test_the_time_line_is_usable_by_all(pages: Bench, theme: str) -> None:
     page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
     fits(page, PHONE["width"])
     assert violations(page) == []
+    # There it is one row of the screen, which has the rest of it below.
+    expect(line(page)).to_be_hidden()
+    more = page.get_by_role("button", name=re.compile("Time line,"))
+    small = page.get_by_role("region", name="Time line of the run").bounding_box()
+    assert small
+    assert small["height"] < PHONE["height"] / 15
+    more.press("Enter")
+    expect(line(page)).to_be_visible()
+    assert violations(page) == []
+    more.press("Enter")
+    expect(line(page)).to_be_hidden()
 
 
 def test_a_run_without_a_recording_says_so(chromium: Browser) -> None:

@@ -8,6 +8,8 @@ export interface DrawingAxis {
   unit: string;
   deg_per_unit: number;
   zero_deg: number;
+  /** Where it may be; null: the bench does not say so. */
+  range: [number, number] | null;
 }
 
 /** One run of the drawing. `timeline`: at which second each line of the program begins. */
@@ -103,6 +105,7 @@ function readAxis(raw: unknown): DrawingAxis {
     unit: String(told["unit"] ?? ""),
     deg_per_unit: numberOf(told["deg_per_unit"]) || 1,
     zero_deg: numberOf(told["zero_deg"]),
+    range: list(told["range"]).length === 2 ? pair(told["range"]) : null,
   };
 }
 

@@ -3,11 +3,15 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { givenNumber, givenText, givenTexts, type PanelRow } from "../../model/layout";
 import { shown } from "../../model/numbers";
+import { MM_PER_TURN, type PlateAxis, placeOf, plateAxis } from "../../model/plate";
+import { boardAngleOf } from "../../model/sampled_places";
 import { onFrames, Sight } from "../../parts/frames";
+import { notifyError } from "../../parts/notices";
 import { pastAt } from "../../past";
-import { devices } from "../../store";
+import { devices, link, status } from "../../store";
 import { theme } from "../../theme";
 import { setpointOf } from "../../views/bench/axis_fields";
+import { drawing, follow } from "../../views/path/path_state";
 import { changePanel, give } from "../desk";
 import type { BodyProps } from "../kinds";
 import { Choice } from "../panel";
@@ -19,7 +23,6 @@ import { drawShafts, type Shaft } from "./shafts";
 const SAY_EVERY_MS = 2000;
 /** More would be too small to be seen. */
 const MOST_SHAFTS = 24;
-const MM_PER_TURN = 40;
 const TRAIL_POINTS = 400;
 
 export function PictureBody({ row }: BodyProps) {
@@ -65,21 +68,30 @@ function ShaftsPicture({ row }: { row: PanelRow }) {
   );
 }
 
-/** Axes of the plate and its scale: those of the panel, else the first two shafts. */
-function plateOf(row: PanelRow) {
-  const there = shaftNames();
-  const x = givenText(row, "x", there[0]);
-  const y = givenText(row, "y", there[1]);
-  return { x, y, mm_per_turn: givenNumber(row, "mm_per_turn") ?? MM_PER_TURN };
+/** Axes of the plate: those of the panel, else of the machine of the bench's drawing, else the first two shafts. */
+function plateOf(row: PanelRow): [PlateAxis, PlateAxis] {
+  const machine = drawing.value?.axes ?? [];
+  const mm_per_turn = givenNumber(row, "mm_per_turn");
+  const [first, second] = shaftNames();
+  return [plateAxis("x", givenText(row, "x"), mm_per_turn, machine, first), plateAxis("y", givenText(row, "y"), mm_per_turn, machine, second)];
+}
+
+/** Address of an axis's angle: by the zero of its board, where a machine counts from it. */
+function angleOf({ name, range_mm }: PlateAxis): string {
+  const board = range_mm && boardAngleOf(devices.value.get(name)?.fields ?? []);
+  return `${name}.${board || "position_deg"}`;
 }
 
 function PlatePicture({ row }: { row: PanelRow }) {
-  const { x, y, mm_per_turn } = plateOf(row);
+  const [x, y] = plateOf(row);
+  const addresses = [angleOf(x), angleOf(y)] as const;
   const trail = useRef<[number, number][]>([]);
-  useFields([`${x}.position_deg`, `${y}.position_deg`]);
-  useEffect(() => void (trail.current = []), [x, y, mm_per_turn, pastAt.value === null]);
-  const now = (): [number, number] => [(valueAt(`${x}.position_deg`) / 360) * mm_per_turn, (valueAt(`${y}.position_deg`) / 360) * mm_per_turn];
-  const missing = [x, y].filter((name) => !devices.value.has(name));
+  const theirs = status.value.drawing;
+  useEffect(() => void follow().catch(notifyError), [link.connections.value, theirs]);
+  useFields(addresses);
+  useEffect(() => void (trail.current = []), [JSON.stringify([x, y]), pastAt.value === null]);
+  const now = (): [number, number] => [placeOf(x, valueAt(addresses[0])), placeOf(y, valueAt(addresses[1]))];
+  const missing = [x.name, y.name].filter((name) => !devices.value.has(name));
   if (missing.length) return <p class="problem">This bench has no {missing.join(", ") || "two shafts"}: choose others in the settings.</p>;
   const draw = (context: CanvasRenderingContext2D, width: number, height: number) => {
     const at = now();
@@ -90,7 +102,7 @@ function PlatePicture({ row }: { row: PanelRow }) {
     }
     drawPlate(context, width, height, { at, trail: trail.current, x, y });
   };
-  return <Picture what={`Plate of ${x} and ${y}`} say={() => now().map((mm) => `${shown(mm, 1)} mm`)} draw={draw} />;
+  return <Picture what={`Plate of ${x.name} and ${y.name}`} say={() => now().map((mm) => `${shown(mm, 1)} mm`)} draw={draw} />;
 }
 
 interface PictureProps {
@@ -153,24 +165,26 @@ export function PictureSettings({ row }: { row: PanelRow }) {
     const next = byText.get(text) ?? "shafts";
     changePanel(row.id, { of: next === "arm" ? (arms[0] ?? "") : "", given: { ...row.given, form: next } });
   };
-  const { x, y, mm_per_turn } = plateOf(row);
+  const [x, y] = plateOf(row);
   return (
     <>
       <Choice label="Picture" value={FORMS[form] ?? ""} options={[...byText.keys()]} onChange={chooseForm} />
       {form === "arm" && <Choice label="Arm" value={row.of} options={arms} onChange={(of) => changePanel(row.id, { of })} />}
       {form === "plate" && (
         <>
-          <Choice label="x" value={x} options={shaftNames()} onChange={(name) => give(row, { x: name })} />
-          <Choice label="y" value={y} options={shaftNames()} onChange={(name) => give(row, { y: name })} />
+          <Choice label="x" value={x.name} options={shaftNames()} onChange={(name) => give(row, { x: name })} />
+          <Choice label="y" value={y.name} options={shaftNames()} onChange={(name) => give(row, { y: name })} />
           <label class="row">
             mm a turn
             <input
               class="mono is-bound"
               inputMode="decimal"
-              value={String(mm_per_turn)}
+              placeholder={x.range_mm ? "of the machine" : String(MM_PER_TURN)}
+              value={String(givenNumber(row, "mm_per_turn") ?? "")}
               onInput={(event) => {
                 const number = Number(event.currentTarget.value);
-                if (number > 0 && Number.isFinite(number)) give(row, { mm_per_turn: number });
+                if (!event.currentTarget.value.trim()) give(row, { mm_per_turn: undefined });
+                else if (number > 0 && Number.isFinite(number)) give(row, { mm_per_turn: number });
               }}
             />
           </label>

@@ -2,14 +2,14 @@
 
 import { niceRange } from "../../model/decimate";
 import { shown } from "../../model/numbers";
+import type { PlateAxis } from "../../model/plate";
 import { palette } from "../../parts/palette";
 
 export interface Plate {
   at: [number, number];
   trail: readonly [number, number][];
-  /** Names of the axes. */
-  x: string;
-  y: string;
+  x: PlateAxis;
+  y: PlateAxis;
 }
 
 const MARGIN_PX = 34;
@@ -17,8 +17,8 @@ const LEAST_MM = 40;
 
 export function drawPlate(context: CanvasRenderingContext2D, width: number, height: number, { at, trail, x, y }: Plate): void {
   const colours = palette();
-  const [left, right] = rangeOf(trail.map(([mm]) => mm).concat(at[0]));
-  const [bottom, top] = rangeOf(trail.map(([, mm]) => mm).concat(at[1]));
+  const [left, right] = rangeOf(trail.map(([mm]) => mm).concat(at[0]), x);
+  const [bottom, top] = rangeOf(trail.map(([, mm]) => mm).concat(at[1]), y);
   const scale = Math.min((width - 2 * MARGIN_PX) / (right - left), (height - 2 * MARGIN_PX) / (top - bottom));
   if (!(scale > 0)) return;
   const [wide, high] = [(right - left) * scale, (top - bottom) * scale];
@@ -35,12 +35,12 @@ export function drawPlate(context: CanvasRenderingContext2D, width: number, heig
   context.textAlign = "left";
   context.fillText(`${left} mm`, x0, y0 + 4);
   context.textAlign = "center";
-  context.fillText(`x: ${x}`, x0 + wide / 2, y0 + 4);
+  context.fillText(`x: ${x.name}`, x0 + wide / 2, y0 + 4);
   context.textAlign = "right";
   context.fillText(`${right} mm`, x0 + wide, y0 + 4);
   context.textAlign = "left";
   context.textBaseline = "bottom";
-  context.fillText(`y: ${y}, ${bottom} to ${top} mm`, x0, y0 - high - 4);
+  context.fillText(`y: ${y.name}, ${bottom} to ${top} mm`, x0, y0 - high - 4);
   if (trail.length > 1) {
     context.strokeStyle = colours.traces[2]!;
     context.lineWidth = 1.5;
@@ -62,8 +62,10 @@ export function drawPlate(context: CanvasRenderingContext2D, width: number, heig
   context.fillText(`${shown(at[0], 1)}, ${shown(at[1], 1)} mm`, ax + (ax > width / 2 ? -14 : 14), ay - 16 < y0 - high ? ay + 16 : ay - 16);
 }
 
-function rangeOf(values: readonly number[]): [number, number] {
+/** What is shown: the machine's range, more where an axis was beyond it; without a machine whole steps about where it was. */
+function rangeOf(values: readonly number[], { range_mm }: PlateAxis): [number, number] {
   const sound = values.filter(Number.isFinite);
+  if (range_mm) return [Math.floor(Math.min(range_mm[0], ...sound)), Math.ceil(Math.max(range_mm[1], ...sound))];
   const range: [number, number] = [0, 1];
   niceRange(Math.min(0, ...sound), Math.max(0, ...sound), LEAST_MM, range);
   return range;

@@ -17,6 +17,8 @@ const condition = signal("");
 const PACES = [0.01, 0.1, 0.5, 1, 2, 10, 100];
 const chosenPace = signal(1);
 const LEAST_s = 0.05;
+/** Whether its controls are shown where the screen is narrow; else they are in any case. */
+const isOpen = signal(false);
 
 export function TimeLine() {
   useEffect(followOverview, []);
@@ -24,7 +26,16 @@ export function TimeLine() {
     return trouble.value ? <p class="soft time-line-none">No time line: {trouble.value}</p> : null;
   }
   return (
-    <section class="time-line" aria-label="Time line of the run">
+    <section class={`time-line ${isOpen.value ? "" : "is-small"}`} aria-label="Time line of the run">
+      <button
+        type="button"
+        class="plain time-line-more"
+        aria-expanded={isOpen.value}
+        aria-controls="time-line-controls"
+        onClick={() => (isOpen.value = !isOpen.value)}
+      >
+        {isOpen.value ? "▾" : "▴"} Time line, {pastAt.value === null ? "live" : timeText(pastAt.value)}
+      </button>
       <Controls />
       <Line />
     </section>
@@ -130,7 +141,7 @@ function Controls() {
     pace.value = isPlaying ? 0 : chosenPace.peek();
   };
   return (
-    <div class="row time-line-controls">
+    <div class="row time-line-controls" id="time-line-controls">
       <h2 class="out-of-sight">Time line</h2>
       <button type="button" aria-label="Event before" title="Event before" onClick={() => jump(true)}>
         ◂
