@@ -5,7 +5,8 @@ are the page's: the daemon's CPU time, the core's wakes. A still page in the sam
 the reference of the frames. Figures of the page are from Chromium's performance API.
 
 CPU time of the page is that of all processes of its Chromium, which draws without a graphics processor here;
-that of an empty page is told beside it.
+that of an empty page is told beside it. Frames are counted after it: who counts asks for 60 a second, where
+the page itself asks for those alone in which it draws.
 """
 
 import asyncio
@@ -35,6 +36,8 @@ SECONDS = 5 if is_quick() else 15
 ROUNDS = 1 if is_quick() else 5
 START_S = 6.0
 """Time that a board takes to start, with some to spare."""
+AHEAD_S = 6.0
+"""Time in which a page has loaded its other views ahead, with some to spare."""
 GONE_S = 12.0
 """Time after which a page that does not read has lost its connection, with some to spare."""
 MOVING = (("enable", {}), ("velocity", {"velocity_rpm": 60}))
@@ -156,24 +159,28 @@ def measured(browser: Any, place: str, watched: Daemon, alone: Daemon, still: An
     if place != PLACES["cards"]:
         page.goto(f"{url(watched)}#/{place}")
         wait(page, "document.querySelectorAll('.pane-plot canvas').length > 0")
-    time.sleep(2)
+    time.sleep(AHEAD_S)
     gauges = Gauge(watched), Gauge(alone)
-    page_s, at_s = cpu_of(browser), time.monotonic()
+    share = cpu_share(browser)
+    sides = [each.read() for each in gauges]
     still.evaluate(f"(time_ms) => {{ window.frames_ms = ({FRAMES})(time_ms); }}", 1000 * SECONDS)
     frames_ms = page.evaluate(FRAMES, 1000 * SECONDS)
-    share = (cpu_of(browser) - page_s) / (time.monotonic() - at_s)
-    sides = [each.read() for each in gauges]
     still_ms = still.evaluate("window.frames_ms")
     page.context.close()
     return Round(sides[0], sides[1], share, frames_ms, still_ms)
 
 
+def cpu_share(browser: Any) -> float:
+    """Share of a core that all of Chromium's processes take, over the usual time."""
+    before_s, at_s = cpu_of(browser), time.monotonic()
+    time.sleep(SECONDS)
+    return (cpu_of(browser) - before_s) / (time.monotonic() - at_s)
+
+
 def empty(browser: Any) -> float:
-    """Share of a core that Chromium takes with pages that are still, one of which counts frames."""
+    """Share of a core that Chromium takes with pages that are still."""
     page = browser.new_context(viewport={"width": 1400, "height": 1000}).new_page()
-    page_s, at_s = cpu_of(browser), time.monotonic()
-    page.evaluate(FRAMES, 1000 * SECONDS)
-    share = (cpu_of(browser) - page_s) / (time.monotonic() - at_s)
+    share = cpu_share(browser)
     page.context.close()
     return share
 

@@ -1,16 +1,15 @@
-/** One loop of animation frames for all that is drawn, 30 times a second: nobody sees more of a plot that moves. Each
- * frame has a budget: what does not fit waits for the next, in turn, so that a page full of plots stays usable on a slow
- * computer. */
+/** One loop of animation frames for all that is drawn, 30 times a second at most: nobody sees more of a plot that moves. A
+ * frame is asked for only where something has to be drawn: it costs, however little is drawn in it. Each has a budget: what does
+ * not fit waits for the next, in turn, so that a page full of plots stays usable on a slow computer. */
 
 export interface Drawer {
-  /** False while it is out of sight or nothing has changed: it is passed over. */
+  /** False while it is out of sight or nothing has changed: it is passed over. It is asked often. */
   isDue(): boolean;
   draw(now_ms: number): void;
 }
 
-const BUDGET_MS = 5;
-/** Rest after a round, to the frame with which the next begins: a screen with 60 Hz has one each 16.7 ms. A frame that is asked
- * for costs, whether something is drawn or not. */
+const BUDGET_MS = 10;
+/** Rest after a round, to the frame with which the next begins: a screen with 60 Hz has one each 16.7 ms. */
 const REST_MS = 1000 / 30 - 16;
 
 const drawers: Drawer[] = [];
@@ -35,7 +34,13 @@ function frame(now_ms: number): void {
   drawInTurn(now_ms);
   if (!drawers.length) request = 0;
   else if (waiting) request = requestAnimationFrame(frame);
-  else request = window.setTimeout(() => (request = requestAnimationFrame(frame)), REST_MS);
+  else request = window.setTimeout(look, REST_MS);
+}
+
+/** Ask for a frame where something is due, else look again. */
+function look(): void {
+  if (drawers.some((drawer) => drawer.isDue())) request = requestAnimationFrame(frame);
+  else request = drawers.length ? window.setTimeout(look, REST_MS) : 0;
 }
 
 function drawInTurn(now_ms: number): void {
@@ -49,6 +54,11 @@ function drawInTurn(now_ms: number): void {
     drawer.draw(now_ms);
     if (performance.now() - begin > BUDGET_MS) break;
   }
+}
+
+/** Number of the present interval of this length: what is drawn once in each is drawn in the same frames. */
+export function slot(every_ms: number): number {
+  return Math.floor(performance.now() / every_ms);
 }
 
 /** Whether an element is in sight, kept up to date. */

@@ -9,6 +9,7 @@ import { changePanel, give } from "../desk";
 import type { BodyProps } from "../kinds";
 import { Choice } from "../panel";
 import { useFields, valueAt } from "../values";
+import { write } from "../../parts/write";
 
 const VALUES_EVERY_MS = 100;
 
@@ -42,10 +43,6 @@ export function NumberBody({ row }: BodyProps) {
       <span class="soft meaning">{found?.field.meaning}</span>
     </div>
   );
-}
-
-function write(place: HTMLElement | null, text: string): void {
-  if (place && place.textContent !== text) place.textContent = text;
 }
 
 export function NumberSettings({ row }: { row: PanelRow }) {

@@ -3,6 +3,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { type AxisCard, errorShare, words } from "../../model/axis_card";
 import { byteRate, digitsOf, shown } from "../../model/numbers";
+import { write } from "../../parts/write";
 import { href } from "../../router";
 import { devices, isPast } from "../../store";
 import { theme } from "../../theme";
@@ -121,8 +122,8 @@ function Live({ name }: { name: string }) {
     const feed = feedOf(name);
     const end = feed.want(wanted);
     const say = () => {
-      tell(position.current, feed.ring.at(feed.column("position_deg"), feed.ring.total - 1), 2);
-      tell(velocity.current, feed.ring.at(feed.column("velocity_rpm"), feed.ring.total - 1), 1);
+      write(position.current, shown(feed.ring.at(feed.column("position_deg"), feed.ring.total - 1), 2));
+      write(velocity.current, shown(feed.ring.at(feed.column("velocity_rpm"), feed.ring.total - 1), 1));
     };
     const strip = new Strip(canvas.current, feed, "position_deg", say);
     let frame = 0;
@@ -151,9 +152,4 @@ function Live({ name }: { name: string }) {
       <canvas ref={canvas} class="strip" role="img" aria-label={`Position of ${name} in the last 10 s`} />
     </>
   );
-}
-
-function tell(place: HTMLElement | null, value: number, digits: number): void {
-  const text = shown(value, digits);
-  if (place && place.textContent !== text) place.textContent = text;
 }

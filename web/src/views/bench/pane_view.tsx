@@ -3,12 +3,15 @@
 import { useEffect, useRef } from "preact/hooks";
 import { digitsOf, shown } from "../../model/numbers";
 import { samplingText } from "../../model/sampling";
+import { write } from "../../parts/write";
 import type { Pane } from "./axis_fields";
 import { PlotPane } from "./plot_pane";
 import type { PlotModel } from "./plot_model";
 import { ValueRange } from "./value_range";
 
-const VALUES_EVERY_MS = 100;
+/** Values change with the lines, in the same frames, but less often: they are read. */
+const VALUES_EVERY_MS = 200;
+const NEARLY_MS = 150;
 
 interface PaneProps {
   pane: Pane;
@@ -29,11 +32,16 @@ export function PaneView({ pane, model, isFirst, hasTimes, isNarrow, made }: Pan
     const drawn = new PlotPane(place.current, pane, model, isFirst, hasTimes, isNarrow);
     made.set(pane.key, drawn);
     const endClicks = cursorsByClicks(drawn, model);
+    let told_ms = -Infinity;
     const tell = () => {
+      const now_ms = performance.now();
+      if (now_ms - told_ms < NEARLY_MS) return;
+      told_ms = now_ms;
       tellValues(drawn, pane, model, values.current);
-      if (sampling.current) write(sampling.current, samplingText(model.shownLayer(performance.now()).sampling));
+      write(sampling.current, samplingText(model.shownLayer(now_ms).sampling));
     };
     tell();
+    drawn.onDrawn = tell;
     const timer = window.setInterval(tell, VALUES_EVERY_MS);
     return () => {
       window.clearInterval(timer);
@@ -66,10 +74,6 @@ export function PaneView({ pane, model, isFirst, hasTimes, isNarrow, made }: Pan
   );
 }
 
-function write(place: HTMLElement, text: string): void {
-  if (place.textContent !== text) place.textContent = text;
-}
-
 /** Set cursor A by a click into the plot, B by a click with Shift; a drag is a zoom. */
 function cursorsByClicks(drawn: PlotPane, model: PlotModel): () => void {
   const over = drawn.plot.over;
@@ -92,7 +96,6 @@ function tellValues(drawn: PlotPane, pane: Pane, model: PlotModel, places: (HTML
   const at_s = drawn.hovered_s() ?? (model.paused.peek() ? model.to_s.peek() : model.layers[0]!.ring.last_s);
   pane.fields.forEach((field, at) => {
     const text = shown(model.valueAt(field.name, at_s, field.unit), digitsOf(field.unit));
-    const place = places[at];
-    if (place) write(place, text);
+    write(places[at], text);
   });
 }

@@ -5,6 +5,7 @@ import { notifyError } from "../../parts/notices";
 import type { DeviceRow } from "../../model/door";
 import { link, may } from "../../store";
 import { theme } from "../../theme";
+import { write } from "../../parts/write";
 import { feedOf, LOOKS_HZ } from "./axis_feed";
 import { levelOf, type PinRow, pinsOf } from "./axis_fields";
 import { LogicTrace } from "./logic_trace";
@@ -38,7 +39,7 @@ function PinView({ device, pin, isWatch }: { device: string; pin: PinRow; isWatc
     const timer = window.setInterval(() => {
       const value = levelOf(feed.ring.at(feed.column(pin.field), feed.ring.total - 1), pin.bit);
       const text = Number.isFinite(value) ? String(value) : "–";
-      if (level.current && level.current.textContent !== text) level.current.textContent = text;
+      write(level.current, text);
     }, VALUES_EVERY_MS);
     return () => {
       window.clearInterval(timer);

@@ -2,10 +2,11 @@
  * taken per frame. */
 
 import uPlot from "uplot";
+import { ownerOf } from "../../model/axis_card";
 import type { FaultMark } from "../../model/fault_marks";
 import { beside, copyWhere, niceRange, widen } from "../../model/decimate";
 import { palette } from "../../parts/palette";
-import { type Drawer, onFrames, Sight } from "../../parts/frames";
+import { type Drawer, onFrames, Sight, slot } from "../../parts/frames";
 import type { Ring } from "../../model/ring";
 import { plotMarks, type PlotMark, shownFaults } from "../../past";
 import { besideOf, type Pane, rangeKey, unitIn } from "./axis_fields";
@@ -22,8 +23,8 @@ const FONT_PX = 11;
 const LANE_PX = 16;
 const OTHERS_PX = 3;
 const LEVEL_DASH_PX = 10;
-/** A plot that moves is drawn again after so much: 20 times a second for 10 s in 560 pixels. */
-const MOVED_PX = 2.5;
+/** A plot that moves is drawn again after a pixel; all panes in the same frames, so often. */
+const EVERY_MS = 1000 / 16;
 const MARK_CHARACTERS = 20;
 const NO_GAPS: [number, number][] = [];
 
@@ -40,6 +41,11 @@ export class PlotPane implements Drawer {
   private readonly y: [number, number] = [0, 1];
   private readonly right: [number, number] = [0, 1];
   private readonly values: [number, number] = [0, 0];
+  /** Width of its place: looking at the place itself would lay the page out, each time it is asked whether it is due. */
+  private width_px = 0;
+  /** Called with each drawing: what stands beside it changes in the same frame. */
+  onDrawn: () => void = () => undefined;
+  private drawnSlot = NaN;
   private drawnTotal = -1;
   private drawnRing: Ring | null = null;
   private drawnChanges = -1;
@@ -84,8 +90,9 @@ export class PlotPane implements Drawer {
     const { ring } = this.model.shownLayer(performance.now());
     if (ring !== this.drawnRing || this.model.changes !== this.drawnChanges) return true;
     if (this.model.paused.peek()) return ring.total !== this.drawnTotal;
-    const pixel_s = (this.x.max - this.x.min) / Math.max(this.place.clientWidth, 1);
-    return !(Math.abs(this.model.feed.edge_s(performance.now()) - this.x.max) < MOVED_PX * pixel_s);
+    if (slot(EVERY_MS) === this.drawnSlot) return false;
+    const pixel_s = (this.x.max - this.x.min) / Math.max(this.width_px, 1);
+    return !(Math.abs(this.model.feed.edge_s(performance.now()) - this.x.max) < pixel_s);
   }
 
   draw(now_ms: number): void {
@@ -95,6 +102,7 @@ export class PlotPane implements Drawer {
     if (this.pane.rightUnit !== undefined) this.scale(this.right, this.pane.rightUnit, true);
     this.plot.setData(this.data as unknown as uPlot.AlignedData, false);
     this.plot.setScale("x", this.x);
+    this.onDrawn();
   }
 
   /** Set the range of an axis: the fixed one, or what holds its lines. */
@@ -119,6 +127,7 @@ export class PlotPane implements Drawer {
     this.drawnRing = layer.ring;
     this.drawnTotal = layer.ring.total;
     this.drawnChanges = this.model.changes;
+    this.drawnSlot = slot(EVERY_MS);
     const right = this.model.right_s(now_ms);
     const isThere = layer.ring.total > 0 && right === right;
     if (isThere) {
@@ -183,6 +192,7 @@ export class PlotPane implements Drawer {
   private fit(): void {
     const width = this.place.clientWidth;
     const height = this.place.clientHeight;
+    this.width_px = width;
     if (width > 0 && (width !== this.plot.width || height !== this.plot.height)) this.plot.setSize({ width, height });
     this.drawnChanges = -1;
   }
@@ -322,7 +332,7 @@ export class PlotPane implements Drawer {
   }
 
   private isOwn(mark: FaultMark): boolean {
-    return deviceOf(mark.target) === deviceOf(this.model.axis);
+    return ownerOf(mark.target) === ownerOf(this.model.axis);
   }
 
   private drawCursors(plot: uPlot): void {
@@ -370,11 +380,6 @@ function timeTexts(splits: number[]): string[] {
   const digits = step_s > 0 ? Math.min(Math.max(Math.ceil(-Math.log10(step_s) - 1e-9) + 1, 1), 7) : 4;
   // Before 0 is the run before this one, whose clock was another.
   return splits.map((value) => (value < 0 ? "" : `${+value.toFixed(digits)} s`));
-}
-
-/** Name of the device of an address: "s1" of "s1.network". */
-function deviceOf(address: string): string {
-  return address.split(".")[0] ?? address;
 }
 
 /** Gaps of a line: where values are missing. Made only if there are any. */

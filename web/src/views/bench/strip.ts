@@ -1,7 +1,7 @@
 /** A strip of one field on a small canvas: the least that shows how an axis moves. */
 
 import { decimate, display, niceRange, widen } from "../../model/decimate";
-import { type Drawer, onFrames, Sight } from "../../parts/frames";
+import { type Drawer, onFrames, Sight, slot } from "../../parts/frames";
 import { palette } from "../../parts/palette";
 import type { Ring } from "../../model/ring";
 import type { AxisFeed } from "./axis_feed";
@@ -11,10 +11,6 @@ const POINTS = 300;
 const LEAST_SPAN = 2;
 /** Strips are drawn in the same frames, so often: each frame costs, however much is drawn in it. */
 const EVERY_MS = 125;
-
-function slot(): number {
-  return Math.floor(performance.now() / EVERY_MS);
-}
 
 export class Strip implements Drawer {
   private readonly context: CanvasRenderingContext2D | null;
@@ -52,7 +48,7 @@ export class Strip implements Drawer {
   isDue(): boolean {
     if (!this.sight.isIn || !this.feed.ring.total) return false;
     if (this.feed.ring !== this.drawnRing) return true;
-    if (slot() === this.drawnSlot) return false;
+    if (slot(EVERY_MS) === this.drawnSlot) return false;
     const moved_s = Math.abs(this.feed.edge_s(performance.now()) - this.drawnEdge_s);
     return !(moved_s < WINDOW_s / this.canvas.width); // less than a pixel would not be seen
   }
@@ -64,7 +60,7 @@ export class Strip implements Drawer {
     const times = this.data[0]!;
     const to_s = this.feed.edge_s(now_ms);
     this.drawnEdge_s = to_s;
-    this.drawnSlot = slot();
+    this.drawnSlot = slot(EVERY_MS);
     this.drawnRing = ring;
     const made = decimate(ring, to_s - WINDOW_s, to_s, this.data);
     if (this.context && values) this.line(this.context, times, values, made, to_s);

@@ -5,6 +5,7 @@ import { shown } from "../../model/numbers";
 import { samplingText } from "../../model/sampling";
 import { devices } from "../../store";
 import { theme } from "../../theme";
+import { write } from "../../parts/write";
 import { besideOf, fieldAt } from "./axis_fields";
 import type { PlotModel, XyChoice } from "./plot_model";
 import { type XyAxis, XyPane } from "./xy_pane";
@@ -68,7 +69,7 @@ function Picture({ model, x, y, isEqual, made }: PictureProps) {
       const { sampling } = model.shownLayer(performance.now());
       const how = sampling.isExtremes ? `middle of ${samplingText(sampling)}` : samplingText(sampling);
       const text = Number.isNaN(pane.cut_s) ? how : `${how}; from ${shown(pane.cut_s, 2)} s on`;
-      if (told.current && told.current.textContent !== text) told.current.textContent = text;
+      write(told.current, text);
     }, TELL_EVERY_MS);
     return () => {
       window.clearInterval(timer);
