@@ -67,6 +67,11 @@ class Pair:
         assert "problems" not in taken, taken
         self.come_some_way()
 
+    def turn(self, device: str) -> None:
+        """Let a twin turn."""
+        self.do(device, "velocity", velocity_rpm=60)
+        until(lambda: self.near.status(device)["snapshot"]["velocity_rpm"] > 30, "its turning")
+
     def come_some_way(self) -> None:
         def shown() -> bool:
             state = self.state("a")
@@ -254,3 +259,44 @@ def test_the_daemons_end_stops_them(pair: Pair) -> None:
     assert pair.shaft("s8")["commanded_deg"] < 7200
     r = pair.shaft("m8")["r"]
     assert 40 < r < 3000
+
+
+def test_stop_all_stops_real_boards_that_move_by_themselves(pair: Pair) -> None:
+    pair.taken()
+    stands = pair.near.ask("halt", how="grace")
+    assert stands == {"stopped": [], "runs": [], "refused": {}}  # each is where it was told to be
+    pair.turn("m1")
+    pair.near.ask("send", device="m2", data=b"vr60\n".hex())
+    pair.near.ask("send", device="s2", data=b"m20000v60ad\r".hex())
+    until(lambda: pair.shaft("s8")["pulses"] > 20 and pair.shaft("m8")["yw"] > 40, "some way")
+    answer = pair.near.ask("halt", how="grace")
+    assert (sorted(answer["stopped"]), answer["runs"]) == (["m1", "s2"], [])
+    assert "`hil axis m2 disable` takes its current off" in answer["refused"]["m2"]
+    assert pair.shaft("s8")["motion_state"] == 0
+    assert pair.shaft("s8")["pulses"] < 20000
+    assert "m2" in pair.near.ask("halt", how="prejudice")["stopped"]
+    until(lambda: abs(pair.shaft("m8")["velocity_rpm"]) < 1, "its stand")
+
+
+@pytest.mark.thorough
+def test_stop_all_ends_a_run_with_real_boards(pair: Pair) -> None:
+    pair.taken()
+    pair.under_way("m1", "m2", "s2")
+    answer = pair.near.ask("halt", how="grace")
+    assert (sorted(answer["stopped"]), answer["runs"], answer["refused"]) == (["m1", "m2", "s2"], ["a"], {})
+    assert pair.ended("a")["state"] == "cancelled"
+    assert pair.shaft("s8")["motion_state"] == 0
+    assert 40 < pair.shaft("m8")["r"] < 3000
+
+
+@pytest.mark.thorough
+def test_stop_all_says_which_board_has_not_confirmed_it_and_stops_the_others(pair: Pair) -> None:
+    pair.taken()
+    pair.turn("m1")
+    pair.near.ask("send", device="s2", data=b"m20000v60ad\r".hex())
+    until(lambda: pair.shaft("s8")["pulses"] > 20, "some way")
+    pair.near.ask("inject", fault="byte_drop", target="s2", parameters={"rate": 1, "towards": "client"})
+    answer = pair.near.ask("halt", how="grace")
+    assert answer["stopped"] == ["m1"]
+    assert list(answer["refused"]) == ["s2"]
+    until(lambda: pair.shaft("s8")["motion_state"] == 0, "its stand: it heard, and was not heard")

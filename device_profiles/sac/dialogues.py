@@ -97,3 +97,8 @@ class RunAxis:
 def reset() -> Dialogue[None]:
     """Reset warmly: parameters from the EEPROM come into force, the queue stays."""
     yield from RunAxis().acquire()
+
+
+def stop(how: How) -> Dialogue[None]:
+    """End all motion: the dialogue ends when the board stands."""
+    yield from RunAxis().stop(how, 0.0)

@@ -12,7 +12,7 @@ from hil.vocab.address import address_of
 from hil.vocab.axis import TURNS_RPM, How
 from hil.vocab.desk_protocol import Done
 from hil.vocab.device import Device, Doing
-from hil.vocab.operation import STOP_VERB
+from hil.vocab.operation import OFF_VERB, STOP_VERB
 from hil.vocab.verbs import HOW_TO_STOP, VerbRefused
 
 CONFIRM_S = 5.0
@@ -63,14 +63,37 @@ def _stopped(device: Device, part: str, how: How) -> Doing | None:
         VerbRefused: it does not stop.
     """
     info = device.info(part)
+    if not info.is_seen and _holds(device):
+        return None
     moves = not info.is_seen or _moves(device, part)
     if verb := info.verbs.get(STOP_VERB):
         has_how = any(parameter.name == HOW_TO_STOP.name for parameter in verb.parameters)
         return device.do(part, STOP_VERB, verb.filled({"how": how} if has_how else {})) if moves else None
+    if not info.is_seen and OFF_VERB in info.verbs:
+        return _switched_off(device, part, how)
     if _STEP not in info.inputs:
         return None
     ended = device.drive(part, ())
     return ended if moves else None
+
+
+def _holds(device: Device) -> bool:
+    """True for a real board that hil brought where it stands, and at which nobody has typed since."""
+    return any(not now.tells_position and now.why_not is None for now in device.axes().values())
+
+
+def _switched_off(device: Device, part: str, how: How) -> Doing:
+    """Take the current off a real board whose terminal has no stop: a load may fall, so ``grace`` leaves it
+    to who asks.
+
+    Raises:
+        VerbRefused: it may move.
+    """
+    if how == "prejudice":
+        return device.do(part, OFF_VERB, {})
+    why = next((now.why_not for now in device.axes().values()), None) or "what it does is not known"
+    remedy = f"`hil axis {device.name} {OFF_VERB}` takes its current off"
+    raise VerbRefused("cannot", f"{why}, and its terminal has no stop; {remedy}")
 
 
 def _moves(device: Device, part: str) -> bool:

@@ -58,7 +58,7 @@ class Urgency(IntEnum):
     READING = 2
 
 
-STOP_VERB, HALT = "stop", "halt"
+STOP_VERB, OFF_VERB, HALT = "stop", "disable", "halt"
 
 
 def urgency_of(operation: Operation, given: Mapping[str, object]) -> Urgency:

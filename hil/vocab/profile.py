@@ -101,8 +101,9 @@ class Profile:
     axes it, ``follow`` and each ``Verb.is_of_axis`` get ``axis``, the axis's name."""
     follow: Callable[..., None] | None = None
     """``follow(firmware, path, start_ns)`` lets an axis follow a path of set-points; None: it cannot."""
-    dialogues: Mapping[str, Callable[[], Dialogue[Any]]] = field(default_factory=dict)
-    """Dialogues with a real board over its terminal, by the verbs that they stand for."""
+    dialogues: Mapping[str, Callable[..., Dialogue[Any]]] = field(default_factory=dict)
+    """Dialogues with a real board over its terminal, by the verbs that they stand for; each is
+    called with what its verb is given."""
     readers: Mapping[str, TextReader] = field(default_factory=dict)
     """Readers of what its terminal says, and of files of its own, by name: a page has such texts as data."""
     terminal_axis: Callable[[int], TerminalAxis] | None = None

@@ -94,7 +94,7 @@ class BoardDevice(RealDevice):
             else:
                 if self._axis:
                     self._axis.forget()
-                await self._backend.talk(dialogue())
+                await self._backend.talk(dialogue(**parameters))
         except DialogueError as error:
             raise VerbRefused("not_now", str(error)) from None
         return Done(self._bench.now_ns, {})
