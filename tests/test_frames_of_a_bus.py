@@ -1,5 +1,6 @@
 """Frames of a bus that hil does not have, in captures."""
 
+import json
 import shutil
 import subprocess
 from pathlib import Path
@@ -7,6 +8,8 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
+from bridges.can.bus.bus_events import BusEvent
+from bridges.can.cards.bench_bus import FRAMES
 from bridges.web.wire_streams import BusFrames
 from hil.cli.captures.capture_run import described
 from hil.compose.decoding import Decoder
@@ -70,3 +73,24 @@ def test_the_page_captures_its_frames() -> None:
     desk.describe.return_value = Mock(segments={}, buses={"r": PEARLS})
     frames = BusFrames(desk, Mock(), 1, "r", {})
     assert interfaces_in(frames.capture("hil")._head) == [Interface("r", "pearls", link=PEARLS.link)]
+
+
+def test_errors_that_come_again_and_again_are_one_item_of_a_turn() -> None:
+    desk: Any = Mock()
+    desk.describe.return_value = Mock(segments={}, buses={"can0": FRAMES})
+    frames = BusFrames(desk, Mock(), 1, "can0", {})
+    for number in range(3000):
+        frames.put(BusEvent(number * 1000, number * 1000 + 900, "m1", error="acknowledgement"))
+    frames.put(BusEvent(4_000_000, 4_000_100, "m1", state="error-passive"))
+    for node in ("m1", "m2", "m2"):
+        frames.put(BusEvent(5_000_000, 5_000_100, node, error="stuff"))
+    told = json.loads(frames.next_message(0) or "")
+    found = [(item["from"], item["text"], item.get("times")) for item in told["items"]]
+    assert found == [
+        ("m1", "acknowledgement, 3000 times", 3000),
+        ("m1", "error-passive", None),
+        ("m1", "stuff", None),
+        ("m2", "stuff, 2 times", 2),
+    ]
+    assert told["items"][0]["duration_s"] == 0.0029999
+    assert told["lost"] == 0

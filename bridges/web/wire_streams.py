@@ -2,10 +2,10 @@
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 from bridges.web.streams import PassingItems
 from hil.vocab.desk_protocol import Desk, Source, Watched
@@ -158,8 +158,17 @@ def _packet_record(event: SegmentEvent, epoch_ns: int) -> bytes:
     return record(0, epoch_ns + event.at_ns, kind, event.data, event.about)
 
 
+class SameErrors(NamedTuple):
+    """Error that came several times with nothing between: ``first``, and the end of the last."""
+
+    first: Any
+    times: int
+    at_ns: int
+
+
 class BusFrames(RecordedItems):
-    """Frames, errors and nodes' states on a CAN bus."""
+    """Frames, errors and nodes' states on a CAN bus. An error that comes again and again, as where nobody
+    acknowledges a node, is one item of a turn: there may be thousands in a second."""
 
     def __init__(self, desk: Desk, source: Source, number: int, bus: str, records: Records) -> None:
         here = desk.describe()
@@ -169,8 +178,17 @@ class BusFrames(RecordedItems):
         words = self._frames.words() if self._frames else dict  # the desk refuses a bus that is not there
         place = Watched.FRAMES, bus
         super().__init__(
-            desk, source, number, place, lambda event: (words(event),), lambda event: _EVENT_BYTES, records
+            desk, source, number, place, partial(_said, words), lambda event: _EVENT_BYTES, records
         )
+
+    def put(self, item: Any) -> None:
+        last = self._waiting[-1] if self._waiting else None
+        first, times = (last.first, last.times) if isinstance(last, SameErrors) else (last, 1)
+        error = getattr(item, "error", "")
+        if error and first and (first.node, getattr(first, "error", "")) == (item.node, error):
+            self._waiting[-1] = SameErrors(first, times + 1, item.at_ns)
+        else:
+            super().put(item)
 
     def _interface(self) -> Interface:
         assert self._frames
@@ -179,6 +197,14 @@ class BusFrames(RecordedItems):
     def _recorder(self) -> Callable[[Any, int], bytes]:
         assert self._frames
         return partial(_frame_record, self._frames.packed)
+
+
+def _said(words: Callable[[Any], Mapping[str, Any]], item: Any) -> Sequence[Mapping[str, Any]]:
+    if not isinstance(item, SameErrors):
+        return (words(item),)
+    said, first, times = words(item.first), item.first, item.times
+    duration_s = (item.at_ns - first.start_ns) / 1e9
+    return ({**said, "text": f"{said['text']}, {times} times", "times": times, "duration_s": duration_s},)
 
 
 def _frame_record(pack: Callable[[Any], bytes], event: Any, epoch_ns: int) -> bytes:

@@ -15,6 +15,8 @@ export interface WirePacket {
   readonly text: string;
   readonly error: string | null;
   readonly duration_s: number;
+  /** Number of equal errors that it stands for; 1: it is one. */
+  readonly times: number;
   /** It has begun and does not go on; what comes next has its bytes, or takes its place. */
   readonly isUnfinished: boolean;
   /** Identifier of a CAN frame, as `585` or `0000CAFE`; empty: it is none. */
@@ -45,6 +47,7 @@ export function readPacket(item: unknown, number: number): WirePacket | undefine
     text: textOf(told["text"]),
     error,
     duration_s: Number.isFinite(duration_s) && duration_s > 0 ? duration_s : 0,
+    times: Math.max(Math.round(Number(told["times"] ?? 1)) || 1, 1),
     isUnfinished: told["is_unfinished"] === true,
     id: frame.split("#")[0]!,
     isRemote: frame.includes("#R"),

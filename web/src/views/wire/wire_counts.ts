@@ -80,19 +80,19 @@ export class WireCounts {
   add(packet: WirePacket): void {
     if (packet.isUnfinished) return; // what comes next has its bytes
     const size = bytesOf(packet);
-    this.packets += 1;
+    this.packets += packet.times;
     this.bytes += size;
     this.busy_s += packet.duration_s;
-    this.longest_s = Math.max(this.longest_s, packet.duration_s);
+    if (packet.times === 1) this.longest_s = Math.max(this.longest_s, packet.duration_s);
     this.first_s ??= packet.at_s;
     this.last_s = Math.max(this.last_s, packet.at_s + packet.duration_s);
-    if (packet.error !== null) this.errors.set(packet.error, (this.errors.get(packet.error) ?? 0) + 1);
+    if (packet.error !== null) this.errors.set(packet.error, (this.errors.get(packet.error) ?? 0) + packet.times);
     const name = groupOf(this.kind, packet);
     if (!name) return;
     const group = this.group(name);
-    group.packets += 1;
+    group.packets += packet.times;
     group.bytes += size;
-    if (packet.error !== null) group.errors += 1;
+    if (packet.error !== null) group.errors += packet.times;
     if (this.kind !== "modbus" || isQuestion(this.kind, packet)) {
       if (group.last_s !== undefined) group.period.add(packet.at_s - group.last_s);
       group.last_s = packet.at_s;
