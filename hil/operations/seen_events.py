@@ -70,7 +70,9 @@ class SeenEvents:
         if progress.state == before:
             return
         why = f": {progress.why}" if progress.why else ""
-        self._events.put("runs", ", ".join(progress.axes), HERE, f"{progress.run} {progress.state}{why}")
+        words = f"{progress.run} {progress.state}{why}"
+        at_ns = progress.ended_at_ns if progress.is_over else progress.started_at_ns
+        self._events.put("runs", ", ".join(progress.axes), HERE, words, at_ns=at_ns)
 
     async def _look_on(self) -> None:
         while True:

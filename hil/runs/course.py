@@ -99,6 +99,16 @@ class PhraseCourse:
         leg = self._leg if now_ns >= self._leg.from_ns else self._before
         return round(min(max(leg.plan_ns(now_ns), 0.0), self.phrase.duration_ns))
 
+    def reached_ns(self, plan_ns: int, from_ns: int, now_ns: int) -> int:
+        """Bench's time, between two, at which it came to a time of the plan."""
+        while from_ns < now_ns:
+            middle_ns = (from_ns + now_ns) // 2
+            if self.plan_ns(middle_ns) >= plan_ns:
+                now_ns = middle_ns
+            else:
+                from_ns = middle_ns + 1
+        return now_ns
+
     def end_ns(self) -> int | None:
         """Bench's time at which it ends; None: it is paused."""
         left_ns = self.phrase.duration_ns - self._leg.steady_at_ns

@@ -252,14 +252,17 @@ class Execution:
         self, phrase: Phrase, course: PhraseCourse, late_ns: int, can_join: bool
     ) -> Generator[int, None, None]:
         """Go along a phrase, which ends so much later than planned, at the pace that is asked for."""
-        progress = self.progress
+        progress, looked_ns = self.progress, course.start_ns
         while True:
             now_ns = self._bench.now_ns
             self._check_given(course, now_ns)
             at_ns, end_ns = course.plan_ns(now_ns), course.end_ns()
             begun = bisect_right(phrase.marks, at_ns, key=lambda mark: mark[0])
             if begun and now_ns >= course.start_ns:
-                progress.step = self._steps_before + begun
+                if progress.step != self._steps_before + begun:
+                    progress.step = self._steps_before + begun
+                    progress.step_at_ns = course.reached_ns(phrase.marks[begun - 1][0], looked_ns, now_ns)
+                looked_ns = now_ns
             progress.gone_ns = self._gone_ns + at_ns
             left_ns = progress.planned_ns - self._gone_ns - phrase.duration_ns
             progress.planned_end_ns = None if end_ns is None else end_ns + left_ns

@@ -41,6 +41,8 @@ class Progress:
     state: str = "queued"
     step: int = 0
     steps: int = 0
+    step_at_ns: int | None = None
+    """Time at which the step began, exactly: at any pace, and however late somebody looked."""
     started_at_ns: int | None = None
     ended_at_ns: int | None = None
     planned_end_ns: int | None = None

@@ -123,6 +123,7 @@ class Together:
         assert self._execution is not None
         own, whole = self._execution.progress, self._progress
         whole.state, whole.step, whole.started_at_ns = "running", own.step, own.started_at_ns
+        whole.step_at_ns = own.step_at_ns
         whole.why, whole.planned_end_ns = own.why, own.planned_end_ns
         whole.axes |= own.axes
         for member in self._members:

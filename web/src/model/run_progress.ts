@@ -15,6 +15,8 @@ export interface RunProgress {
   state: string;
   step: number;
   steps: number;
+  /** Simulated time at which the step began, exactly; null: none has, or that is not told. */
+  step_at_ns: number | null;
   /** Simulated time at which it ends as planned; null: it is not known. */
   planned_end_ns: number | null;
   /** Simulated time at which it was begun; null: it waits, or that is not known. */
@@ -40,6 +42,7 @@ export function readRun(raw: unknown): RunProgress | null {
     state: String(told["state"] ?? ""),
     step: numberOf(told["step"]) ?? 0,
     steps: numberOf(told["steps"]) ?? 0,
+    step_at_ns: numberOf(told["step_at_ns"]),
     planned_end_ns: numberOf(told["planned_end_ns"]),
     started_at_ns: numberOf(told["started_at_ns"]),
     ended_at_ns: numberOf(told["ended_at_ns"]),

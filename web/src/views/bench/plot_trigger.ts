@@ -15,8 +15,6 @@ import type { PlotModel } from "./plot_model";
 import { wantedOf } from "./plot_save";
 
 const LOOK_MS = 50;
-/** A run's progress is told so much later at most. */
-const PROGRESS_s = 0.02;
 /** A recording's first sample may come a little later than it is asked for. */
 const EARLIER_s = 0.002;
 
@@ -136,15 +134,13 @@ export class PlotTrigger {
   }
 
   private hearSteps(run: string, step: number): () => void {
-    this.resolution_s = PROGRESS_s;
     const known = new Map(runs.peek().map((each) => [each.run, each.step]));
     return effect(() => {
       for (const each of runs.value) {
         const isNew = each.state === "running" && known.get(each.run) !== each.step;
         known.set(each.run, each.step);
         if (!isNew || (run && each.run !== run) || (step && each.step !== step)) continue;
-        const isExact = each.started_at_ns !== null && each.pace === 1;
-        this.fire(isExact ? (each.started_at_ns! + each.gone_ns) / 1e9 : benchTime_s());
+        this.fire(each.step_at_ns === null ? benchTime_s() : each.step_at_ns / 1e9);
       }
     });
   }
