@@ -113,4 +113,5 @@ BENCHES = [
 @pytest.mark.parametrize(("page", "heading", "text"), BENCHES, ids=[f"{p.stem}-{h}" for p, h, _ in BENCHES])
 def test_benches_can_be(page: Path, heading: str, text: str) -> None:
     if page.stem not in ("add-a-port", "own-sketch"):  # a port of its own; a program that is built first
-        parse(text, str(ROOT / "examples" / "modbus" / "page.yaml"), find_catalogue())
+        folder = "drives" if "eds:" in text else "modbus"
+        parse(text, str(ROOT / "examples" / folder / "page.yaml"), find_catalogue())

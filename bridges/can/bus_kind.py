@@ -8,12 +8,14 @@ from hil.vocab.monitoring import Metric
 from hil.vocab.wire import Report, WireInfo, WireMetric, WireView, counted, errors_of, one_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from bridges.can.cards.bench_bus import BenchBus
     from bridges.can.testing.can_faces import CanBusFace
     from bridges.can.testing.served_can import ServedCanBus
     from hil.config import BenchConfig, Catalogue
     from hil.config.catalogue import ProfileInfo
-    from hil.config.document import Finding
+    from hil.config.document import Document, Finding
     from hil.drives.drive_control import DriveControl
     from hil.drives.real_drive import DrivePace
     from hil.sim.bench import BenchRuntime
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from hil.testing import Bench, ServedBench
     from hil.testing.faces import TapFace
     from hil.vocab.desk_protocol import DeviceInfo
+    from hil.vocab.problem import Problem
 
 
 _OF_NODES = ("id", "state", "sent", "heard", "TEC", "REC", "errors", "drive")
@@ -77,6 +80,18 @@ def _findings(
     from bridges.can.can_findings import can_findings
 
     return can_findings(config, devices, real)
+
+
+def _read(
+    wires: Raw, document: "Document", read_bytes: "Callable[[Path], bytes] | None"
+) -> "tuple[Raw, Iterable[Finding], Iterable[Problem]]":
+    nodes = (bus.get("nodes") for bus in wires.values() if isinstance(bus, dict))
+    each = (node for of in nodes if isinstance(of, dict) for node in of.values())
+    if not any(isinstance(node, dict) and node.get("eds") is not None for node in each):
+        return wires, (), ()
+    from bridges.can.maker_files import read_files
+
+    return read_files(wires, document, read_bytes)
 
 
 def _fault_places(name: str, bus: Raw, devices: "Mapping[str, ProfileInfo]") -> Mapping[str, Collection[str]]:
@@ -165,6 +180,7 @@ BUS = BusKind(
         about="CAN buses, each under a name of its own. Devices on one bus share one simulated time.",
         model=_model,
         findings=_findings,
+        read=_read,
         fault_places=_fault_places,
         info=REPORTS,
         add=_add,
@@ -204,6 +220,7 @@ BUS = BusKind(
         ("## CAN buses: `can.<name>`", "CanConfig"),
         ("## CANopen nodes: `can.<name>.nodes.<axis>`\n\nThe node id alone, or a mapping.", "CanNodeConfig"),
         ("Each of `switches`:", "SwitchConfig"),
+        ("Each of `objects` that is a mapping:", "ObjectLineConfig"),
         ("## Taps of a CAN bus: `can.<name>.taps.<name>`", "CanTapConfig"),
     ),
 )

@@ -1,11 +1,13 @@
 """Builder of CAN buses with their nodes and taps."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from zlib import crc32
 
 from bridges.can.can_model import CanConfig, CanNodeConfig, SwitchConfig
 from bridges.can.canopen.cia402.profile_drive import ProfileDrive
+from bridges.can.canopen.node.application import Application
+from bridges.can.canopen.node.canopen_node import CanOpenNode
 from bridges.can.canopen.node.communication_entries import Identity
 from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.cards.can_tap import CanTap
@@ -52,15 +54,31 @@ def _add_node(
     label, short = device.axes.label(owner, part), device.axes.short(part)
     switches = _switches(config, device.axes[short].kind)
     motor = CardMotor(device, short, group, partial(bench.apply_unlogged, label), switches, rating)
-    product = crc32(device.profile.encode())
     serial = crc32(f"{bench.name}/{label}".encode())
+    make, identity = _application(config, motor, device.profile, serial)
     spec = CardSpec(
         node_id=config.id,
-        make_application=lambda services: ProfileDrive(motor, services),
-        identity=Identity(VENDOR_ID, product, REVISION, serial, f"simulated {device.profile}"),
+        make_application=make,
+        identity=identity,
         section=f"{CANOPEN}.{short}" if short else CANOPEN,
     )
     bench.add_card(CanOpenCard(node_name(label, CANOPEN), bus, device, group, spec))
+
+
+def _application(
+    config: CanNodeConfig, motor: CardMotor, profile: str, serial: int
+) -> tuple[Callable[[CanOpenNode], Application], Identity]:
+    """Answer the maker of the drive, hil's own or that of a maker's file, and its identity."""
+    if config.eds is None:
+        identity = Identity(VENDOR_ID, crc32(profile.encode()), REVISION, serial, f"simulated {profile}")
+        return lambda services: ProfileDrive(motor, services), identity
+    from bridges.can.canopen.cia402.maker_drive import MakerDrive, identity_of
+    from bridges.can.canopen.node.eds_reader import read_device
+    from bridges.can.maker_findings import lines_of
+
+    device, lines = read_device(config.eds.text, config.eds.name), lines_of(config)
+    maker = identity_of(device, lines, serial)
+    return lambda services: MakerDrive(motor, services, device, lines, maker), maker
 
 
 def _rating(config: BenchConfig, catalogue: Catalogue, axis: str) -> Rating:

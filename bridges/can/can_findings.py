@@ -16,6 +16,8 @@ from hil.vocab.faults import CAN_NODE, LINE, ON_LINE
 Devices = Mapping[str, ProfileInfo]
 MOST_NODES = 256
 """Maximum number of nodes on a bus, taps included."""
+MAKER_KEYS = ("eds", "units", "objects")
+"""Keys of a node of a maker's drive."""
 _CAM = ("from_deg", "to_deg", "below_deg", "above_deg")
 _EXAMPLE = "write {from_deg: 10, to_deg: 20}, {below_deg: -90}, {above_deg: 90} or {pin: D3}"
 
@@ -39,6 +41,10 @@ def can_findings(value: Mapping[str, Any], devices: Devices, real: Collection[st
                 yield Finding(("can", name), message, "put some of them on another bus", at_key=True)
             may_share = bus.get("duplicate_ids") is True
             yield from _nodes(name, nodes, devices, real, taken, may_share=may_share)
+            if any(isinstance(node, dict) and any(map(node.get, MAKER_KEYS)) for node in nodes.values()):
+                from bridges.can.maker_findings import maker_findings
+
+                yield from maker_findings(name, bus, devices)
 
 
 def fault_places(name: str, bus: Mapping[str, Any], devices: Devices) -> dict[str, set[str]]:

@@ -76,6 +76,58 @@ class SwitchesConfig(StrictModel):
     )
 
 
+class _OrPath:
+    """Mark of a file in place of which a configuration has its path."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [{"type": "string"}, handler(schema)]}
+
+
+class _OrValue:
+    """Mark of a line in place of which a first value alone may stand."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [{"type": "number"}, {"type": "string"}, handler(schema)]}
+
+
+def _line(value: Any) -> Any:
+    """Read ``8192`` as ``{value: 8192}``."""
+    return {"value": value} if isinstance(value, int | float | str) else value
+
+
+class EdsFileConfig(StrictModel):
+    """A maker's data sheet, with its text: as a log has it."""
+
+    name: str = Field(description="Its path, as the configuration has it.")
+    text: str = Field(description="Its text.")
+
+
+class ObjectLineConfig(StrictModel):
+    """A line about an object of a maker's drive: its first value, or what it tells."""
+
+    value: float | str | None = Field(
+        default=None, description="First value in place of the file's; `6081h: 8192` is the same in short."
+    )
+    field: str | None = Field(
+        default=None,
+        description="Field of the axis that the object tells, as `current_A`; writes do nothing.",
+    )
+    like: str | None = Field(
+        default=None,
+        description="In place of a field: an object of CiA 402 that this one is another name of, as `607Ah`,"
+        " also where the file has it not.",
+    )
+    scale: float = Field(
+        default=1.0,
+        description="Units of the object in one of the field or of the other object, and never none:"
+        " `scale: 1000` tells `current_A` in mA.",
+    )
+
+
 class CanNodeConfig(StrictModel):
     """A CANopen node: the interface card of an axis."""
 
@@ -84,6 +136,21 @@ class CanNodeConfig(StrictModel):
         default=SwitchesConfig.model_construct(),
         description="Switches for homing and limits, a mapping of `home`, `negative` and `positive`; each is"
         " a cam, as in `{from_deg: 10, to_deg: 20}`, or a pin, as in `{pin: D3, active: low}`.",
+    )
+    eds: Annotated[EdsFileConfig, _OrPath()] | None = Field(
+        default=None,
+        description="A maker's data sheet (EDS or DCF), by its path from the configuration on: the node has"
+        " the objects, PDOs and modes of that drive; null: those of hil's own.",
+    )
+    units: UnitsConfig | None = Field(
+        default=None,
+        description="With `eds`: units of that drive, where its file does not say them; a turn is one of the"
+        " motor.",
+    )
+    objects: Mapping[str, Annotated[ObjectLineConfig, BeforeValidator(_line), _OrValue()]] = Field(
+        default={},
+        description="With `eds`: lines about objects, by index and sub-index, as in `6081h` or `607Dh:1`: a"
+        " first value in place of the file's, or a mapping of what the object tells.",
     )
 
 

@@ -122,6 +122,12 @@ def _completed(
     for key in bench_model(catalogue.buses).bus_keys:
         if isinstance(wires := given.get(key), dict):
             value[key] = {name: _with_taps(key, name, raw, ports) for name, raw in wires.items()}
+    problems: list[Problem] = []
+    for kind in catalogue.wire_kinds:
+        if kind.read and isinstance(wires := value.get(kind.key), dict):
+            value[kind.key], wrong, of_files = kind.read(wires, document, catalogue.read_bytes)
+            findings += wrong
+            problems += of_files
     for name, raw in given["devices"].items():
         if isinstance(raw, dict) and isinstance(at := raw.get("at"), str):
             ports.real(name, ("devices", name, "at"), at)
@@ -132,7 +138,7 @@ def _completed(
     profiles = {name: device.profile for name, device in devices.items() if device.profile}
     are_all = profiles and len(profiles) == len(given["devices"])
     of_devices = (problem for device in devices.values() for problem in device.problems)
-    elsewhere = list(dict.fromkeys([*of_devices, *catalogue.bus_problems]))
+    elsewhere = list(dict.fromkeys([*of_devices, *problems, *catalogue.bus_problems]))
     return value, findings, profiles if are_all else None, elsewhere
 
 

@@ -8,12 +8,21 @@ change too, except faults, which belong to their targets.
 
 import json
 from collections.abc import Iterator
+from hashlib import sha256
 from typing import Any, Literal
 
 from hil.config.device_program import PROGRAM_KEYS
 from hil.config.model import BenchConfig, DeviceConfig
 from hil.vocab.address import owner_of
 from hil.vocab.late_dataclass import dataclass
+
+_SHOWN, _BEGINNING = 400, 40
+"""Characters of a value up to which it is shown whole, and of the beginning of a longer one, as of a file's
+text."""
+
+
+def _digest(text: str) -> str:
+    return sha256(text.encode()).hexdigest()[:12]
 
 
 @dataclass(frozen=True)
@@ -92,7 +101,8 @@ def _leaves(value: dict[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
         if isinstance(item, dict):
             yield from _leaves(item, f"{prefix}{key}.")
         else:
-            yield prefix + key, json.dumps(item)
+            text = json.dumps(item)
+            yield prefix + key, text if len(text) <= _SHOWN else f"{text[:_BEGINNING]}... ({_digest(text)})"
 
 
 def changed_keys(old: dict[str, Any], new: dict[str, Any]) -> tuple[str, ...]:

@@ -19,6 +19,11 @@ Raw = Mapping[str, Any]
 """Part of a configuration as it is written: a mapping whose values may be wrong."""
 
 
+ReadFiles = Callable[[Raw, Any, Callable[[Any], bytes] | None], tuple[Raw, Iterable[Any], Iterable[Any]]]
+"""Reader of the files that wires name. Arguments: the wires, the ``Document``, what reads a file by its
+``Path``. Answers the wires with what is in the files, each ``Finding``, and each ``Problem`` of a file."""
+
+
 @dataclass(frozen=True, eq=False)
 class FaceKind:
     """Faces of wires for the test kit, ``hil.testing``."""
@@ -57,6 +62,10 @@ class WireKind:
     """Puts the wires, with what is on them, into a bench whose devices are there. Arguments: the
     ``BenchRuntime``, the ``BenchConfig``, the ``Catalogue``."""
     kit: FaceKind | None = None
+    read: (
+        Callable[[Raw, Any, Callable[[Any], bytes] | None], tuple[Raw, Iterable[Any], Iterable[Any]]] | None
+    ) = None
+    """Reads the files that wires name, before they are checked; None: they name none."""
 
 
 @dataclass(frozen=True, eq=False)

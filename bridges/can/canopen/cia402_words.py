@@ -17,12 +17,12 @@ SET_POINT_TAKEN = STANDS = HOMING_ATTAINED = FOLLOWS_TARGET = 1 << 12
 """Bit 12: in profile position, profile velocity, homing, and the cyclic modes."""
 FOLLOWING_ERROR = HOMING_ERROR = 1 << 13
 """Bit 13: in homing, and in all others."""
-NEW_SET_POINT = START_HOMING = 1 << 4
-"""Bit 4 of the controlword: in profile position, and in homing."""
+NEW_SET_POINT = START_HOMING = INTERPOLATES = 1 << 4
+"""Bit 4 of the controlword: in profile position, in homing, and in interpolated position."""
 CHANGE_AT_ONCE, RELATIVE, HALT, CHANGE_ON_SET_POINT = 1 << 5, 1 << 6, 1 << 8, 1 << 9
 """Bits of the controlword, all but halt of profile position."""
 PROFILE_POSITION, PROFILE_VELOCITY, PROFILE_TORQUE, HOMING = 1, 3, 4, 6
-CYCLIC_POSITION, CYCLIC_VELOCITY = 8, 9
+INTERPOLATED_POSITION, CYCLIC_POSITION, CYCLIC_VELOCITY = 7, 8, 9
 """Modes of operation, as written to 6060h."""
 
 

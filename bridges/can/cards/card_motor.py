@@ -6,7 +6,7 @@ from math import copysign, inf, isfinite
 from struct import unpack_from
 from typing import NamedTuple, Protocol
 
-from bridges.can.canopen.cia402.motor_axis import MotorLook
+from bridges.can.canopen.cia402.motor_axis import CURRENT, MotorLook
 from hil.core import CoreAxis, Snapshot
 from hil.core.fields import INDEX
 from hil.sim.group import Group
@@ -147,6 +147,9 @@ class CardMotor:
             self._commanded_deg = state.commanded_deg
         rpm = 0.0 if self._commanded_rpm is None else values[self._commanded_rpm]
         return state.commanded_deg, self._direction * rpm
+
+    def measured(self, name: str) -> float:
+        return self.look().current_A if name == CURRENT else float(getattr(self._axis.glance(), name))
 
     # ---- what moves it ----
 

@@ -23,6 +23,7 @@ FACTS: dict[str, set[float]] = {
     "bench": {31},  # characters of a name
     "follow": {1},  # a bit's level
     "identity": {43, 14},  # function of Modbus
+    "like": {402},  # a profile of CiA
     "listen": {0},  # a port that is free
     "microstep_exponent": {2},  # its base
     "modbus_map": {1},  # the version, which has no default

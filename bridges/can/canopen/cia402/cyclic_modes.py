@@ -9,7 +9,7 @@ from math import copysign
 from bridges.can.canopen.cia402.drive_context import DriveContext
 from bridges.can.canopen.cia402.movers import PathMover
 from bridges.can.canopen.cia402.operating_mode import IDLE_NS, OperatingMode
-from bridges.can.canopen.cia402_words import FOLLOWS_TARGET
+from bridges.can.canopen.cia402_words import FOLLOWS_TARGET, HALT, INTERPOLATES
 from hil.vocab.path import PathPiece
 from hil.vocab.time import FOREVER, NS_PER_MS
 
@@ -25,7 +25,7 @@ def end_of(piece: PathPiece) -> float:
 
 
 class CyclicMode(OperatingMode):
-    """Base of both cyclic modes. ``due_ns``: when a SYNC is missing; FOREVER: none has come yet."""
+    """Base of the cyclic modes. ``due_ns``: when a SYNC is missing; FOREVER: none has come yet."""
 
     def __init__(self, context: DriveContext) -> None:
         super().__init__(context)
@@ -73,9 +73,11 @@ class CyclicMode(OperatingMode):
 class CyclicPosition(CyclicMode):
     """Mode 8: a target position with each SYNC."""
 
+    target = 0x607A, 0
+
     def follow(self, period_ns: int, now_ns: int) -> None:
         context = self.context
-        target_deg = context.within(context.units.angle_deg(context.value(0x607A)))
+        target_deg = context.within(context.units.angle_deg(context.value(*self.target)))
         from_deg = self._mover.where_exactly(now_ns)
         t = period_ns * _S_PER_NS
         rate = (target_deg - from_deg) / t
@@ -86,6 +88,29 @@ class CyclicPosition(CyclicMode):
             context.is_limited = True
             rate = 0.0
         self._mover.follow(PathPiece(period_ns, from_deg, rate), from_deg + t * rate, now_ns)
+
+
+class InterpolatedPosition(CyclicPosition):
+    """Mode 7, linear: a target position with each SYNC while bit 4 of the controlword is set."""
+
+    target = 0x60C1, 1
+
+    def __init__(self, context: DriveContext) -> None:
+        super().__init__(context)
+        self._is_asked = False
+
+    def begin(self, word: int, now_ns: int) -> None:
+        super().begin(word, now_ns)
+        self._is_asked = bool(word & INTERPOLATES)
+
+    def control(self, word: int, before: int, now_ns: int) -> None:
+        was_asked, self._is_asked = self._is_asked, bool(word & INTERPOLATES) and not word & HALT
+        if was_asked and not self._is_asked:
+            self.stop(1, now_ns)
+
+    def synced(self, now_ns: int) -> None:
+        if self._is_asked:
+            super().synced(now_ns)
 
 
 class CyclicVelocity(CyclicMode):

@@ -5,10 +5,11 @@ thousandths of a degree. A velocity is ``6096h:1 / 6096h:2`` times user position
 ``6097h:1 / 6097h:2`` times user positions a second squared.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from bridges.can.canopen.cia402.motor_axis import NEGATIVE, POSITIVE, MotorAxis, MotorLook
 from bridges.can.canopen.cia402.movers import MotionRules, Mover, PathMover, RampMover
@@ -80,16 +81,41 @@ class UserUnits:
         return to_int32(deg_per_s / self.deg_per_s)
 
 
+class MakersWays(NamedTuple):
+    """Ways of a maker's drive that are not in its objects. ``factors``: values of factor objects that it has
+    none of, or that its file does not give."""
+
+    factors: Mapping[tuple[int, int], int] = MappingProxyType({})
+    zero_is_off: bool = False
+    """True if a window of 0 and limits of 0 and 0 are none."""
+
+
+OWN_WAYS = MakersWays()
+"""Ways of hil's own drive."""
 ANY = 2**32 - 1
 """Window that everything is in."""
 _CONVERTED = frozenset((*FACTORS, 0x607D, 0x6080, 0x60C2, 0x6065, 0x6066))
 
 
+def _period_ns(count: int, power: int) -> int:
+    """Time of 60C2h, at least a millisecond where a maker's file has none that can be."""
+    if not (count > 0 and -9 <= power <= 0):
+        return NS_PER_MS
+    return NS_PER_S * count // int(10**-power)
+
+
 class DriveContext:
     """Axis, values and units of one drive, from a power-up of its card on."""
 
-    def __init__(self, axis: MotorAxis, services: CanOpenNode, entries: Sequence[Entry]) -> None:
+    def __init__(
+        self,
+        axis: MotorAxis,
+        services: CanOpenNode,
+        entries: Sequence[Entry],
+        ways: MakersWays = OWN_WAYS,
+    ) -> None:
         self.axis, self.services = axis, services
+        self._ways = ways
         self._defaults = {(entry.index, entry.subindex): entry.default for entry in entries}
         self._node_value: Callable[[int, int], Any] = self._default
         self.mover: Mover = PathMover(axis) if axis.follows_paths else RampMover(axis)
@@ -110,6 +136,14 @@ class DriveContext:
         """Value of an object, as the node has it: of what one PDO writes all is there at once."""
         value: int = self._node_value(index, subindex)
         return value
+
+    def steps(self, index: int, subindex: int = 0) -> int:
+        """Value of an object of rates or ramps, at least 1: that of a maker's file may be 0."""
+        return max(self.value(index, subindex), 1)
+
+    def most(self, index: int) -> float:
+        """Value of an object that bounds others; 0 in a maker's file is no bound."""
+        return self.value(index) or inf
 
     def note(self, index: int) -> None:
         """Take note of an object that was written."""
@@ -141,16 +175,16 @@ class DriveContext:
         """Rules of a profile's motion: by the objects, or at another speed, deg/s."""
         units = self.units
         if speed is None:
-            speed = self.value(0x6081) * abs(units.deg_per_s)
-        speed = min(speed, self.value(0x607F) * abs(units.deg_per_s), self.max_speed)
-        up = min(self.value(0x6083), self.value(0x60C5)) * units.deg_per_s2
-        down = min(self.value(0x6084), self.value(0x60C6)) * units.deg_per_s2
+            speed = self.steps(0x6081) * abs(units.deg_per_s)
+        speed = min(speed, self.most(0x607F) * abs(units.deg_per_s), self.max_speed)
+        up = min(self.steps(0x6083), self.most(0x60C5)) * units.deg_per_s2
+        down = min(self.steps(0x6084), self.most(0x60C6)) * units.deg_per_s2
         is_smooth = self.axis.follows_paths and self.value(0x6086) == LIMITED_JERK
-        return MotionRules(speed, up, down, self.value(0x60A4, 1) * units.deg_per_s2 if is_smooth else None)
+        return MotionRules(speed, up, down, self.steps(0x60A4, 1) * units.deg_per_s2 if is_smooth else None)
 
     def ramp(self, *, is_quick: bool) -> float:
         """Deceleration of a stop, deg/s2: the profile's, or that of a quick stop."""
-        steps = min(self.value(0x6085 if is_quick else 0x6084), self.value(0x60C6))
+        steps = min(self.steps(0x6085 if is_quick else 0x6084), self.most(0x60C6))
         return steps * self.units.deg_per_s2
 
     def within(self, angle_deg: float) -> float:
@@ -183,7 +217,8 @@ class DriveContext:
     def window_deg(self, index: int) -> float:
         """Position window of an object in degrees."""
         units = self.value(index)
-        return inf if units == ANY else abs(self.units.distance_deg(units))
+        is_none = units == ANY or (units == 0 and self._ways.zero_is_off)
+        return inf if is_none else abs(self.units.distance_deg(units))
 
     def ms(self, index: int) -> int:
         """Time of an object, in nanoseconds."""
@@ -192,15 +227,21 @@ class DriveContext:
     def _default(self, index: int, subindex: int) -> Any:
         return self._defaults[index, subindex]
 
+    def _factor(self, index: int, subindex: int) -> int:
+        found = self._ways.factors.get((index, subindex))
+        return self.value(index, subindex) if found is None else found
+
     def _convert(self) -> None:
         """Work out what stands in the values, for each SYNC."""
-        self.units = UserUnits.made(self.value, self._zero_deg)
+        self.units = UserUnits.made(self._factor if self._ways.factors else self.value, self._zero_deg)
         if self.axis.follows_paths:
-            self.period_ns = NS_PER_S * self.value(0x60C2, 1) // int(10 ** -self.value(0x60C2, 2))
+            self.period_ns = _period_ns(self.value(0x60C2, 1), self.value(0x60C2, 2))
         self.following_deg, self.following_ns = self.window_deg(0x6065), self.ms(0x6066)
-        self.max_speed = min(self.value(0x6080), self.axis.max_velocity_rpm) * DEG_PER_S
+        self.max_speed = min(self.most(0x6080), self.axis.max_velocity_rpm) * DEG_PER_S
         home = replace(self.units, zero_deg=self._home_deg)
         low, high = self.value(0x607D, 1), self.value(0x607D, 2)
+        if self._ways.zero_is_off and low == high == 0:
+            low, high = -INT32 - 1, INT32
         at_low = -inf if low == -INT32 - 1 else home.angle_deg(low)
         at_high = inf if high == INT32 else home.angle_deg(high)
         if self.units.deg < 0:

@@ -185,7 +185,7 @@ class Homing(OperatingMode):
     def ramp(self, *, is_quick: bool) -> float:
         if is_quick:
             return super().ramp(is_quick=True)
-        return self.context.value(0x609A) * self.context.units.deg_per_s2
+        return self.context.steps(0x609A) * self.context.units.deg_per_s2
 
     def control(self, word: int, before: int, now_ns: int) -> None:
         is_started = bool(word & START_HOMING)
@@ -237,7 +237,7 @@ class Homing(OperatingMode):
         context = self.context
         self._is_at_rest = False
         unit = abs(context.units.deg_per_s)
-        speed = min(context.value(0x6099, 1 if self._leg.is_fast else 2) * unit, context.max_speed)
+        speed = min(context.steps(0x6099, 1 if self._leg.is_fast else 2) * unit, context.max_speed)
         ramp = self.ramp(is_quick=False)
         context.mover.turn(speed * self._leg.direction, MotionRules(speed, ramp, ramp), now_ns)
         context.forget()

@@ -7,6 +7,8 @@ from typing import NamedTuple, Protocol
 from hil.vocab.axis import How
 from hil.vocab.path import Path
 
+CURRENT = "current_A"
+"""Name by which ``MotorAxis.measured`` answers the current that makes torque."""
 HOME, NEGATIVE, POSITIVE = "home", "negative", "positive"
 """Names of the switches among ``MotorLook.inputs``: homing, and the limit switches at both ends."""
 _NO_INPUTS: Mapping[str, int] = MappingProxyType({})
@@ -73,6 +75,9 @@ class MotorAxis(Protocol):
 
     def look(self) -> MotorLook:
         """Look at the axis now."""
+
+    def measured(self, name: str) -> float:
+        """Look at one field of the axis, which it has, or at ``CURRENT``."""
 
     def enable(self) -> None:
         """Switch the loop on, which holds the shaft where it is; nothing of a board without a loop."""

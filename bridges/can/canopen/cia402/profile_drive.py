@@ -1,14 +1,15 @@
 """Drive of CiA 402 as the application of a CANopen node."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 from bridges.can.canopen import cia402_words
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.canopen_codes import NmtState
 from bridges.can.canopen.cia402 import objects
-from bridges.can.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity
+from bridges.can.canopen.cia402.cyclic_modes import CyclicPosition, CyclicVelocity, InterpolatedPosition
 from bridges.can.canopen.cia402.drive_automaton import AutomatonClock, DriveAutomaton
-from bridges.can.canopen.cia402.drive_context import FACTORS, DriveContext, to_int32
+from bridges.can.canopen.cia402.drive_context import FACTORS, OWN_WAYS, DriveContext, MakersWays, to_int32
 from bridges.can.canopen.cia402.drive_entries import entries_of, modes_of, names_of
 from bridges.can.canopen.cia402.error_codes import LOST, DriveError
 from bridges.can.canopen.cia402.homing import Homing, methods_of
@@ -30,7 +31,7 @@ from bridges.can.canopen.node.canopen_node import CanOpenNode
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 
-_INPUTS = 0x60FD
+_INPUTS, _NO_MODE = 0x60FD, 0
 _FIRST_OWN_BIT = 16
 _FIRST_OF_PROFILE = 0x2000
 _LEAST_PERIOD_NS, _MOST_PERIOD_NS = 100_000, 10 * NS_PER_S
@@ -39,6 +40,7 @@ _MODES: dict[int, Callable[[DriveContext], OperatingMode]] = {
     cia402_words.PROFILE_VELOCITY: ProfileVelocity,
     cia402_words.PROFILE_TORQUE: ProfileTorque,
     cia402_words.HOMING: Homing,
+    cia402_words.INTERPOLATED_POSITION: InterpolatedPosition,
     cia402_words.CYCLIC_POSITION: CyclicPosition,
     cia402_words.CYCLIC_VELOCITY: CyclicVelocity,
 }
@@ -48,6 +50,23 @@ _CHOICES = {
     0x607E: (0, 0x40, 0x80, 0xC0),
 }
 """Values that an object takes, where its limits do not say it all."""
+
+
+class DriveObjects(NamedTuple):
+    """Objects that a drive has, names of those with sub-indices, and its modes of operation."""
+
+    entries: Sequence[Entry]
+    names: Mapping[int, str]
+    modes: tuple[int, ...]
+    ways: MakersWays = OWN_WAYS
+
+
+def objects_of(axis: MotorAxis) -> DriveObjects:
+    """Make the objects that hil's own drive of an axis has."""
+    entries = entries_of(axis)
+    return DriveObjects(entries, names_of(entries), modes_of(axis))
+
+
 _NOTHING_TOLD = (-1, -1, -1)
 _CHECKED = frozenset((MODE, *_CHOICES, 0x6098, *FACTORS, 0x607D, 0x60C2))
 """Objects that do not take every value within their limits, or not always."""
@@ -56,27 +75,30 @@ _CHECKED = frozenset((MODE, *_CHOICES, 0x6098, *FACTORS, 0x607D, 0x60C2))
 class ProfileDrive:
     """Drive, ``bridges.can.canopen.node.application.Application``: made at each power-up of the card."""
 
-    def __init__(self, axis: MotorAxis, services: CanOpenNode) -> None:
-        self.entries: Sequence[Entry] = entries_of(axis)
-        self.names: Mapping[int, str] = names_of(self.entries)
+    def __init__(self, axis: MotorAxis, services: CanOpenNode, own: DriveObjects | None = None) -> None:
+        own = own or objects_of(axis)
+        self.entries: Sequence[Entry] = own.entries
+        self.names: Mapping[int, str] = own.names
         self.device_type = objects.SERVO_DRIVE if axis.follows_paths else objects.STEPPER_DRIVE
         self._axis, self._services = axis, services
-        self._modes = modes_of(axis)
+        self._modes, self._ways = own.modes, own.ways
         self._methods = methods_of(axis.look().inputs, has_index=axis.index_deg is not None)
+        self._encoder_counts: float = axis.encoder_counts
         self._told = _NOTHING_TOLD
         self.due_ns = 0
         self._written: dict[tuple[int, int], Value] = {
             (entry.index, entry.subindex): entry.default
             for entry in self.entries
-            if entry.access is Access.RW and entry.index >= _FIRST_OF_PROFILE
+            if entry.access in (Access.RW, Access.WO) and entry.index >= _FIRST_OF_PROFILE
         }
         """Values as they were written last, or at the beginning."""
         self._begin()
         self._reads = self._readers()
 
     def _begin(self) -> None:
-        self._context = DriveContext(self._axis, self._services, self.entries)
+        self._context = DriveContext(self._axis, self._services, self.entries, self._ways)
         modes = {number: _MODES[number](self._context) for number in self._modes}
+        modes[_NO_MODE] = OperatingMode(self._context)
         self._automaton = DriveAutomaton(self._context, modes)
         self._clock = AutomatonClock(self._automaton, self._context)
         self._inputs = (*self._axis.look().inputs,)
@@ -90,7 +112,8 @@ class ProfileDrive:
             self._begin()
             self._context.load()
             self._written = {key: self._services.value(*key) for key in self._written}
-            self._automaton.choose(self._context.value(MODE), now_ns)
+            first = self._context.value(MODE)  # a maker's file may begin with one that there is not
+            self._automaton.choose(first if first in self._modes else _NO_MODE, now_ns)
             self._clock.step(now_ns)
         elif state is NmtState.OPERATIONAL:
             self._told = _NOTHING_TOLD  # who listens from now on knows no statusword
@@ -114,20 +137,22 @@ class ProfileDrive:
         return self._reads[index](now_ns)
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> None:
-        assert isinstance(value, int)
         before = self._written[index, subindex]
         if index == CONTROLWORD:
             if value == before and self._automaton.is_enabled:
                 return  # once more what is done already, as with each SYNC
             self._written[index, subindex] = value
+            assert isinstance(value, int)
             self._automaton.control(value, now_ns)
             self._end(now_ns)
         elif value != before:
             if index in _CHECKED:
+                assert isinstance(value, int)
                 self._check(index, subindex, value)
             self._written[index, subindex] = value
             self._context.note(index)
             if index == MODE:
+                assert isinstance(value, int)
                 self._automaton.choose(value, now_ns)
             elif not self._automaton.written(index, now_ns):
                 return
@@ -176,7 +201,7 @@ class ProfileDrive:
         }
 
     def _counts(self, angle_deg: float) -> int:
-        return to_int32(angle_deg * self._axis.encoder_counts / 360)
+        return to_int32(angle_deg * self._encoder_counts / 360)
 
     def _velocity(self, now_ns: int) -> int:
         return self._context.units.velocity(self._context.look(now_ns).velocity_rpm * DEG_PER_S)

@@ -32,6 +32,10 @@ class GivenUnits:
     acceleration_per_rpm_per_s: float | None = None
 
 
+NO_UNITS = GivenUnits()
+"""Units of a drive of which a configuration says none."""
+
+
 @dataclass(frozen=True)
 class DriveUnits:
     """Units of one drive, all above 0. ``current_A``: of a thousandth of the rated current; None: unknown."""
@@ -80,8 +84,8 @@ def units_of(objects: Objects, given: GivenUnits) -> DriveUnits:
     """
     per_deg = (given.position_per_turn or _per_turn(objects)) / 360.0
     # Degrees of the drive's units: of position, of speed in a second, of acceleration in a second squared.
-    per_s_deg = _si_deg(objects, 0x60A9) or 1 / per_deg
-    per_s2_deg = _si_deg(objects, 0x60AA) or per_s_deg
+    per_s_deg = si_deg(objects, 0x60A9) or 1 / per_deg
+    per_s2_deg = si_deg(objects, 0x60AA) or per_s_deg
     units = DriveUnits(per_deg, _RPM_DEG_PER_S / per_s_deg, _RPM_DEG_PER_S / per_s2_deg)
     rated_mA = objects.get((0x6075, 0), 0)
     return replace(
@@ -95,7 +99,7 @@ def units_of(objects: Objects, given: GivenUnits) -> DriveUnits:
 
 def _per_turn(objects: Objects) -> float:
     """Position units of a turn of the shaft that the load is on."""
-    if unit_deg := _si_deg(objects, 0x60A8):
+    if unit_deg := si_deg(objects, 0x60A8):
         return 360.0 / unit_deg
     feed = _ratio(objects, 0x6092)
     if feed is not None and feed > 1:  # a drive that has no use for it says 1
@@ -110,7 +114,7 @@ def _ratio(objects: Objects, index: int) -> float | None:
     return top / bottom if top > 0 and bottom > 0 else None
 
 
-def _si_deg(objects: Objects, index: int) -> float | None:
+def si_deg(objects: Objects, index: int) -> float | None:
     """Degrees of an SI unit, for speeds in a second, for accelerations in a second squared; None: it is no
     angle, or is not said."""
     word = objects.get((index, 0), 0) & 0xFFFF_FFFF

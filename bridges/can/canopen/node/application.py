@@ -29,9 +29,18 @@ class DataType(IntEnum):
     REAL32 = 0x08
     VISIBLE_STRING = 0x09
     OCTET_STRING = 0x0A
+    UNICODE_STRING = 0x0B
     DOMAIN = 0x0F
+    INTEGER24 = 0x10
     REAL64 = 0x11
+    INTEGER40 = 0x12
+    INTEGER48 = 0x13
+    INTEGER56 = 0x14
     INTEGER64 = 0x15
+    UNSIGNED24 = 0x16
+    UNSIGNED40 = 0x18
+    UNSIGNED48 = 0x19
+    UNSIGNED56 = 0x1A
     UNSIGNED64 = 0x1B
 
 
@@ -68,6 +77,8 @@ class Entry:
     """One sentence, for the reference."""
     adds_node_id: bool = False
     """True if the default value is ``default`` plus the node's id, as of a COB-ID."""
+    is_hidden: bool = False
+    """True if clients do not see it: the node alone has its value, as a maker's drive without this object."""
 
 
 class SdoAbort(Exception):

@@ -88,6 +88,7 @@ class CanOpenNode:
         services = self._management.services
         self._timers, self._emergencies, self._pdos = services.timers, services.emergencies, services.pdos
         self._lss = services.lss
+        self._lss.is_there = identity.has_lss
         self._stepping = self._timers.make(self._application.step)
 
     @property

@@ -12,6 +12,8 @@ from bridges.can.canopen.node.data_types import size_of
 from bridges.can.canopen.node.emergency import HISTORY
 from bridges.can.canopen.node.error_control import CONSUMED
 
+BIT_RATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
+"""Bits per second that a data sheet can name."""
 PDOS = 4
 MAPPED = 8
 """Objects of one PDO."""
@@ -48,6 +50,9 @@ class Identity(NamedTuple):
     hardware_version: str = "1.0"
     software_version: str = "1.0"
     vendor_name: str = "hil"
+    bit_rates: tuple[int, ...] = BIT_RATES
+    """Bits per second that it knows."""
+    has_lss: bool = True
 
 
 def communication_entries(device_type: int, identity: Identity) -> list[Entry]:

@@ -3,8 +3,9 @@
 Source: CiA 301 version 4.2.0, 7.1; 7.3.5 (restricted CAN-IDs) and 7.5.2.
 """
 
-import struct
-from struct import Struct
+from collections.abc import Mapping
+from struct import Struct, error
+from typing import NamedTuple
 
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.can_ids import ID_MASK, INVALID, NO_RTR
@@ -23,15 +24,62 @@ STRUCTS = {
     DataType.REAL32: Struct("<f"),
     DataType.REAL64: Struct("<d"),
 }
-"""Layouts of the types that have a fixed length; the others are bytes as they come."""
+"""Layouts of the types that have the length of a number in a processor."""
+
+
+class OddInteger(NamedTuple):
+    """Layout of an integer of a length that no ``Struct`` has, used as one."""
+
+    size: int
+    is_signed: bool
+
+    def pack(self, value: int | float) -> bytes:
+        """Encode a whole number. Raises OverflowError: it has more bytes."""
+        return int(value).to_bytes(self.size, "little", signed=self.is_signed)
+
+    def unpack(self, data: bytes) -> tuple[int]:
+        return (int.from_bytes(data, "little", signed=self.is_signed),)
+
+
+_ODD = {
+    DataType.INTEGER24: OddInteger(3, True),
+    DataType.INTEGER40: OddInteger(5, True),
+    DataType.INTEGER48: OddInteger(6, True),
+    DataType.INTEGER56: OddInteger(7, True),
+    DataType.UNSIGNED24: OddInteger(3, False),
+    DataType.UNSIGNED40: OddInteger(5, False),
+    DataType.UNSIGNED48: OddInteger(6, False),
+    DataType.UNSIGNED56: OddInteger(7, False),
+}
+_LAYOUTS: Mapping[DataType, Struct | OddInteger] = {**STRUCTS, **_ODD}
+"""Layouts of all types that have a fixed length; the others are bytes as they come."""
+REALS = (DataType.REAL32, DataType.REAL64)
+_SIGNED = frozenset(each for each in _LAYOUTS if each.name.startswith("INTEGER"))
 LONGEST = 65536
 """Bytes of a value without a limit of its own. Decision: as much as a device would set aside."""
 
 
 def size_of(data_type: DataType) -> int:
     """Number of bytes of a type; 0 if its values differ in length."""
-    layout = STRUCTS.get(data_type)
+    layout = _LAYOUTS.get(data_type)
     return layout.size if layout else 0
+
+
+def bounds_of(data_type: DataType) -> tuple[int, int]:
+    """Least and greatest number of a type of integers; (0, 0) of all others."""
+    if data_type in REALS or not (size := size_of(data_type)):
+        return 0, 0
+    if data_type is DataType.BOOLEAN:
+        return 0, 1
+    bits = 8 * size
+    return (-(1 << bits - 1), (1 << bits - 1) - 1) if data_type in _SIGNED else (0, (1 << bits) - 1)
+
+
+def real_of_bits(data_type: DataType, bits: int) -> float:
+    """Real number that these bits are. Raises OverflowError: there are more than the type has."""
+    layout = STRUCTS[data_type]
+    value: float = layout.unpack(bits.to_bytes(layout.size, "little"))[0]
+    return value
 
 
 def longest(entry: Entry) -> int:
@@ -41,21 +89,21 @@ def longest(entry: Entry) -> int:
 
 def pack(data_type: DataType, value: Value) -> bytes:
     """Encode a value. Raises ValueError: it is none of this type."""
-    layout = STRUCTS.get(data_type)
+    layout = _LAYOUTS.get(data_type)
     if layout is None:
         if isinstance(value, bytes):
             return value
     elif not isinstance(value, bytes):
         try:
             return layout.pack(value)
-        except (struct.error, OverflowError):
+        except (error, OverflowError):
             pass
     raise ValueError(f"{value!r} is no {data_type.name}")
 
 
 def unpack(data_type: DataType, data: bytes) -> Value:
     """Decode a value of the right length."""
-    layout = STRUCTS.get(data_type)
+    layout = _LAYOUTS.get(data_type)
     if layout is None:
         return data
     value: int | float = layout.unpack(data)[0]

@@ -6,17 +6,17 @@ Source: CiA 306-1 version 1.3.0, 4 (EDS) and 7.
 from collections.abc import Iterator, Sequence
 
 from bridges.can.canopen.node.application import Access, DataType, Entry, Value
-from bridges.can.canopen.node.communication_entries import PDOS, Identity
+from bridges.can.canopen.node.communication_entries import BIT_RATES, Identity
 from bridges.can.canopen.node.data_types import size_of
 from bridges.can.canopen.node.object_dictionary import ObjectDictionary
 from bridges.can.canopen.node.pdo import DUMMIES
+from bridges.can.canopen.node.pdos import RPDOS, TPDOS
 
 _VAR, _DOMAIN, _ARRAY, _RECORD = 0x7, 0x2, 0x8, 0x9
 _MANDATORY = (0x1000, 0x1001, 0x1018)
 _MANUFACTURER = range(0x2000, 0x6000)
 _RECORDS = (0x1018, *range(0x1200, 0x1300), *range(0x1400, 0x1C00))
 """Objects that are records though their sub-indices may be of one type (CiA 301, 7.4.8.1)."""
-_BIT_RATES_K = (10, 20, 50, 125, 250, 500, 800, 1000)
 _DATE, _TIME = "01-01-2026", "12:00AM"
 """Time of the last change of the file's form: the same node has the same file on any day."""
 _DUMMIES = range(1, 8)
@@ -38,7 +38,7 @@ def eds_text(dictionary: ObjectDictionary, identity: Identity, file_name: str) -
     }
     lines = [
         *_section("FileInfo", _file_info(identity, file_name)),
-        *_section("DeviceInfo", _device_info(identity)),
+        *_section("DeviceInfo", _device_info(identity, indexes)),
         *_section("DummyUsage", [(f"Dummy{at:04X}", int(at in DUMMIES)) for at in _DUMMIES]),
         *_section("Comments", [("Lines", 0)]),
     ]
@@ -85,7 +85,7 @@ def _file_info(identity: Identity, file_name: str) -> list[_Row]:
     ]
 
 
-def _device_info(identity: Identity) -> list[_Row]:
+def _device_info(identity: Identity, indexes: Sequence[int]) -> list[_Row]:
     return [
         ("VendorName", identity.vendor_name),
         ("VendorNumber", f"0x{identity.vendor_id:08X}"),
@@ -93,16 +93,16 @@ def _device_info(identity: Identity) -> list[_Row]:
         ("ProductNumber", f"0x{identity.product_code:08X}"),
         ("RevisionNumber", f"0x{identity.revision:08X}"),
         ("OrderCode", identity.name),
-        *((f"BaudRate_{rate}", 1) for rate in _BIT_RATES_K),
+        *((f"BaudRate_{rate // 1000}", int(rate in identity.bit_rates)) for rate in BIT_RATES),
         ("SimpleBootUpMaster", 0),
         ("SimpleBootUpSlave", 1),
         ("Granularity", 8),
         ("DynamicChannelsSupported", 0),
         ("CompactPDO", 0),
         ("GroupMessaging", 0),
-        ("NrOfRXPDO", PDOS),
-        ("NrOfTXPDO", PDOS),
-        ("LSS_Supported", 1),
+        ("NrOfRXPDO", sum(index in RPDOS for index in indexes)),
+        ("NrOfTXPDO", sum(index in TPDOS for index in indexes)),
+        ("LSS_Supported", int(identity.has_lss)),
     ]
 
 

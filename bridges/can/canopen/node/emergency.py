@@ -16,7 +16,7 @@ from bridges.can.canopen.node.object_dictionary import ObjectDictionary
 from bridges.can.canopen.node.timers import Timers
 
 HISTORY = 8
-"""Errors that 1003h keeps."""
+"""Errors that 1003h keeps, unless a maker's file says otherwise."""
 COMMUNICATION_BIT, GENERIC_BIT = 0x10, 0x01
 _WAITING = 16
 """EMCY that wait for the inhibit time, or for the end of STOPPED. Decision: of more the oldest is lost."""
@@ -51,7 +51,7 @@ class Emergencies:
         self.waiting: deque[bytes] = deque(maxlen=_WAITING)
         """Messages that are not sent yet."""
         self._timer = timers.make(self.flush)
-        self._history: deque[int] = deque(maxlen=HISTORY)
+        self._history: deque[int] = deque(maxlen=dictionary.count(0x1003))
         self._profile_bits = 0
         self.lasting: set[object] = set()
         self._cob_id = INVALID

@@ -16,7 +16,7 @@ from bridges.can.canopen.node.timers import Timers
 from hil.vocab.time import NS_PER_MS
 
 CONSUMED = 4
-"""Nodes whose heartbeat 1016h can watch."""
+"""Nodes whose heartbeat 1016h can watch, unless a maker's file says otherwise."""
 _TOGGLE = 0x80
 
 
@@ -36,8 +36,9 @@ class HeartbeatConsumer(SettingsOwner):
         self._emergencies = emergencies
         self._lost = lost
         self._on_new_ids = on_new_ids
-        self._timers = [timers.make(partial(self._miss, at)) for at in range(CONSUMED)]
-        self._watched = [0] * CONSUMED
+        count = dictionary.count(0x1016)
+        self._timers = [timers.make(partial(self._miss, at)) for at in range(count)]
+        self._watched = [0] * count
         """Values of 1016h."""
         dictionary.own((0x1016,), self)
 
@@ -48,7 +49,7 @@ class HeartbeatConsumer(SettingsOwner):
 
     def load(self) -> None:
         """Take the settings from the dictionary; nothing is missed before it was heard once."""
-        self._watched = [self._dictionary.number(0x1016, 1 + at) for at in range(CONSUMED)]
+        self._watched = [self._dictionary.number(0x1016, 1 + at) for at in range(len(self._watched))]
         for timer in self._timers:
             timer.stop()
 

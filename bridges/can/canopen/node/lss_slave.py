@@ -126,6 +126,8 @@ class LssSlave:
         self.active_node_id = UNCONFIGURED
         self.bit_rate = 0
         """Bits per second from the next "activate" or power-up on."""
+        self.is_there = True
+        """False of a maker's node without LSS: nobody is heard."""
         self.is_quiet = False
         self._address = address
         self._send = send

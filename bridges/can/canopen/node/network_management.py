@@ -84,7 +84,8 @@ class Communication:
         return {can_id: _joined(handlers) for can_id, handlers in found.items()}, remote
 
     def _data_routes(self, state: NmtState) -> Iterator[tuple[int, Handler]]:
-        yield can_ids.LSS_REQUEST, self.lss.hear
+        if self.lss.is_there:
+            yield can_ids.LSS_REQUEST, self.lss.hear
         if state is NmtState.INITIALISING:
             return
         yield can_ids.NMT, self._command

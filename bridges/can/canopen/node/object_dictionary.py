@@ -1,6 +1,6 @@
 """Object dictionary of a node: entries, their values, and who is told of them."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Protocol
 
@@ -43,10 +43,13 @@ class ObjectDictionary:
 
     def __init__(self, entries: Iterable[Entry], names: Mapping[int, str], profile: ObjectOwner) -> None:
         self.names = names
-        self.entries = {
+        self._all = {
             key_of(each.index, each.subindex): each
             for each in sorted(entries, key=lambda each: (each.index, each.subindex))
         }
+        self.entries = {key: each for key, each in self._all.items() if not each.is_hidden}
+        """Those that clients see."""
+        self._counts = Counter(key >> 8 for key in self._all if key & 0xFF)
         self.values: dict[int, Value] = {}
         self._by_index: dict[int, list[Entry]] = defaultdict(list)
         for entry in self.entries.values():
@@ -66,6 +69,10 @@ class ObjectDictionary:
     def objects(self) -> Iterator[tuple[int, list[Entry]]]:
         """Go through the indexes with their entries."""
         yield from self._by_index.items()
+
+    def count(self, index: int) -> int:
+        """Count the sub-indices of an object above 0, hidden ones too."""
+        return self._counts[index]
 
     def find(self, index: int, subindex: int) -> Entry:
         """Find an entry. Raises SdoAbort."""
@@ -132,7 +139,7 @@ class ObjectDictionary:
     def reset(self, node_id: int, kept: Mapping[int, bytes], *, profile_too: bool) -> None:
         """Set all values as they are at power-on: ``kept`` by keys, or the defaults. Without ``profile_too``
         only the objects below 2000h."""
-        for key, entry in self.entries.items():
+        for key, entry in self._all.items():
             if not profile_too and entry.index >= 0x2000:
                 continue
             if key in kept:

@@ -34,6 +34,8 @@ _GROUPS = {
     4: range(0x2000, 0x6000),
 }
 """Indexes that a sub-index of 1010h and 1011h is for."""
+_OTHER = _GROUPS[4]
+"""Indexes of those sub-indices that a maker defines."""
 
 
 @dataclass
@@ -111,13 +113,14 @@ class ParameterStore:
         return self._store(KeptSection(node_id, bit_rate, self.kept.values))
 
     def read(self, index: int, subindex: int, now_ns: int) -> Value:
-        return _ON_COMMAND
+        told = self._dictionary.values[key_of(index, subindex)]
+        return told if isinstance(told, bytes) else told or _ON_COMMAND
 
     def write(self, index: int, subindex: int, value: Value, now_ns: int) -> PendingWrite:
         word = _SAVE if index == 0x1010 else _LOAD
-        if value != word:
+        if value not in (word, word.to_bytes(4, "little")):
             raise SdoAbort(AbortCode.NOT_STORED, "this is not the word that is asked for")
-        group = _GROUPS[subindex]
+        group = _GROUPS.get(subindex, _OTHER)
         values = {key: data for key, data in self.kept.values.items() if key >> 8 not in group}
         if word == _SAVE:
             for entry in self._dictionary.entries.values():

@@ -10,7 +10,7 @@ from struct import Struct
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.can_ids import ID_MASK, INVALID
 from bridges.can.canopen.node.application import Access, DataType, Entry, SdoAbort, Value
-from bridges.can.canopen.node.communication_entries import MAPPED, mapping_value
+from bridges.can.canopen.node.communication_entries import mapping_value
 from bridges.can.canopen.node.data_types import STRUCTS, check_cob_id, size_of
 from bridges.can.canopen.node.object_dictionary import ObjectDictionary, SettingsOwner
 from bridges.can.frames.can_frame import DATA_MAX
@@ -79,7 +79,9 @@ class PdoMapping(SettingsOwner):
 
     def _compile(self, count: int) -> None:
         form, entries = "<", []
-        for at in range(min(count, MAPPED)):
+        if count > self._dictionary.count(self.index):
+            raise SdoAbort(AbortCode.PDO_LENGTH, "the mapping has no place for so many")
+        for at in range(count):
             value = self._dictionary.number(self.index, 1 + at)
             entry = self._resolve(value)
             if entry is None:
@@ -101,7 +103,7 @@ class PdoMapping(SettingsOwner):
         forbidden = (Access.WO,) if self._is_tpdo else (Access.RO, Access.CONST)
         if entry.mapping not in (way, "both") or entry.access in forbidden:
             raise SdoAbort(AbortCode.NOT_MAPPABLE)
-        if value != mapping_value(entry) or not size_of(entry.data_type):
+        if value != mapping_value(entry) or entry.data_type not in STRUCTS:
             raise SdoAbort(AbortCode.NOT_MAPPABLE, "the length in bits is not that of the object")
         return entry
 

@@ -10,7 +10,6 @@ from typing import Any
 from bridges.can.canopen.abort_codes import AbortCode
 from bridges.can.canopen.can_ids import ID_MASK, NO_RTR
 from bridges.can.canopen.node.application import SdoAbort, Value
-from bridges.can.canopen.node.communication_entries import PDOS
 from bridges.can.canopen.node.emergency import Emergencies, ErrorCode
 from bridges.can.canopen.node.object_dictionary import ObjectDictionary, key_of
 from bridges.can.canopen.node.pdo import (
@@ -29,12 +28,14 @@ _RECEIVED_TYPES = frozenset((*range(SYNC_TYPE_MAX + 1), MANUFACTURER_EVENT, PROF
 _INFINITE = float("inf")
 
 
+RPDOS, TPDOS = range(0x1400, 0x1600), range(0x1800, 0x1A00)
+"""Objects with the parameters of PDOs, each of which has its mapping 200h above."""
 _Target = tuple[int, int, int, Callable[[int, int, Value, int], object]]
 """Entry that is written: its key, index and sub-index, and by what."""
 
 
 class Rpdo(Pdo):
-    """Receive PDO ``number``, 1 to 4. ``is_open`` says whether synchronous ones are taken at a time."""
+    """Receive PDO ``number``, 1 to 512. ``is_open`` says whether synchronous ones are taken at a time."""
 
     def __init__(
         self,
@@ -48,7 +49,7 @@ class Rpdo(Pdo):
         super().__init__(dictionary, 0x1400 + number - 1, _RECEIVED_TYPES, on_change)
         self._emergencies = emergencies
         self._is_open = is_open
-        self._number = bytes((number,))
+        self._number = bytes((number & 0xFF,))
         self._causes = ("RPDO length", number), ("RPDO time-out", number)
         self._timer = timers.make(self._miss)
         self.held: bytes | None = None
@@ -130,7 +131,7 @@ _Read = Callable[[int, int, int], Value]
 
 
 class Tpdo(Pdo):
-    """Transmit PDO ``number``, 1 to 4. ``send`` takes an identifier and bytes."""
+    """Transmit PDO ``number``, 1 to 512. ``send`` takes an identifier and bytes."""
 
     def __init__(
         self,
@@ -180,7 +181,7 @@ class Tpdo(Pdo):
             raise SdoAbort(AbortCode.NOT_NOW, "the PDO exists: set bit 31 of its COB-ID first")
         if subindex == INHIBIT:
             self._inhibit_ns = value * _INHIBIT_UNIT_NS
-        else:
+        elif subindex == SYNC_START:
             self._sync_start = value
 
     def start(self, now_ns: int, *, counts: bool) -> None:
@@ -278,13 +279,18 @@ class Pdos:
         send: Callable[[int, bytes], None],
         on_new_ids: Callable[[], None],
     ) -> None:
-        numbers = range(1, PDOS + 1)
         self._dictionary = dictionary
         self._on_new_ids = on_new_ids
         self._rpdos = [
-            Rpdo(number, dictionary, timers, emergencies, sync.is_open, self._change) for number in numbers
+            Rpdo(index - 0x13FF, dictionary, timers, emergencies, sync.is_open, self._change)
+            for index, _ in dictionary.objects()
+            if index in RPDOS
         ]
-        self._tpdos = [Tpdo(number, dictionary, timers, send, self._change) for number in numbers]
+        self._tpdos = [
+            Tpdo(index - 0x17FF, dictionary, timers, send, self._change)
+            for index, _ in dictionary.objects()
+            if index in TPDOS
+        ]
         self._active: list[Tpdo] = []
         self._receiving: list[Rpdo] = []
         """RPDOs that are used, or hold what came while they were."""

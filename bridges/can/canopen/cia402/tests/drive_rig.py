@@ -74,6 +74,9 @@ class SimpleAxis:
             self.fault_code,
         )
 
+    def measured(self, name: str) -> float:
+        return float(getattr(self.look(), name))
+
     def _called(self, name: str, *given: object) -> None:
         if self.refuses == name:
             raise VerbRefused("not_now", f"{name} is refused")

@@ -1,0 +1,173 @@
+"""Entries of a maker's file: type, access, first value and limits of each, and what is wrong with them.
+
+Source: CiA 306-1 version 1.3.0, 4.6.3 (objects); CiA 301 version 4.2.0, 7.4.7.1 (types).
+"""
+
+from collections.abc import Callable
+
+from bridges.can.canopen.eds_sections import EdsFields, number_of, without_comment
+from bridges.can.canopen.node.application import Access, DataType, Entry, Value
+from bridges.can.canopen.node.data_types import REALS, bounds_of, real_of_bits, size_of
+
+DOMAIN = 2
+"""``ObjectType`` of an object that has no other type."""
+_WAYS = {
+    "ro": (Access.RO, "tpdo"),
+    "const": (Access.CONST, "tpdo"),
+    "wo": (Access.WO, "rpdo"),
+    "rw": (Access.RW, "both"),
+    "rwr": (Access.RW, "tpdo"),
+    "rww": (Access.RW, "rpdo"),
+}
+"""Access and PDOs by an ``AccessType``."""
+_TEXTS = (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)
+_BYTES = (DataType.OCTET_STRING, DataType.DOMAIN)
+Key = tuple[int, int]
+"""Index and sub-index."""
+_TYPES = {int(each): each for each in DataType} | {0x0C: DataType.UNSIGNED48, 0x0D: DataType.UNSIGNED48}
+"""Types by their numbers; times of day and differences of them are six bytes."""
+
+
+class EntryReader:
+    """Reader of entries. ``add`` is told of a problem: its place in the text, a message, a remedy."""
+
+    def __init__(self, add: Callable[[int, str, str], None]) -> None:
+        self._add = add
+        self.given: set[Key] = set()
+        """Keys of the entries whose values are in the file."""
+        self.spots: dict[Key, int] = {}
+        """Places of these values."""
+
+    def read(self, key: Key, fields: EdsFields, place: int, *, is_count: bool) -> Entry | None:
+        """Read an entry; None: it is none, which was told. ``place``: that of its section; ``is_count``: it
+        counts the sub-indices of its object."""
+        is_domain = "datatype" not in fields and plain_number(fields, "objecttype") == DOMAIN
+        data_type = DataType.DOMAIN if is_domain else _TYPES.get(plain_number(fields, "datatype"))
+        if data_type is None:
+            at = fields["datatype"][1] if "datatype" in fields else place
+            said = f"the type {fields['datatype'][0]}" if "datatype" in fields else "an object without a type"
+            remedy = "write its DataType, as in DataType=0x0007 for UNSIGNED32"
+            self._add(at, f"{shown_key(key)} has {said}, which no node can have", remedy)
+            return None
+        access, way = self._access(key, fields, is_count=is_count)
+        default, adds_node_id = self._value(key, data_type, fields)
+        low, high = self._limits(key, data_type, fields)
+        return Entry(
+            *key,
+            text_of_field(fields, "parametername") or shown_key(key),
+            data_type,
+            access,
+            default,
+            low,
+            high,
+            way if plain_number(fields, "pdomapping") else "",
+            adds_node_id=adds_node_id,
+        )
+
+    def _access(self, key: Key, fields: EdsFields, *, is_count: bool) -> tuple[Access, str]:
+        text, at = fields.get("accesstype", ("", 0))
+        found = _WAYS.get(without_comment(text).lower())
+        if found is None:
+            if text:
+                remedy = "write ro, wo, rw, rwr, rww or const"
+                self._add(at, f"{shown_key(key)} has the access {text!r}, which there is not", remedy)
+            return Access.RO if is_count else Access.RW, "both"
+        return found
+
+    def _value(self, key: Key, data_type: DataType, fields: EdsFields) -> tuple[Value, bool]:
+        """First value, and whether the node's id is added to it."""
+        for name in ("parametervalue", "defaultvalue"):
+            text, at = fields.get(name, ("", 0))
+            if text:
+                break
+        else:
+            return (0 if size_of(data_type) else b""), False
+        self.spots[key] = at
+        if data_type in _TEXTS:
+            self.given.add(key)
+            return (text.encode() if data_type is _TEXTS[0] else text.encode("utf-16-le")), False
+        if data_type in _BYTES:
+            return self._bytes(key, text, at), False
+        if data_type in REALS and (real := _real(text, data_type)) is not None:
+            self.given.add(key)
+            return real, False
+        plain = without_comment(text)
+        value, with_id = number_of(plain, 0), number_of(plain, 1)
+        if value is None or with_id is None:
+            if (real := _real(plain, DataType.REAL64)) is None or not float(real).is_integer():
+                remedy = "write a number, as in 100, 0x64 or $NODEID+0x200"
+                self._add(at, f"{shown_key(key)} is {data_type.name}, and {text!r} is no number", remedy)
+                return 0, False
+            value = with_id = int(real)  # tools of some makers write 0.0
+        low, high = bounds_of(data_type)
+        signed = value - 2 * (high + 1) if low < 0 and high < value <= 2 * high + 1 else value
+        if not low <= signed <= high:
+            remedy = f"write {low} to {high}, or the type that it has"
+            self._add(at, f"{shown_key(key)} is {data_type.name}, which cannot be {plain}", remedy)
+            return 0, False
+        self.given.add(key)
+        return signed, with_id != value
+
+    def _bytes(self, key: Key, text: str, at: int) -> bytes:
+        try:
+            found = bytes.fromhex(without_comment(text).removeprefix("0x"))
+        except ValueError:
+            return b""  # as that of a domain, which has a file's name or a remark
+        self.given.add(key)
+        return found
+
+    def _limits(self, key: Key, data_type: DataType, fields: EdsFields) -> tuple[float | None, float | None]:
+        if not size_of(data_type) or ("lowlimit" not in fields and "highlimit" not in fields):
+            return None, None
+        low, high = (self._limit(key, data_type, fields, name) for name in ("lowlimit", "highlimit"))
+        if low is not None and high is not None and low > high:
+            at = fields["lowlimit"][1]
+            message = f"{shown_key(key)} has a LowLimit of {low:g}, above its HighLimit of {high:g}"
+            self._add(at, message, "exchange the two, or leave them empty")
+        return low, high
+
+    def _limit(self, key: Key, data_type: DataType, fields: EdsFields, name: str) -> float | None:
+        text, at = fields.get(name, ("", 0))
+        plain = without_comment(text)
+        if not plain:
+            return None
+        if data_type in REALS:
+            value: float | None = _real(plain, data_type)
+        else:
+            value = number_of(plain, 0)
+            least, most = bounds_of(data_type)
+            if value is not None and least < 0 and most < value <= 2 * most + 1:
+                value -= 2 * (most + 1)
+            if value is not None and not least <= value <= most:
+                return None  # a limit that no value of the type can reach
+        if value is None:
+            remedy = "write a number, or leave it empty"
+            self._add(at, f"{shown_key(key)} has {text!r} as a limit, which is no number", remedy)
+        return value
+
+
+def shown_key(key: Key) -> str:
+    """Name an entry by its index and sub-index."""
+    return f"{key[0]:04X}h:{key[1]}"
+
+
+def text_of_field(fields: EdsFields, key: str) -> str:
+    """Text of an entry; empty where there is none."""
+    return fields.get(key, ("", 0))[0].strip()
+
+
+def plain_number(fields: EdsFields, key: str) -> int:
+    """Number of an entry; 0 where there is none that is one."""
+    text, _ = fields.get(key, ("", 0))
+    return number_of(without_comment(text), 0) or 0 if text else 0
+
+
+def _real(text: str, data_type: DataType) -> float | None:
+    """Real number: decimal, or the bits of one in hexadecimal; None: it is none."""
+    plain = without_comment(text).strip()
+    try:
+        if plain.lower().startswith("0x"):
+            return real_of_bits(data_type, int(plain, 16))
+        return float(plain)
+    except (ValueError, OverflowError):
+        return None
