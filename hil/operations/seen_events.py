@@ -44,7 +44,7 @@ class SeenEvents:
         self._events, self._sim, self._places = events, sim, places
         self._faults, self._bridges, self._health = faults, bridges, health
         self._clients: Mapping[str, int] = {}
-        self._active: Mapping[int, str] = {}
+        self._active: Mapping[int, tuple[str, str]] = {}
         self._problems: Mapping[tuple[str, str], HealthProblem] = {}
         self._states: dict[str, str] = {}
         """States of runs that have not ended."""
@@ -108,9 +108,10 @@ class SeenEvents:
             self._events.put("clients", label, label, f"{who} {'came' if count > was else 'left'}{left}")
 
     def _look_at_faults(self) -> None:
-        now = {row["number"]: f"{row['kind']} on {row['target']}" for row in self._faults.listed()}
+        now = {row["number"]: (row["target"], row["kind"]) for row in self._faults.listed()}
         for number in self._active.keys() - now.keys() - self._events.cleared:
-            self._events.put("faults", "", HERE, f"{number} ended: {self._active[number]}")
+            target, kind = self._active[number]
+            self._events.put("faults", target, HERE, f"{number} ended: {kind} on {target}")
         self._events.cleared &= now.keys()
         self._active = now
 

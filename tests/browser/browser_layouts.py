@@ -1,12 +1,13 @@
 """Panels in a browser: ready layouts, adding and arranging by keys, addresses, what a bench lacks."""
 
 import base64
+import json
 import re
 import zlib
 from collections.abc import Iterator
 
 import pytest
-from browser_pages import PHONE, Bench, fits, layout_address, served, violations
+from browser_pages import PHONE, Bench, fits, in_layout, served, violations
 from e2e_support import READY_NS, until
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -111,6 +112,31 @@ def test_a_panel_is_added_moved_and_closed_by_keys_and_its_address_has_all(pages
     expect(tab(page, "Wire bus0")).to_be_visible()
 
 
+def test_tabs_change_their_order_by_keys_and_by_the_menu(pages: Bench) -> None:
+    names = ("runs", "events", "faults")
+    three = {"version": 1, "name": "three", "root": {"tabs": [{"kind": name} for name in names]}}
+    page = pages.open(in_layout(three))
+    titles = page.locator(".panel-tab")
+    expect(titles).to_have_text(["Runs", "Events", "Faults"])
+    tab(page, "Runs").click()
+    page.keyboard.press("Alt+PageDown")
+    expect(titles).to_have_text(["Events", "Runs", "Faults"])
+    expect(tab(page, "Runs")).to_be_focused()
+    page.keyboard.press("Alt+PageDown")
+    page.keyboard.press("Alt+PageDown")
+    expect(titles).to_have_text(["Events", "Faults", "Runs"])
+    page.get_by_role("button", name="Arrange Runs").click()
+    page.get_by_role("button", name="Before the tab before it").click()
+    expect(titles).to_have_text(["Events", "Runs", "Faults"])
+    until(lambda: [row["kind"] for row in shown_tabs(page)] == ["events", "runs", "faults"], "the order")
+
+
+def shown_tabs(page: Page) -> list[dict[str, str]]:
+    """Panels of a layout with one place, in the address."""
+    tabs: list[dict[str, str]] = json.loads(layout_of(address(page)))["root"]["tabs"]
+    return tabs
+
+
 def test_a_layout_is_saved_and_what_was_changed_comes_back(pages: Bench) -> None:
     page = pages.open("layout/ready/bus")
     page.get_by_label("Name of the layout").fill("night watch")
@@ -180,13 +206,10 @@ def test_an_address_that_names_no_layout_says_so_and_what_was_there_stays(pages:
 
 
 def test_what_a_bench_lacks_and_what_is_too_much_is_said(pages: Bench) -> None:
-    page = pages.open("layout/ready/bench")
-    expect(page.locator(".panel").first).to_be_visible()
     missing = {"tabs": [{"kind": "verbs", "of": "m7"}]}
     many = {"tabs": [{"kind": "number", "of": f"x{number}.yw"} for number in range(1000)]}
     made = {"version": 1, "name": "far", "bench": "other", "root": {"parts": [missing, many]}}
-    where = layout_address(page, made)
-    page = pages.open(where)
+    page = pages.open(in_layout(made))
     expect(page.get_by_text("It was made for the bench other")).to_be_visible()
     expect(page.get_by_text("953 more panels wait")).to_be_visible()
     lacking = page.get_by_role("group", name="Verbs m7", exact=True)

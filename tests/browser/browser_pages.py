@@ -4,9 +4,11 @@ A test asks for ``chromium`` (``conftest.py``), serves a bench with ``served``, 
 ``Bench.open``. A bench is served once for a file where its tests leave nothing behind.
 """
 
+import base64
 import json
 import re
 import time
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -71,20 +73,6 @@ class Bench:
         where = ("--runtime-dir", str(self.place.runtime))
         self.place.hil("sac", "save", str(back), "--device", "s1", *where)
         return back.read_bytes()
-
-
-_PACK = """async (layout) => {
-  const packing = new CompressionStream("deflate-raw");
-  const packed = new Blob([JSON.stringify(layout)]).stream().pipeThrough(packing);
-  const bytes = new Uint8Array(await new Response(packed).arrayBuffer());
-  const text = btoa(String.fromCharCode(...bytes));
-  return "1." + text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
-}"""
-
-
-def layout_address(page: Page, layout: Mapping[str, Any]) -> str:
-    """Place of a layout in the page, as `Bench.open` takes it; ``page``: any open one."""
-    return f"layout/{page.evaluate(_PACK, layout)}"
 
 
 def address_of(server: Server) -> str:
@@ -178,6 +166,13 @@ def shows(page: Page, label: str, text: str) -> None:
     """Wait until an editor has a short text."""
     lines = editor(page, label).locator(".cm-line")
     expect(lines).to_have_text(text.split("\n"))
+
+
+def in_layout(layout: Mapping[str, object]) -> str:
+    """Place in the page that shows a layout, as `Bench.open` takes it."""
+    packing = zlib.compressobj(wbits=-zlib.MAX_WBITS)
+    packed = packing.compress(json.dumps(layout).encode()) + packing.flush()
+    return f"layout/1.{base64.urlsafe_b64encode(packed).decode().rstrip('=')}"
 
 
 def fits(page: Page, width_px: int) -> None:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from browser_pages import DESK, PHONE, Bench, editor, fits, layout_address, served, shows, violations, write
+from browser_pages import DESK, PHONE, Bench, editor, fits, in_layout, served, shows, violations, write
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Page, expect
 
@@ -167,7 +167,7 @@ def test_a_plate_has_the_scale_and_the_range_of_the_machine(pages: Bench) -> Non
     picture = {"kind": "picture", "of": "", "given": {"form": "plate"}}
     page = pages.open()
     made = {"version": 1, "name": "", "bench": "t", "root": {"tabs": [picture]}}
-    page.goto(f"{pages.url}#/{layout_address(page, made)}")
+    page.goto(f"{pages.url}#/{in_layout(made)}")
     expect(
         page.get_by_role("img", name=re.compile(r"^Plate of m1 and m2: (19\.9|20\.0) mm, "))
     ).to_be_visible()

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { DeviceRow, FaultKindRow, ParameterRow, VerbRow } from "../src/model/door";
-import { firstSteps } from "../src/model/first_steps";
+import { stepBefore, firstSteps } from "../src/model/first_steps";
 import { readStatus } from "../src/model/status";
 
 const angle = { name: "angle_deg", unit: "deg" } as ParameterRow;
@@ -27,6 +27,12 @@ describe("things to try", () => {
   const s1 = device("s1", { move_rel: verb([angle]) });
   const bench = { bench: "b", devices: [m1, s1], ports: ["m1", "s1"], fault_kinds: [JAM] };
   const status = readStatus({ devices: [row("m1", { greeting: "p" }), row("s1", { greeting: "\r" })] });
+
+  it("begin with a calibration where the board is new", () => {
+    const [turn] = firstSteps(bench, status, all);
+    expect(stepBefore(turn!, "the look-up table is empty; calibrate it first")!.commands).toEqual(["hil axis m1 disable", "hil axis m1 calibrate"]);
+    expect(stepBefore(turn!, "its main program starts")).toBeNull();
+  });
 
   it("are turning, typing and breaking, each with its command", () => {
     const steps = firstSteps(bench, status, all);

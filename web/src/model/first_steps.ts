@@ -60,6 +60,17 @@ function turn(bench: Bench, status: Status, may: (role: Role) => boolean): First
   };
 }
 
+/** What has to be done before a step that was refused: a new servo has to be calibrated, with its loop off. */
+export function stepBefore({ device }: FirstStep, why: string): Pick<FirstStep, "title" | "commands" | "requests"> | null {
+  if (!/calibrate/.test(why)) return null;
+  const verbs = ["disable", "calibrate"];
+  return {
+    title: `Calibrate ${device}, 26 s`,
+    commands: verbs.map((name) => `hil axis ${device} ${name}`),
+    requests: verbs.map((name) => ({ operation: "do", target: device, given: { name, parameters: {} } })),
+  };
+}
+
 /** Type at a board: one that answers at once, another one than is turned where there is one. */
 function type(bench: Bench, status: Status, may: (role: Role) => boolean): FirstStep | null {
   if (!may("operator")) return null;

@@ -23,6 +23,7 @@ export class Dock implements Arranger {
   private readonly api: DockviewApi;
   private readonly endTitles: () => void;
   private readonly opening = openings.peek();
+  private readonly ended = new AbortController();
   private isRestoring = false;
   /** Whether somebody has changed a size. */
   private isSized = false;
@@ -35,7 +36,7 @@ export class Dock implements Arranger {
       scrollbars: "native",
       announcements: false,
       createComponent: ({ id }) => new Content(id),
-      createTabComponent: ({ id }) => new Tab(id, (event) => this.onTabKey(event, id)),
+      createTabComponent: ({ id }) => new Tab(id),
       createRightHeaderActionComponent: (group) => new Actions(group, this),
     });
     this.restore();
@@ -45,9 +46,14 @@ export class Dock implements Arranger {
         if (panel && panel.title !== titleOf(row)) panel.api.setTitle(titleOf(row));
       }
     });
-    place.addEventListener("pointerdown", (event) => {
-      if ((event.target as HTMLElement).closest(".dv-sash")) this.isSized = true;
-    });
+    place.addEventListener(
+      "pointerdown",
+      (event) => {
+        if ((event.target as HTMLElement).closest(".dv-sash")) this.isSized = true;
+      },
+      { signal: this.ended.signal },
+    );
+    place.addEventListener("keydown", (event) => this.onTabKey(event), { capture: true, signal: this.ended.signal });
     this.api.onDidLayoutChange(() => this.tell());
     this.api.onDidActivePanelChange(() => this.tell());
   }
@@ -55,6 +61,7 @@ export class Dock implements Arranger {
   end(): void {
     this.isRestoring = true;
     this.endTitles();
+    this.ended.abort();
     this.api.dispose();
   }
 
@@ -126,6 +133,16 @@ export class Dock implements Arranger {
     this.show(id);
   }
 
+  /** Put a panel before the tab before it, or with 1 behind the next. */
+  reorder(id: string, by: 1 | -1): void {
+    const panel = this.api.getPanel(id);
+    if (!panel) return;
+    const { group } = panel;
+    const index = group.panels.indexOf(panel) + by;
+    if (index >= 0 && index < group.panels.length) panel.api.moveTo({ group, position: "center", index });
+    this.show(id);
+  }
+
   resize(id: string, wider: number, taller: number): void {
     const panel = this.api.getPanel(id);
     if (!panel) return;
@@ -178,11 +195,16 @@ export class Dock implements Arranger {
     return own?.closest<HTMLElement>(".dv-tab") ?? null;
   }
 
-  private onTabKey(event: KeyboardEvent, id: string): void {
-    if (event.ctrlKey || event.metaKey) return;
+  /** The library makes the element of a tab again when it moves: the keys of all are heard here. */
+  private onTabKey(event: KeyboardEvent): void {
+    const target = event.target as HTMLElement;
+    const id = target.classList.contains("dv-tab") && target.querySelector<HTMLElement>("[data-panel]")?.dataset["panel"];
+    if (!id || event.ctrlKey || event.metaKey) return;
     const to = ({ ArrowLeft: "left", ArrowRight: "right", ArrowUp: "above", ArrowDown: "below" } as const)[event.key];
     if (to && event.altKey) this.move(id, to);
     else if (to && event.shiftKey) this.resize(id, to === "right" ? 1 : to === "left" ? -1 : 0, to === "below" ? 1 : to === "above" ? -1 : 0);
+    else if (event.altKey && event.key === "PageUp") this.reorder(id, -1);
+    else if (event.altKey && event.key === "PageDown") this.reorder(id, 1);
     else if (event.key === "Delete") this.close(id);
     else if (event.key === "Enter") this.fill(id);
     else return;
@@ -219,10 +241,7 @@ class Content implements IContentRenderer {
 class Tab {
   readonly element = document.createElement("span");
 
-  constructor(
-    id: string,
-    private readonly onKey: (event: KeyboardEvent) => void,
-  ) {
+  constructor(id: string) {
     this.element.className = "panel-tab";
     this.element.dataset["panel"] = id;
   }
@@ -230,8 +249,6 @@ class Tab {
   init({ title, api }: { title: string; api: IDockviewPanel["api"] }): void {
     this.element.textContent = title;
     api.onDidTitleChange(({ title: next }) => (this.element.textContent = next));
-    // The tab itself has the focus; it is there once this is in it.
-    queueMicrotask(() => this.element.closest<HTMLElement>(".dv-tab")?.addEventListener("keydown", this.onKey, true));
   }
 }
 

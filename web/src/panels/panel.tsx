@@ -106,6 +106,8 @@ export function PanelActions({ id, dock }: { id: string; dock: Dock }) {
         {act("Move up", () => dock.move(id, "above"), "Alt ↑")}
         {act("Move down", () => dock.move(id, "below"), "Alt ↓")}
         {act("Behind a neighbour, as a tab", () => dock.asTab(id))}
+        {act("Before the tab before it", () => dock.reorder(id, -1), "Alt Page up")}
+        {act("Behind the next tab", () => dock.reorder(id, 1), "Alt Page down")}
         {act("Wider", () => dock.resize(id, 1, 0), "Shift →")}
         {act("Narrower", () => dock.resize(id, -1, 0), "Shift ←")}
         {act("Taller", () => dock.resize(id, 0, 1), "Shift ↓")}

@@ -48,6 +48,7 @@ export const KEYS: [string, string][] = [
   ["← / →, Page up / down, End", "in the time line: earlier and later, from event to event, back to the present"],
   ["F6", "in a layout: to the tab of the next panel; with Shift of the one before"],
   ["Alt or Shift with arrows", "on the tab of a panel: move it, or change its size"],
+  ["Alt with Page up / down", "on the tab of a panel: put it before or behind its neighbour"],
   ["Enter / Delete", "on the tab of a panel: fill the room and come back, or close"],
   ["↑ / ↓", "in the queue: another row; with Alt the row moves; with Shift more rows are selected"],
   ["Insert / Delete", "in the queue: a row above; on a row's number it is deleted"],

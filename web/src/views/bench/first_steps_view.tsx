@@ -2,8 +2,8 @@
 
 import { useState } from "preact/hooks";
 import { keptText } from "../../kept";
-import { type FirstStep, firstSteps } from "../../model/first_steps";
-import { notify, notifyError } from "../../parts/notices";
+import { stepBefore, type FirstStep, firstSteps } from "../../model/first_steps";
+import { notify } from "../../parts/notices";
 import { go } from "../../router";
 import { hello, link, may, status } from "../../store";
 import { detailTab } from "./detail_tab";
@@ -34,30 +34,45 @@ export function FirstSteps({ isShort }: { isShort: boolean }) {
 
 function Step({ step, isShort }: { step: FirstStep; isShort: boolean }) {
   const [isBusy, setBusy] = useState(false);
-  const carryOut = async () => {
-    if (!step.requests.length) {
+  const [why, setWhy] = useState("");
+  const carryOut = async (requests: FirstStep["requests"], done: string) => {
+    if (!requests.length) {
       detailTab.value = "terminal";
       go("bench", step.device);
       return;
     }
     setBusy(true);
+    setWhy("");
     try {
-      for (const { operation, target, given } of step.requests) await link.request({ do: "ask", operation, target, given, ...link.soon() });
-      notify(`${step.title}: done`);
+      for (const { operation, target, given } of requests) await link.request({ do: "ask", operation, target, given, ...link.soon() });
+      notify(done);
     } catch (error) {
-      notifyError(error);
+      setWhy(error instanceof Error ? error.message : String(error));
     } finally {
       setBusy(false);
     }
   };
+  const first = stepBefore(step, why);
+  const commands = first ?? step;
   return (
     <div class="first-step">
-      <button type="button" class="primary" disabled={isBusy} onClick={() => void carryOut()}>
+      <button type="button" class="primary" disabled={isBusy} onClick={() => void carryOut(step.requests, `${step.title}: done`)}>
         {step.title}
-      </button>
-      {!isShort && <p class="soft">{step.about}</p>}
+      </button>{" "}
+      {first && (
+        <button type="button" disabled={isBusy} onClick={() => void carryOut(first.requests, `${step.device} calibrates: then turn it`)}>
+          {first.title}
+        </button>
+      )}
+      {why ? (
+        <p class="problem" role="alert">
+          {why}
+        </p>
+      ) : (
+        !isShort && <p class="soft">{step.about}</p>
+      )}
       <pre tabIndex={0} role="region" aria-label={`${ACTIONS[step.kind]} in a shell`}>
-        {step.commands.join(isShort ? " && " : "\n")}
+        {commands.commands.join(isShort ? " && " : "\n")}
       </pre>
     </div>
   );

@@ -51,6 +51,7 @@ export class SampleStream implements Layer {
   /** Watch these fields from now on. A bench that is much faster than real time gives so many samples in real time. */
   begin(fields: string[], speed: number): void {
     this.watch?.close();
+    this.lost = 0; // each watch counts its own
     const rate_Hz = this.rate.rate_Hz / Math.max(speed / FULL_SPEED, 1);
     this.sampling = { ...this.sampling, interval_s: 1 / rate_Hz };
     this.watch = link.watch(
@@ -76,7 +77,7 @@ export class SampleStream implements Layer {
     if (!rows) return;
     const instance = link.hello.peek()?.instance;
     if (instance !== this.instance) this.ring.restart();
-    else if (this.isGap) this.ring.gap();
+    else if (this.isGap || lost > this.lost) this.ring.gap(); // no line across what was lost
     this.instance = instance;
     this.isGap = false;
     this.ring.push(values, rows, columns);

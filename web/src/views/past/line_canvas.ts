@@ -75,9 +75,8 @@ export class LineCanvas {
     context.fillStyle = colours.grid;
     context.fillRect(0, 0, Math.min(this.xOf(shown.ready_s), width), height - AXIS_PX);
     this.drawTimes(context, shown, width, height);
-    context.fillStyle = colours.soft;
-    for (const [at, lane] of lanes.entries()) context.fillText(lane, 4, (at + 1) * LANE_PX - 3);
     for (const mark of shown.marks) this.drawMark(context, mark, lanes.indexOf(mark.lane));
+    this.drawNames(context, lanes);
     const x = Math.min(this.xOf(shown.at_s ?? shown.end_s), width - 2);
     context.fillStyle = shown.at_s === null ? colours.soft : colours.accent;
     context.fillRect(x - 1, 0, 2, height);
@@ -92,10 +91,24 @@ export class LineCanvas {
     context.fillRect(from, lane * LANE_PX + 1, Math.max(to - from, 2), LANE_PX - 2);
   }
 
+  /** Names of the lanes, with a rim: marks may be behind them. */
+  private drawNames(context: CanvasRenderingContext2D, lanes: string[]): void {
+    const colours = palette();
+    context.lineWidth = 3;
+    context.lineJoin = "round";
+    context.strokeStyle = colours.grid;
+    context.fillStyle = colours.soft;
+    for (const [at, lane] of lanes.entries()) {
+      context.strokeText(lane, 4, (at + 1) * LANE_PX - 3);
+      context.fillText(lane, 4, (at + 1) * LANE_PX - 3);
+    }
+  }
+
   private drawTimes(context: CanvasRenderingContext2D, shown: Shown, width: number, height: number): void {
     const colours = palette();
     context.font = `11px ${colours.mono}`;
     context.textBaseline = "alphabetic";
+    let end = -Infinity;
     for (const at of ticks(shown.from_s, shown.to_s, Math.max(width / TICK_PX, 1))) {
       const x = this.xOf(at);
       context.fillStyle = colours.line;
@@ -103,7 +116,10 @@ export class LineCanvas {
       context.fillStyle = colours.soft;
       const text = timeText(at);
       const wide = context.measureText(text).width;
-      context.fillText(text, Math.min(Math.max(x - wide / 2, 0), width - wide), height - 3);
+      const from = Math.min(Math.max(x - wide / 2, 0), width - wide);
+      if (from < end) continue;
+      context.fillText(text, from, height - 3);
+      end = from + wide + NEAR_PX;
     }
   }
 }

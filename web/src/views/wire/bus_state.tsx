@@ -24,7 +24,7 @@ export function BusState({ name }: { name: string }) {
           <dd class={wrong.length ? "mono problem" : "mono"}>{wrong.join(", ") || "none"}</dd>
         </div>
       </dl>
-      <div class="scroll-x">
+      <div class="scroll-x" tabIndex={0} role="region" aria-label="Table of controllers">
         <table>
           <caption class="out-of-sight">Controllers on the bus, with their error counters</caption>
           <thead>

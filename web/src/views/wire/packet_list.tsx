@@ -60,6 +60,7 @@ export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose
     <div
       ref={box}
       class={`packets of-${kind}`}
+      data-none={rows.length ? undefined : "No packets here yet."}
       role="grid"
       aria-label="Packets"
       aria-rowcount={rows.length + 1}
@@ -88,7 +89,9 @@ export function PacketList({ kind, rows, isPaused, chosen, apart, marked, choose
           </span>
         ))}
         <span role="columnheader">Meaning</span>
-        <span role="columnheader">Bytes</span>
+        <span role="columnheader" class="bytes">
+          Bytes
+        </span>
       </div>
       <div role="rowgroup" class="packet-rows" style={{ height: `${rows.length * ROW_PX}px` }}>
         {inSight.map((at) => {

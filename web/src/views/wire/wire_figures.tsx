@@ -125,7 +125,7 @@ function wordOf(kind: WireKind, name: string): string {
 
 function Errors({ counts }: { counts: WireCounts; turn: number }) {
   return (
-    <div class="scroll-x">
+    <div class="scroll-x" tabIndex={0} role="region" aria-label="Table of errors">
       <table>
         <caption class="out-of-sight">What was wrong</caption>
         <thead>

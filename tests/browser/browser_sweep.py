@@ -1,0 +1,94 @@
+"""All views, kinds of panels and ready layouts, in both themes, wide and narrow: for everybody, and whole."""
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from browser_pages import Bench, fits, in_layout, served, violations
+from e2e_support import READY_NS
+from playwright.sync_api import Browser, Page, expect
+
+SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
+SAC = {"profile": "sac", "flash": {}}
+CONTENT = {
+    "bench": "sweep",
+    "devices": {"m1": SERVO, "m2": SERVO, "s1": SAC, "w1": {"profile": "walter"}, "u1": {"profile": "uno"}},
+    "segments": {"bus0": {"stations": ["s1"], "taps": {"master": {"port": "pty"}}}},
+    "can": {"can0": {"bit_rate": 500000, "nodes": {"m1": 5, "m2": 6}}},
+}
+PANELS = (
+    {"kind": "plot", "given": {"signals": ["m1.position_deg", "m2.current_A", "s1.velocity_rpm"]}},
+    {"kind": "number", "of": "m1.position_deg", "given": {"low": -10, "high": 10}},
+    {"kind": "picture", "given": {"form": "shafts"}},
+    {"kind": "picture", "given": {"form": "plate", "x": "m1", "y": "m2"}},
+    {"kind": "picture", "of": "w1", "given": {"form": "arm"}},
+    {"kind": "events"},
+    {"kind": "wire", "of": "bus0"},
+    {"kind": "wire", "of": "can0"},
+    {"kind": "terminal", "of": "s1"},
+    {"kind": "verbs", "of": "m1"},
+    {"kind": "gains", "of": "m1"},
+    {"kind": "pins", "of": "s1"},
+    {"kind": "fields", "of": "m1"},
+    {"kind": "faults"},
+    {"kind": "path"},
+    {"kind": "runs"},
+)
+COLUMNS = 4
+ALL = "all panels"
+VIEWS = (
+    *("bench", "bench/m1", "bench/s1", "bench/w1", "runs", "faults", "faults/m1", "events", "path"),
+    *("wire/bus0", "wire/can0", "companion/s1"),
+)
+READY = tuple(f"layout/ready/{name}" for name in ("bench", "tuning", "bus", "cell", "wall"))
+SIZES = {390: 9000, 1440: 2600}
+"""Widths, each with a height in which nothing is out of sight."""
+SAMPLE = {(ALL, "dark", 390), (ALL, "light", 1440)}
+
+
+@pytest.fixture(scope="module")
+def bench(chromium: Browser) -> Iterator[Bench]:
+    with served(chromium, CONTENT) as bench:
+        bench.server.ready("m1", boot_ns=READY_NS).ready("s1")
+        bench.server.ask("inject", target="m1", fault="byte_drop", parameters={"rate": 0.1})
+        yield bench
+
+
+@pytest.fixture
+def pages(bench: Bench) -> Iterator[Bench]:
+    yield bench
+    bench.close_pages()
+
+
+def all_panels() -> dict[str, object]:
+    """A layout that has each kind of panel in sight."""
+    columns = [{"parts": [{"tabs": [row]} for row in PANELS[at::COLUMNS]]} for at in range(COLUMNS)]
+    return {"version": 1, "name": "all", "bench": "sweep", "root": {"parts": columns}}
+
+
+def until_shown(page: Page) -> None:
+    """Wait until a place shows what it has, with what is loaded when it is used."""
+    expect(page.locator("main")).to_be_visible()
+    expect(page.get_by_text("Loading")).to_have_count(0)
+    expect(page.get_by_text(re.compile("^(is being loaded|Connecting)"))).to_have_count(0)
+
+
+@pytest.mark.parametrize(
+    ("where", "theme", "width"),
+    [
+        pytest.param(*case, marks=() if case in SAMPLE else pytest.mark.thorough)
+        for where in (ALL, *VIEWS, *READY)
+        for theme in ("light", "dark")
+        for width in SIZES
+        if (case := (where, theme, width))
+    ],
+)
+def test_a_place_is_for_everybody_and_whole(pages: Bench, where: str, theme: str, width: int) -> None:
+    size = {"width": width, "height": SIZES[width]}
+    place = in_layout(all_panels()) if where == ALL else where
+    page = pages.open(place, viewport=size, color_scheme=theme)
+    until_shown(page)
+    if where == ALL:
+        expect(page.locator(".panel")).to_have_count(len(PANELS))
+    fits(page, width)
+    assert violations(page) == []
