@@ -30,4 +30,5 @@ def test_the_page_has_its_picture_taken(chromium: Browser) -> None:
             given = {"position_deg": position_deg, **MOVE}
             bench.server.ask("do", device="m1", name="move_abs", parameters=given)
             page.wait_for_timeout(2000)
+        page.mouse.move(0, 0)
         page.screenshot(path=PICTURE)

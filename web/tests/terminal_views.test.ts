@@ -33,6 +33,19 @@ describe("a terminal of bytes", () => {
     expect(first).toBe("000100  41 42 0a 30 31 32 33 34  35 36 37 38 39 61 62 63  AB.0123456789abc");
     expect(second).toBe("\n");
   });
+
+  it("has what was sent in rows of its own, and no other view has it", () => {
+    const pieces = [piece(1, "ABC"), { ...piece(NaN, "p"), isSent: true }, { ...piece(NaN, "\r"), isSent: true }, piece(2, "D")];
+    expect(savedText("hex", pieces, 0).replace(/ {2,}/g, "  ")).toBe("000000  41 42 43  ABC\n  sent  70 0d  p.\n000003  44  D");
+    const view = new HexView();
+    expect(
+      pieces
+        .map((each) => view.next(each))
+        .join("")
+        .replace(/ {2,}/g, "  "),
+    ).toBe("\r000000  41 42 43  ABC\r\n\r  sent  70  p\r  sent  70 0d  p.\r\n\r000003  44  D");
+    expect(savedText("text", pieces, 0)).toBe("ABCD");
+  });
 });
 
 describe("a saved terminal", () => {

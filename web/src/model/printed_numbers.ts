@@ -40,7 +40,8 @@ export class PrintedNumbers {
   private isWhole = false;
   private readonly decoder = new TextDecoder();
 
-  add({ at_s, bytes }: Piece): void {
+  add({ at_s, bytes, isSent }: Piece): void {
+    if (isSent) return;
     for (const byte of bytes) {
       if (byte !== NEW_LINE) {
         this.held.push(byte);

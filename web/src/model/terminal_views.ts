@@ -18,8 +18,8 @@ const RETURN = "\r";
 export class PlainView implements TerminalView {
   private readonly text = new TerminalText();
 
-  next({ bytes }: Piece): string {
-    return this.text.next(bytes);
+  next({ bytes, isSent }: Piece): string {
+    return isSent ? "" : this.text.next(bytes);
   }
 }
 
@@ -34,8 +34,9 @@ export class TimesView implements TerminalView {
   private isNew = true;
   private isReturned = false;
 
-  next({ at_s, bytes }: Piece): string {
+  next({ at_s, bytes, isSent }: Piece): string {
     let written = "";
+    if (isSent) return written;
     for (let at = 0; at < bytes.length; ) {
       const end = bytes.indexOf(NEW_LINE, at) + 1 || bytes.length;
       written += this.part(at_s, bytes.subarray(at, end));
@@ -58,29 +59,41 @@ export class TimesView implements TerminalView {
 
 const WIDTH = 16;
 
-/** Rows of sixteen bytes: where they begin, the bytes, and as text. `from`: place of the first one. */
+/** Rows of sixteen bytes: where they begin, the bytes, and as text; rows of what was sent say so. `from`: place of the first
+ * byte that the port said. */
 export class HexView implements TerminalView {
   private row: number[] = [];
+  private isSent = false;
 
   constructor(private from = 0) {}
 
-  next({ bytes }: Piece): string {
-    let written = "";
+  next({ bytes, isSent = false }: Piece): string {
+    let written = isSent !== this.isSent && this.row.length ? `${RETURN}\n` : "";
+    if (isSent !== this.isSent) this.beginRow();
+    this.isSent = isSent;
     for (const byte of bytes) {
       this.row.push(byte);
       if (this.row.length < WIDTH) continue;
-      written += `\r${hexRow(this.from, this.row)}\r\n`;
-      this.from += WIDTH;
-      this.row = [];
+      written += `\r${this.rowText()}\r\n`;
+      this.beginRow();
     }
-    return this.row.length ? `${written}\r${hexRow(this.from, this.row)}` : written;
+    return this.row.length ? `${written}\r${this.rowText()}` : written;
+  }
+
+  private beginRow(): void {
+    if (!this.isSent) this.from += this.row.length;
+    this.row = [];
+  }
+
+  private rowText(): string {
+    return hexRow(this.isSent ? "  sent" : this.from.toString(16).padStart(6, "0"), this.row);
   }
 }
 
-function hexRow(from: number, bytes: number[]): string {
+function hexRow(head: string, bytes: number[]): string {
   const digits = Array.from({ length: WIDTH }, (_, at) => bytes[at]?.toString(16).padStart(2, "0") ?? "  ");
   const text = bytes.map((byte) => (byte >= 0x20 && byte < 0x7f ? String.fromCharCode(byte) : ".")).join("");
-  return `${from.toString(16).padStart(6, "0")}  ${digits.slice(0, 8).join(" ")}  ${digits.slice(8).join(" ")}  ${text}`;
+  return `${head}  ${digits.slice(0, 8).join(" ")}  ${digits.slice(8).join(" ")}  ${text}`;
 }
 
 export function viewOf(name: ViewName, gone: number): TerminalView {
@@ -91,8 +104,23 @@ export function viewOf(name: ViewName, gone: number): TerminalView {
 /** The whole as a file has it: without colours, lines end with a line feed. */
 export function savedText(name: ViewName, pieces: readonly Piece[], gone: number): string {
   const view = viewOf(name, gone);
-  if (name === "hex") return view.next({ at_s: 0, bytes: joined(pieces) }).replaceAll(RETURN, "");
+  if (name === "hex")
+    return inTurns(pieces)
+      .map((piece) => view.next(piece))
+      .join("")
+      .replaceAll(RETURN, "");
   return plainOf(pieces.map((piece) => view.next(piece)).join("")).replace(/\r+\n/g, "\n");
+}
+
+/** What was said, what was sent, and so on in turn: each as one piece. */
+function inTurns(pieces: readonly Piece[]): Piece[] {
+  const turns: Piece[][] = [];
+  for (const piece of pieces) {
+    const last = turns.at(-1);
+    if (last && Boolean(last[0]!.isSent) === Boolean(piece.isSent)) last.push(piece);
+    else turns.push([piece]);
+  }
+  return turns.map((turn) => ({ ...turn[0]!, bytes: joined(turn) }));
 }
 
 function joined(pieces: readonly Piece[]): Uint8Array {

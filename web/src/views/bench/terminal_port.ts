@@ -64,6 +64,7 @@ export class TerminalPort {
     if (!this.isOpen.peek()) return;
     this.typed.value = "";
     this.queue.put(bytes);
+    this.hear({ at_s: NaN, bytes, isSent: true });
     this.tellTyping();
   }
 
