@@ -1,4 +1,4 @@
-"""``examples/own_board``: its own tests pass, without a compiler."""
+"""``examples/own_board`` and ``examples/relay_board``: their own tests pass, without a compiler."""
 
 import re
 import subprocess
@@ -11,11 +11,12 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 @pytest.mark.thorough
-def test_all_pass() -> None:
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", EXAMPLES / "own_board"]
+@pytest.mark.parametrize("example", ["own_board", "relay_board"])
+def test_all_pass(example: str) -> None:
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", EXAMPLES / example]
     done = subprocess.run(command, capture_output=True, text=True, timeout=170, check=False)
     assert done.returncode == 0, done.stdout
-    (told,) = re.findall(r"`pytest examples/own_board`: (\d+) passed", (EXAMPLES / "README.md").read_text())
+    (told,) = re.findall(rf"`pytest examples/{example}`: (\d+) passed", (EXAMPLES / "README.md").read_text())
     passed, skipped = (
         sum(map(int, re.findall(rf"(\d+) {word}", done.stdout))) for word in ("passed", "skipped")
     )

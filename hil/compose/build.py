@@ -125,6 +125,7 @@ def make_device(
         follow=board.follow,
         framing=board.framing,
         send_buffers=profile.send_buffers,
+        receive_buffers=profile.receive_buffers,
         own_map=catalogue.own_map(config, profile),
         resets_when_opened=profile.processor is not None and config.auto_reset,
     )

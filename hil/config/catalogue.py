@@ -9,6 +9,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, PrivateAttr, ValidationError
 
+from hil.config.board_fields import (
+    FieldInfo,
+    field_findings,
+    made_fields,
+    with_fields_axis,
+)
+from hil.config.board_interfaces import UartNumbers, UsbDeviceInfo
+from hil.config.board_numbers import ANY_SUPPLY, AxisParameter, HardwareVersion
 from hil.config.board_processor import (
     ProcessorKey,
     processor_findings,
@@ -27,7 +35,7 @@ from hil.vocab.bus import BusKind, DriveKind, MapKind, NodeKind, WireKind
 from hil.vocab.firmware import MAIN
 from hil.vocab.framing import Framing
 from hil.vocab.late_dataclass import dataclass
-from hil.vocab.parameters import plain
+from hil.vocab.own_fields import OwnField
 from hil.vocab.problem import ConfigError, Problem, Unusable
 from hil.vocab.profile import Profile
 from hil.vocab.wire import WireInfo
@@ -35,63 +43,7 @@ from hil.vocab.wire import WireInfo
 ONLY_AXIS = "axis"
 """Name of the axis of a profile that does not name it."""
 MOST_AXES = 16
-_USB_TEXT = r"^[ -~]{1,60}$"
 PartName = Annotated[str, Field(pattern=NAME_PATTERN)]
-
-
-class AxisParameter(StrictModel):
-    """Number that describes the motor, its driver or its load."""
-
-    value: float
-    full: float | None = None
-    """Value of the full plant, where it differs."""
-    unit: str
-    about: str
-    source: str
-    minimum: float | None = None
-    maximum: float | None = None
-    above: float | None = None
-    """Exclusive minimum, for a number that cannot be 0."""
-    whole: bool = False
-    """True if only whole numbers make sense."""
-
-    def default(self, plant: str) -> float:
-        """Value under this plant unless a device sets one."""
-        return self.value if self.full is None or plant != "full" else self.full
-
-    def refusal(self, value: float) -> tuple[str, str] | None:
-        """Reason why the value cannot be used, and remedy; None for a good one."""
-        if self.above is not None and value <= self.above:
-            return f"{value:g} {self.unit} is too small", f"write more than {plain(self.above)}"
-        if self.minimum is not None and value < self.minimum:
-            return f"{value:g} {self.unit} is too small", f"write {plain(self.minimum)} or more"
-        if self.maximum is not None and value > self.maximum:
-            return f"{value:g} {self.unit} is too large", f"write {plain(self.maximum)} or less"
-        if self.whole and not float(value).is_integer():
-            return f"{value:g} is not a whole number", "write a whole number"
-        return None
-
-
-class HardwareVersion(StrictModel):
-    """Version of the board. ``inputs_5V`` are the pins that take 5 V logic."""
-
-    supply_min_V: float
-    supply_max_V: float
-    inputs_5V: list[str]
-
-
-ANY_SUPPLY = HardwareVersion.model_construct(supply_min_V=0.0, supply_max_V=1000.0, inputs_5V=[])
-"""Version of a board whose profile has none."""
-
-
-class UartNumbers(StrictModel):
-    """Numbers of a serial interface."""
-
-    baud: int | None = Field(default=None, ge=50, le=4_000_000)
-    """Speed, unless a device sets one; None: bytes take no time, as over USB."""
-    send_buffer_bytes: int | None = Field(default=None, ge=0, le=1 << 20)
-    """Bytes that wait to be sent without holding the main program; None: 64 of the first, none of others,
-    which are made in software."""
 
 
 class AxisInfo(StrictModel):
@@ -103,15 +55,6 @@ class AxisInfo(StrictModel):
     axis: dict[str, AxisParameter]
     """Parameters by names that end in the unit."""
     registers: dict[str, int] = Field(default={})
-
-
-class UsbDeviceInfo(StrictModel):
-    """Identity of a board on the USB. The ids are the real board's, which it must have from their owner."""
-
-    vendor_id: int = Field(ge=1, le=0xFFFF)
-    product_id: int = Field(ge=0, le=0xFFFF)
-    manufacturer: str = Field(pattern=_USB_TEXT)
-    product: str = Field(pattern=_USB_TEXT)
 
 
 class ProfileInfo(StrictModel):
@@ -147,6 +90,8 @@ class ProfileInfo(StrictModel):
     drive: str | None = None
     """Protocol of the real drives that it stands for, ``profile_drive`` of a ``DriveKind``, as ``canopen``;
     None: they have a ``map``, or real ones have a terminal."""
+    fields: dict[str, FieldInfo] = Field(default={})
+    """Fields of the board's own, by name, beside those of its first axis, or of a board without a motor."""
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
     """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
 
@@ -166,11 +111,21 @@ class ProfileInfo(StrictModel):
     def kind(self, axis: str) -> AxisKind:
         """Kind of an axis by its name. Raises KeyError: there is no such axis, or law."""
         info = self.axes[axis]
-        return kind_of(info.law, self.plan_of(info))
+        return kind_of(info.law, self.plan_of(info), self.fields_of(axis))
+
+    def fields_of(self, axis: str, starts: Mapping[str, float] | None = None) -> tuple[OwnField, ...]:
+        """Fields of the board's own that an axis has: all, of the first. ``starts``: as ``made_fields``."""
+        return made_fields(self.fields, starts) if axis == next(iter(self.axes), "") else ()
 
     def plan_of(self, axis: AxisInfo) -> ProcessorPlan | None:
         """Plan of the processor whose pins an axis is; None: it is none, or the board has none."""
         return self.processor.plan if self.processor and axis.law in PROCESSOR_LAWS else None
+
+    @property
+    def first_law(self) -> tuple[str, ProcessorPlan | None]:
+        """Law of its first axis, and the processor whose pins it is; empty: it has no axis."""
+        first = next(iter(self.axes.values()), None)
+        return (first.law, self.plan_of(first)) if first else ("", None)
 
     @cached_property
     def axes(self) -> Mapping[str, AxisInfo]:
@@ -183,6 +138,12 @@ class ProfileInfo(StrictModel):
     def send_buffers(self) -> dict[str, int]:
         """Bytes of the buffers to send, by the names of the UARTs that say them."""
         given = {name: uart.send_buffer_bytes for name, uart in self.uarts.items()}
+        return {name: size for name, size in given.items() if size is not None}
+
+    @property
+    def receive_buffers(self) -> dict[str, int]:
+        """The same of the buffers to receive."""
+        given = {name: uart.receive_buffer_bytes for name, uart in self.uarts.items()}
         return {name: size for name, size in given.items() if size is not None}
 
     @property
@@ -348,7 +309,7 @@ def profile_from_yaml(
     if isinstance(document.value, dict) and document.value.get("map") is not None:
         findings += _map_findings(document, maps)
     try:
-        info = ProfileInfo.model_validate(with_processors_axis(document.value))
+        info = ProfileInfo.model_validate(with_fields_axis(with_processors_axis(document.value)))
     except ValidationError as error:
         raise document.error(findings + findings_of(error, ProfileInfo, (), document)) from None
     if info.map is not None and maps and not findings:
@@ -360,6 +321,8 @@ def profile_from_yaml(
         remedy = suggestion(info.default_hardware, info.hardware)
         findings.append(Finding(("default_hardware",), "there is no such version", remedy))
     findings += _axes_findings(info)
+    if info.fields:
+        findings += field_findings(info.fields, *info.first_law)
     for key in ("usb", "greeting") if not info.uarts else ():
         if getattr(info, key):
             findings.append(Finding((key,), "this board has no UART", "leave this key out", at_key=True))

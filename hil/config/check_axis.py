@@ -5,7 +5,8 @@ from typing import Any, TypeGuard
 
 from pydantic import BaseModel, ValidationError
 
-from hil.config.catalogue import AxisInfo, HardwareVersion, ProfileInfo
+from hil.config.board_numbers import HardwareVersion
+from hil.config.catalogue import AxisInfo, ProfileInfo
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
 from hil.config.shaft_load import LOAD_KINDS, EndStopsLoad

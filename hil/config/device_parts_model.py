@@ -36,6 +36,16 @@ _Table = Annotated[
 ]
 
 
+FieldStarts = Annotated[
+    Mapping[str, float],
+    Field(
+        description="First values of the board's own fields that differ from the profile's, as in"
+        " `{temperature_degC: 85}`."
+    ),
+]
+"""Key of a device: values by the names of fields."""
+
+
 class FlashConfig(StrictModel):
     """Content of the board's flash when the bench starts for the first time."""
 

@@ -15,6 +15,7 @@ EMULATED_KEYS = (
     "firmware",
     "bootloader",
     "voltages",
+    "fields",
     "rs485",
     "magnet",
     "hardware",

@@ -15,7 +15,7 @@ from pydantic import (
 )
 
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
-from hil.config.device_parts_model import AxisConfig, FlashConfig, Register, SetpointsConfig
+from hil.config.device_parts_model import AxisConfig, FieldStarts, FlashConfig, Register, SetpointsConfig
 from hil.config.device_program import ProgramKey
 from hil.config.explain import OR_NULL, DefaultsModel, LazyModel, StrictModel
 from hil.config.fault_model import FaultConfig
@@ -120,6 +120,7 @@ class DeviceConfig(DefaultsModel):
         description="Voltages at the processor's analogue pins, in V, or fields that they follow, as in"
         " `{A0: 2.5, A1: {of: m1.current_a_A, gain: 0.5}}`.",
     )
+    fields: FieldStarts = Field(default={})
     rs485: DriverPins | None = Field(
         default=None, description="Driver of the line that the processor's serial interface is on."
     )
@@ -242,6 +243,7 @@ class DeviceConfig(DefaultsModel):
                 seed + (index << 28),
                 law=info.law,
                 processor=profile.plan_of(info),
+                fields=profile.fields_of(name, self.fields),
             )
         return plans
 

@@ -4,7 +4,8 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hil.config.catalogue import ANY_SUPPLY, AxisInfo, Catalogue, ProfileInfo
+from hil.config.board_numbers import ANY_SUPPLY
+from hil.config.catalogue import AxisInfo, Catalogue, ProfileInfo
 from hil.config.motor_bounds import BOUNDS
 from hil.config.motors import MEANINGS, MOTORS
 from hil.config.schema import schema

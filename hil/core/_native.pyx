@@ -176,6 +176,15 @@ cdef class NativeCore:
         if hil_axis_set(self.core, axis, field, value):
             raise AttributeError(f"axis field {FIELDS[field][0]} is read-only")
 
+    def cells(self, int axis, list fields):
+        cdef int32_t[HIL_FIELDS] numbers
+        cdef int n = 0
+        for field in fields[:HIL_FIELDS]:
+            numbers[n] = field
+            n += 1
+        if hil_axis_cells(self.core, axis, n, numbers):
+            raise MemoryError("no memory for the cells")
+
     def output(self, int axis, float theta_deg, int effort):
         hil_axis_output(self.core, axis, theta_deg, effort)
 

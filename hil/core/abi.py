@@ -45,6 +45,8 @@ class Law(IntEnum):
     """a microcontroller's pins, and no motor"""
     as5047d = 5
     """an encoder that reads a magnet on another axis's shaft, and no motor"""
+    own_fields = 6
+    """a board without a motor, which has fields of its own alone"""
 
 
 class Lanes(IntEnum):
@@ -81,6 +83,8 @@ class Kind(IntEnum):
     """of servos and of such encoders"""
     stepper_chip = 34
     """of steppers and of such encoders"""
+    own_fields = 64
+    """of boards without a motor or pins, which have no field of ANY but the time"""
     servo_driver = 5
     """of both"""
     stepper_driver = 6

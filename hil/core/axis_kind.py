@@ -14,6 +14,7 @@ from hil.core.abi import LIMIT_RPM, LIMIT_TEETH_RPM, Law
 from hil.core.fields import TABLE, Field, Snapshot
 from hil.vocab.axis import AxisState
 from hil.vocab.late_dataclass import dataclass
+from hil.vocab.own_fields import OwnField
 
 CLOCK_OUT, CLOCK_IN, CLOCK_OUT_HZ = "clock", "xclk", 1_000_000
 """A controller's clock output and its input for one: frequencies and not edges."""
@@ -30,6 +31,14 @@ MOTOR = (
     "rotor_teeth",
 )
 """Parameters of every motor."""
+
+
+class NoRoom(ValueError):
+    """Error of fields for which an axis has no place: ``name`` is the first."""
+
+    def __init__(self, name: str, room: int) -> None:
+        super().__init__(f"there is no room for {name}: this board can have {room} such fields")
+        self.name, self.room = name, room
 
 
 @dataclass(frozen=True)
@@ -101,6 +110,8 @@ class AxisKind:
     """Chip's numbers of the pins that a timer can have for PWM, by the fields of their mean voltages."""
     own_fields: Mapping[str, Field] = field(default_factory=dict)
     """Fields that go by the board's own names, and not by the table's."""
+    board_fields: Mapping[str, OwnField] = field(default_factory=dict)
+    """Of these, the fields of the board's own, which its firmware writes."""
     own_faults: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     """Kinds of fault that only it can have: what the core is told of each (``hil.core.abi.AxisFault``), by
     the fault's parameters."""
@@ -132,6 +143,11 @@ class AxisKind:
     def has_clock(self) -> bool:
         """True if it also gives and takes a clock."""
         return bool(self.clock_field)
+
+    @property
+    def is_shown(self) -> bool:
+        """True if a status shows its state: it has a motor, or a board's own fields."""
+        return self.has_motor or bool(self.board_fields)
 
     @property
     def has_motor(self) -> bool:

@@ -49,7 +49,7 @@ class Core:
         Raises:
             ValueError: such a motor is too stiff to be integrated.
         """
-        kind = kind_of(plan.law, plan.processor)
+        kind = kind_of(plan.law, plan.processor, plan.fields)
         motor = {name: plan.parameters[name] for name in kind.parameters} or _NO_MOTOR
         full = None
         if plan.plant == "full":
@@ -59,6 +59,10 @@ class Core:
         made.holding_Nm = kind.holding_Nm(plan.parameters)
         made.speed_limit_rpm = speed_limit_rpm(plan.parameters)
         made.set_load_Nm = motor[LOAD]
+        if plan.fields:
+            self.native.cells(axis, [kind.fields[own.name] for own in plan.fields])
+            for own in plan.fields:
+                made.set(own.name, own.start)
         if plan.processor and made.processor:
             made.processor.set_up(plan.processor)
         return made

@@ -29,9 +29,19 @@ TABLE = tuple(FIELDS.values())
 
 
 def described(name: str) -> Field:
-    """Describe a field by its name alone, its type and unit at least. A name that is not in the table is that
-    of a pin's voltage, which a board calls by its own name (``AxisKind.own_fields``)."""
-    return FIELDS.get(name) or Field(name, "f64", "V", False, "voltage at a pin")
+    """Describe a field by its name alone. One that is not in the table is a board's own, as the voltage at a
+    pin with a name of its own (``AxisKind.own_fields``): it has the unit that its name ends in."""
+    ending = name.rpartition("_")[2]
+    unit = ending if ending != name and ending in _UNITS else ""
+    return FIELDS.get(name) or Field(name, "f64", unit, False, "voltage at a pin" if unit == "V" else name)
+
+
+_MORE_UNITS = (
+    *("mA", "mV", "W", "kW", "Wh", "kWh", "VA", "ohm", "K", "degF", "Pa", "hPa", "kPa", "bar", "mbar"),
+    *("m", "mm", "um", "g", "kg", "N", "s", "ms", "min", "h", "kHz", "rad", "l", "ml", "pct", "ppm", "lx"),
+)
+_UNITS = {field.unit for field in FIELDS.values()}.union(_MORE_UNITS)
+"""Units in which names of a board's own fields end."""
 
 
 def fields_of(kind: Kind, has_motor: bool = True) -> dict[str, int]:
@@ -71,7 +81,8 @@ class Snapshot:
 
     def __repr__(self) -> str:
         """Format for who reads it: the fields that say most, rounded; ``as_dict`` has them all."""
-        shown = [f"{name}={_shown(name, getattr(self, name))}" for name in _SHOWN if name in self.names]
+        most = [name for name in _SHOWN if name in self.names] or [*self.names][1:]
+        shown = [f"{name}={_shown(name, getattr(self, name))}" for name in most]
         return f"Snapshot({', '.join([f'at {self.at_ns / 1e9:g} s', *shown])})"
 
 

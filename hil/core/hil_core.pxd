@@ -197,6 +197,7 @@ cdef extern from "native/hil_core.h" nogil:
     void hil_group_release(hil_core *c, int group)
     double hil_axis_get(hil_core *c, int axis, hil_field field)
     int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
+    int hil_axis_cells(hil_core *c, int axis, int n, const int32_t *fields)
     void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort)
     void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2)
     void hil_axis_loop(hil_core *c, int axis, int on)

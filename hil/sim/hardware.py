@@ -13,6 +13,8 @@ from hil.sim.uart_rx_line import DueChanged
 from hil.vocab.address import DeviceParts
 from hil.vocab.firmware import Board, Commit, Firmware
 from hil.vocab.framing import Framing
+from hil.vocab.own_fields import OwnFields
+from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Verb
 
 AxisInput = Pin | SetField | ScriptEncoder | PulseTrain
@@ -40,6 +42,8 @@ class DeviceSpec:
     framing: Framing | None = None
     send_buffers: Mapping[str, int] = field(default_factory=dict)
     """Bytes of the buffers to send of its UARTs, where they are not the usual ones (``Interfaces``)."""
+    receive_buffers: Mapping[str, int] = field(default_factory=dict)
+    """The same of the buffers to receive."""
     resets_when_opened: bool = False
     """True if a client that opens its first port resets its processor."""
     own_map: object | None = None
@@ -90,6 +94,11 @@ def _faces(axes: Mapping[str, CoreAxis]) -> dict[str, dict[str, CoreAxis]]:
     return faces
 
 
+def _own_fields(axes: DeviceParts[CoreAxis]) -> OwnFields:
+    first = axes[""] if axes else None
+    return OwnFields(dict(first.kind.board_fields) if first else {}, first)
+
+
 class Hardware:
     """Board without its firmware. ``store``: as ``Memory`` takes it; ``due_changed``: as ``Interfaces``."""
 
@@ -103,7 +112,7 @@ class Hardware:
     ) -> None:
         self.axes = DeviceParts(axes)
         self.memory = Memory(spec.nvm, store)
-        self.interfaces = Interfaces(spec.bauds, guard, due_changed, spec.send_buffers)
+        self.interfaces = Interfaces(spec.bauds, guard, due_changed, spec.send_buffers, spec.receive_buffers)
         self.notes: dict[str, str] = {}
         """Notes for the operator, keyed by topic."""
         self.told: dict[str, float] = {}
@@ -120,6 +129,10 @@ class Hardware:
             for name, axis in axes.items()
         }
         """Registers of the encoders at power-up; a stepper has none."""
+        self.fields = _own_fields(self.axes)
+        """Fields of the board's own, as the firmware has them."""
+        self.started_ns = SimTimeNs(0)
+        """Time at which the firmware was made."""
         self.board = Board(
             uarts=self.interfaces.by_name,
             axes=self.axes,
@@ -130,6 +143,9 @@ class Hardware:
             facts=spec.facts,
             note=self.note,
             tell=self.tell,
+            fields=self.fields,
+            clock=lambda: self.interfaces.now_ns,
+            started_ns=lambda: self.started_ns,
         )
         """Interfaces that the firmware is made with."""
         self.power_up_axes()
@@ -173,11 +189,13 @@ class Hardware:
             axis.power_up()
             for field_name, value in self._registers[name].items():
                 axis.set(field_name, value)
+        self.fields.power_up()
 
     def cut_axes(self) -> None:
         """Take the axes' power."""
         for axis in self.axes.values():
             axis.power_up()  # after it nothing drives them
+        self.fields.power_up()
 
     def stop_axes(self) -> None:
         """Stop the control of all axes."""

@@ -198,6 +198,9 @@ def _pin_problem(axis: CoreAxis, pin: object, level: object) -> str | None:
 def _field_problem(axis: CoreAxis, field: str, value: float) -> str | None:
     if field not in axis.kind.fields or not axis.kind.described(field).writable:
         return f"{field[:_SHOWN]!r} is no field that can be set"
+    if own := axis.kind.board_fields.get(field):
+        problem = own.refusal(value)
+        return problem and f"{field}: {problem}"
     return None if abs(value) <= MAX_VALUE else f"{field}: write at most {plain(MAX_VALUE)}"
 
 

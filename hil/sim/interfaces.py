@@ -24,7 +24,8 @@ class Interfaces:
     are computed outside of it, where the guard cannot strike.
 
     ``bauds``: speed of each by its name; None where bytes take no time. All but the first are made in
-    software, without a buffer, unless ``send_buffers`` has their bytes by name. ``due_changed`` is called
+    software, without a buffer, unless ``send_buffers`` has their bytes by name; ``receive_buffers`` has those
+    of the buffers to receive. ``due_changed`` is called
     when a byte may arrive sooner than was known.
     """
 
@@ -34,6 +35,7 @@ class Interfaces:
         guard: Guard,
         due_changed: DueChanged,
         send_buffers: Mapping[str, int] = MappingProxyType({}),
+        receive_buffers: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         self._guard = guard
         self.written: list[Written] = []
@@ -48,7 +50,10 @@ class Interfaces:
         self.by_name = DeviceParts(
             {
                 name: self._make(
-                    baud, due_changed, send_buffers.get(name, UART_BUFFER_BYTES * (name == first))
+                    baud,
+                    due_changed,
+                    send_buffers.get(name, UART_BUFFER_BYTES * (name == first)),
+                    receive_buffers.get(name, UART_BUFFER_BYTES),
                 )
                 for name, baud in bauds.items()
             }
@@ -57,11 +62,13 @@ class Interfaces:
         self.rx_lines = tuple(uart.incoming for uart in self.all)
         self.now_ns = SimTimeNs(0)
 
-    def _make(self, baud: int | None, due_changed: DueChanged, room: int) -> DeviceUart:
+    def _make(self, baud: int | None, due_changed: DueChanged, room: int, rx_room: int) -> DeviceUart:
         def sent(at_ns: SimTimeNs, data: bytes) -> None:
             self._sent.append((uart, at_ns, data))
 
-        uart = DeviceUart(baud, sent, room, later=self.written, due_changed=due_changed)
+        uart = DeviceUart(
+            baud, sent, room, later=self.written, due_changed=due_changed, rx_buffer_bytes=rx_room
+        )
         return uart
 
     def set_time(self, now_ns: SimTimeNs) -> None:

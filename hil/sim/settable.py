@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from hil.core.axis_kind import ANGLE, LOAD, Settable
+from hil.vocab.own_fields import OwnField
 from hil.vocab.parameters import plain
 
 if TYPE_CHECKING:  # who only reads the names starts quickly
@@ -31,8 +32,17 @@ def setting_problem(
         return problem and f"{name}: {problem}"
     if name == ANGLE and (problem := _zero_problem(axis, look or axis.snapshot)):
         return f"{name}: {problem}"
+    if own := axis.kind.board_fields.get(name):
+        return _own_problem(own, value)
     low, high = _range(device, name, axis.kind.settable.get(name, Settable()))
     return None if _is_between(low, value, high) else f"{name}: write {plain(low)} to {plain(high)}"
+
+
+def _own_problem(own: OwnField, value: object) -> str | None:
+    """Reason why a board's own field cannot have a value, or None."""
+    if not _is_between(own.low, value, own.high) or own.refusal(float(str(value))):
+        return f"{own.name}: write {plain(own.low)} to {plain(own.high)}{', a whole number' * own.is_whole}"
+    return None
 
 
 def _zero_problem(axis: "CoreAxis", look: "Callable[[], Snapshot]") -> str | None:

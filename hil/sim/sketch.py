@@ -28,7 +28,7 @@ class Sketch:
         self.turns = 0
         """Number of turns so far: all that it does by itself."""
         self._make = spec.firmware
-        self._board = hardware.board
+        self._hardware, self._board = hardware, hardware.board
         self._interfaces = hardware.interfaces
         self._guard = guard
         self._commit = commit
@@ -45,6 +45,7 @@ class Sketch:
 
     def _main(self) -> Main:
         """Make the main program in the first turn: one that cannot be made fails as one that runs does."""
+        self._hardware.started_ns = self._interfaces.now_ns
         self.firmware = self._make(self._board)
         self.is_on = True
         yield from self.firmware.main()

@@ -44,7 +44,13 @@ def _fields(kind: AxisKind, shown_first: tuple[str, ...]) -> Mapping[str, AxisFi
     settable = kind.settable
     return {
         name: AxisField(
-            name, f.type, f.unit, f.meaning, OFFSETS[TABLE[index].name], name in settable, name in shown_first
+            name,
+            f.type,
+            f.unit,
+            f.meaning,
+            OFFSETS[TABLE[index].name],
+            name in settable,
+            name in shown_first or name in kind.board_fields,
         )
         for name, index in kind.fields.items()
         for f in (kind.described(name),)

@@ -102,6 +102,7 @@ class DeviceUart:
 
     ``sent`` and ``tx_buffer_bytes``: as ``Transmitter`` takes them. ``later``: list in which written bytes
     wait for ``tx.put``; None: they do not. ``due_changed``: as ``Incoming`` takes it.
+    ``rx_buffer_bytes``: room of the receive buffer, where bytes take time.
 
     Long because each way in asks who has the line: the firmware's buffer, or a processor that runs a program.
     """
@@ -114,9 +115,11 @@ class DeviceUart:
         *,
         later: "list[Written] | None" = None,
         due_changed: DueChanged = lambda at_ns: None,
+        rx_buffer_bytes: int = UART_BUFFER_BYTES,
     ) -> None:
         self.baud = baud
         self._power_up_baud = baud
+        self._rx_buffer_bytes = rx_buffer_bytes
         self.now_ns = SimTimeNs(0)
         self.overrun_bytes = 0
         self.rx_faults: dict[int, ByteFaults] = {}
@@ -169,7 +172,7 @@ class DeviceUart:
         """Undo what a sketch that was stopped did here since its segment was told of it."""
         self.baud = self._power_up_baud
         # On USB the host is held up instead (`room`): nothing is lost to a full buffer.
-        self._rx = RxBuffer(1 << 30 if self.baud is None else UART_BUFFER_BYTES)
+        self._rx = RxBuffer(1 << 30 if self.baud is None else self._rx_buffer_bytes)
         self.incoming.unread = self._rx.unread
         self.address = self.station.told_address if self.station else None
         self.wake_on(None)
@@ -223,7 +226,7 @@ class DeviceUart:
             return self.room_on_usb
         if self.processor and self.processor.is_on:
             return max(0, USB_HELD_BYTES - len(self.processor.under_way(now_ns)))
-        if self.incoming.waiting > UART_BUFFER_BYTES:
+        if self.incoming.waiting > self._rx_buffer_bytes:
             return 0
         return max(0, USB_HELD_BYTES - len(self.incoming.under_way(now_ns)))
 

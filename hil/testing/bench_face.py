@@ -59,6 +59,10 @@ class AnyAxis(Protocol):
     def do(self, verb: str, **parameters: float | str) -> dict[str, Any]:
         """Carry out a verb of the board, now. Raises VerbRefused: it was not carried out."""
 
+    def set(self, field: str, value: float) -> None:
+        """Set a field from outside, as `hil set` does. Raises ValueError: it cannot be set, or not to
+        this."""
+
     def zero(self) -> None:
         """Let the shaft's angle be 0 where it is. Raises ValueError: it cannot be now."""
 

@@ -9,18 +9,17 @@ from hil.core import Snapshot
 from hil.core.axis_kind import ANGLE
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
-from hil.sim.input_check import input_problem
-from hil.sim.inputs import Bytes, Input, Pin, PulseTrain, Reset, ScriptEncoder, SetField
+from hil.sim.inputs import Bytes, Pin, PulseTrain, Reset, ScriptEncoder, SetField
 from hil.sim.segment_tap import Tap
 from hil.sim.settable import setting_problem
 from hil.sim.twin import Twin
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
+from hil.testing.face_inputs import carry_out, give, set_field
 from hil.testing.given import NoSuchName, checked_bytes
 from hil.vocab.address import no_input, no_part, pin_of
 from hil.vocab.near_words import meant
 from hil.vocab.time import SimTimeNs, ms
-from hil.vocab.verbs import VerbRefused
 from hil.wire.serial_line import character_ends_ns, character_ns
 from hil.wire.step_dir import Edges
 
@@ -48,7 +47,7 @@ class PortFace:
     def write(self, data: bytes, client_baud: int | None = None) -> None:
         """Send bytes to the device, now. ``client_baud``: as a client that chose that baud."""
         __tracebackhide__ = True
-        _give(self._runtime, self._device, Bytes(checked_bytes(data), client_baud, self._uart))
+        give(self._runtime, self._device, Bytes(checked_bytes(data), client_baud, self._uart))
 
     def read(self) -> bytes:
         """Read everything the device has sent since the last call."""
@@ -106,7 +105,7 @@ class TapFace:
     def write(self, data: bytes) -> None:
         """Send bytes on the wire, now, or when what was written before has gone out."""
         __tracebackhide__ = True
-        _give(self._runtime, self._tap, Bytes(checked_bytes(data)))
+        give(self._runtime, self._tap, Bytes(checked_bytes(data)))
 
     def read(self) -> bytes:
         """Read what was complete on the wire since the last call."""
@@ -151,26 +150,6 @@ class FaultFace:
         self.clear()
 
 
-def _give(runtime: BenchRuntime, to: Twin | ClientTap, given: Input, part: str = "") -> None:
-    """Let an input take effect now. Raises ValueError: no board can have it."""
-    target = to.axes.label(to.name, part) if isinstance(to, Twin) else to.name
-    if problem := input_problem(runtime, target, given):
-        raise ValueError(problem)
-    runtime.apply_input(target, given)
-
-
-def _do(
-    runtime: BenchRuntime, device: Twin, part: str, verb: str, parameters: Mapping[str, float | str]
-) -> dict[str, Any]:
-    verb = verb.replace("-", "_")  # as in move-abs
-    known = device.verbs.get(verb)
-    if known is None or not (known.run or known.types):
-        names = [name for name, each in device.verbs.items() if each.run or each.types]
-        raise VerbRefused("no_verb", f"there is no {verb!r} here; {meant(verb, names)}")
-    at_ns, answer = runtime.do_verb(device, verb, known.filled(parameters), part)
-    return dict(answer) | {"effective_at_ns": at_ns}
-
-
 class AxisFace:
     """Axis of a device: its state, and the world around its shaft."""
 
@@ -203,7 +182,7 @@ class AxisFace:
         Raises:
             VerbRefused: it was not carried out; ``code`` and text say why.
         """
-        return _do(self._runtime, self._device, self._part, verb, parameters)
+        return carry_out(self._runtime, self._device, self._part, verb, parameters)
 
     def zero(self) -> None:
         """Let the shaft's angle, ``position_deg``, be 0 from now on where the shaft is, as `hil zero` does.
@@ -214,7 +193,7 @@ class AxisFace:
         """
         if problem := setting_problem(self._runtime.faults, self._device, ANGLE, 0.0, self._part):
             raise ValueError(problem)
-        _give(self._runtime, self._device, SetField(ANGLE, 0.0), self._part)
+        give(self._runtime, self._device, SetField(ANGLE, 0.0), self._part)
 
     def script_encoder(
         self, points: Sequence[tuple[float, float]], interp: Literal["hold", "linear"] = "hold"
@@ -231,7 +210,7 @@ class AxisFace:
         timed = tuple((int(ms(t_ms)), int(raw // 1)) for t_ms, raw in points)
         if any(later[0] <= earlier[0] for earlier, later in pairwise(timed)):
             raise ValueError("times of the encoder's script have to ascend")
-        _give(self._runtime, self._device, ScriptEncoder(timed, interp == "linear"), self._part)
+        give(self._runtime, self._device, ScriptEncoder(timed, interp == "linear"), self._part)
 
     @property
     def load_torque_Nm(self) -> float:
@@ -245,9 +224,12 @@ class AxisFace:
 
     @load_torque_Nm.setter
     def load_torque_Nm(self, torque_Nm: float) -> None:
-        if problem := self._runtime.faults.load_problem(self._axis, torque_Nm):
-            raise ValueError(f"load_torque_Nm: {problem}")
-        _give(self._runtime, self._device, SetField("load_torque_Nm", float(torque_Nm)), self._part)
+        self.set("load_torque_Nm", torque_Nm)
+
+    def set(self, field: str, value: float) -> None:
+        """Set a field from outside, as `hil set` does: one of the world around the board, as a temperature
+        of its own fields that is an input. Raises ValueError: it cannot be set, or not to this."""
+        set_field(self._runtime, self._device, self._part, field, value)
 
 
 class Outputs:
@@ -311,7 +293,7 @@ class PinFace:
         if self._name not in self._inputs:
             why = no_input(self._device.axes.label(self._device.name, self._part), self._name, self._inputs)
             raise ValueError("; ".join(why))
-        _give(self._runtime, self._device, Pin(self._name, level), self._part)
+        give(self._runtime, self._device, Pin(self._name, level), self._part)
 
     def edges(self) -> list[tuple[SimTimeNs, int]]:
         """Edges of the output so far: (simulated time, level)."""
@@ -333,7 +315,7 @@ class DeviceFace:
         Raises:
             VerbRefused: it was not carried out; ``code`` and text say why.
         """
-        return _do(self._runtime, self._device, "", verb, parameters)
+        return carry_out(self._runtime, self._device, "", verb, parameters)
 
     @property
     def failed(self) -> str | None:
@@ -360,7 +342,7 @@ class DeviceFace:
             raise ValueError(f'registers are "diaagc" and "errfl", not {name!r}')
         if not 0 <= value <= 0x7FFF:
             raise ValueError(f"{value:#x} does not fit a register's 15 bits")
-        _give(self._runtime, self._device, SetField(name, value))
+        give(self._runtime, self._device, SetField(name, value))
 
     def pin(self, name: str, level: int | None = None) -> "PinFace":
         """Pin of the board, of another axis than the first as in ``elbow.step``. With a level, drives that
@@ -390,8 +372,8 @@ class DeviceFace:
         Raises:
             ValueError: the board has no such inputs, or there can be no such train.
         """
-        _give(self._runtime, self._device, PulseTrain(tuple(train)))
+        give(self._runtime, self._device, PulseTrain(tuple(train)))
 
     def reset(self) -> None:
         """Switch the power off and on; the shaft stays where it is."""
-        _give(self._runtime, self._device, Reset())
+        give(self._runtime, self._device, Reset())

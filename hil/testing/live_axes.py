@@ -64,6 +64,12 @@ class LiveAxis(LiveFace):
         values = [float("nan") if value is None else value for value in state.values()]
         return Snapshot(values, {name: index for index, name in enumerate(state)})
 
+    def set(self, field: str, value: float) -> None:
+        """Set a field from outside, as `hil set` does. Raises ValueError: it cannot be set, or not to
+        this."""
+        __tracebackhide__ = True
+        self._set("set", field=field, value=value)
+
     def zero(self) -> None:
         """Let the shaft's angle, ``position_deg``, be 0 from now on where the shaft is. Raises ValueError: it
         cannot be now."""

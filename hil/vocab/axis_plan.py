@@ -5,6 +5,7 @@ from dataclasses import field
 from typing import Literal
 
 from hil.vocab.late_dataclass import dataclass
+from hil.vocab.own_fields import OwnField
 
 FULL_PARAMETERS = (
     "phase_resistance_ohm",
@@ -63,3 +64,5 @@ class AxisPlan:
     law: str = field(kw_only=True)
     processor: ProcessorPlan | None = None
     """Plan of the processor of pins; None: they have a Uno's."""
+    fields: tuple[OwnField, ...] = ()
+    """Fields of the board's own, which this axis has."""

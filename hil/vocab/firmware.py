@@ -13,8 +13,9 @@ from hil.vocab.framing import Framing, Item
 from hil.vocab.late_dataclass import dataclass
 from hil.vocab.line_format import LineFormat
 from hil.vocab.motion import Motion
+from hil.vocab.own_fields import OwnFields
 from hil.vocab.path import PathPiece
-from hil.vocab.time import SimTimeNs
+from hil.vocab.time import NS_PER_MS, NS_PER_US, SimTimeNs
 
 
 class Pulses(NamedTuple):
@@ -186,6 +187,9 @@ class CoreEvent:
     value: float
 
 
+ARDUINO_WRAP = 1 << 32
+"""Value after which ``millis()`` and ``micros()`` of an Arduino begin again: ``unsigned long`` has 32 bits.
+Source: Arduino Language Reference, millis(), micros()."""
 MAIN, NETWORK = "main", "network"
 """Usual names of a board's first UART, and of the one that ``network:`` of a configuration is about."""
 
@@ -291,8 +295,29 @@ class Board:
     reset_cause: Callable[[], str] = lambda: "power"
     """Tells what has started the firmware: see ``started_by``."""
 
+    fields: OwnFields = field(default_factory=lambda: OwnFields({}, None))
+    """Fields of the board's own, as ``fields`` of its ``profile.yaml`` has them, by name: to read and to
+    write. At power-up they have the values that stand there; inputs have what was set from outside."""
+    clock: Callable[[], SimTimeNs] = lambda: SimTimeNs(0)
+    """Tells the simulated time: see ``now_ns``."""
+    started_ns: Callable[[], SimTimeNs] = lambda: SimTimeNs(0)
+    """Tells the simulated time of the firmware's start: see ``millis``."""
     tell: Callable[[str, float | None], None] = lambda name, value: None
     """Tells a value of the firmware's own to those who look at the board, by a name; None: no more."""
+
+    @property
+    def now_ns(self) -> SimTimeNs:
+        """Simulated time of the bench now, in nanoseconds. It passes only while the firmware waits."""
+        return self.clock()
+
+    def millis(self) -> int:
+        """Milliseconds since the firmware's start, as an Arduino counts them: after 2^32, 49.7 days, from 0
+        again."""
+        return (self.clock() - self.started_ns()) // NS_PER_MS % ARDUINO_WRAP
+
+    def micros(self) -> int:
+        """Microseconds since the firmware's start, as ``millis``: from 0 again after 71.6 minutes."""
+        return (self.clock() - self.started_ns()) // NS_PER_US % ARDUINO_WRAP
 
     @property
     def motions(self) -> Mapping[str, Motion]:

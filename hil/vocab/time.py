@@ -20,6 +20,7 @@ class Clock(Protocol):
         """Schedule a call for a time not reached yet; calls of one time run in the order of scheduling."""
 
 
+NS_PER_US = 1_000
 NS_PER_MS = 1_000_000
 NS_PER_S = 1_000_000_000
 

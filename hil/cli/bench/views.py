@@ -108,9 +108,10 @@ def status_view(status: dict[str, Any]) -> ShownView:
     drives = [
         line(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
     ]
+    own = [line(_own_fields(row)) for row in status["devices"] if row.get("fields")]
     adapters = [line(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
     table = Grid(columns, ("device", "state"), rows, gap=1)
-    below = (*wires, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
+    below = (*wires, *own, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
     return ShownView(head, line(""), table, *below)
 
 
@@ -145,6 +146,10 @@ def _bridge_line(row: dict[str, Any]) -> str:
         else ""
     )
     return f"{reached_at(row)}: {counts}{warning}"
+
+
+def _own_fields(row: dict[str, Any]) -> str:
+    return f"{row['device']}: {', '.join(f'{name} {value:.6g}' for name, value in row['fields'].items())}"
 
 
 def _drive_line(drive: dict[str, Any]) -> str:

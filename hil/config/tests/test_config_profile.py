@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from hil.config import ConfigError
-from hil.config.catalogue import AxisParameter, HardwareVersion, profile_from_yaml
+from hil.config.board_numbers import AxisParameter, HardwareVersion
+from hil.config.catalogue import profile_from_yaml
 
 FOLDER = Path(__file__).parents[3] / "device_profiles" / "mechaduino"
 TEXT = (FOLDER / "profile.yaml").read_text()

@@ -1,6 +1,7 @@
 #include "axis.h"
 
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core.h"
@@ -101,6 +102,24 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     return axis;
 }
 
+int hil_axis_cells(hil_core *c, int axis, int n, const int32_t *fields)
+{
+    int64_t now_ns;
+    hil_axis *a = core_axis_stirred(c, axis, &now_ns);
+    own_cells *own = calloc(1, sizeof *own + (size_t)n * sizeof *own->cells);
+    if (!own || a->cells || a->watch_next_ns != HIL_FOREVER) {
+        free(own);
+        return -1;
+    }
+    own->n = n;
+    for (int i = 0; i < n; i++) {
+        const hil_field_info *in = &hil_field_table[fields[i]];
+        own->cells[i] = (cell){.field = fields[i], .offset = (int32_t)in->offset, .type = {in->type[0], in->type[1]}};
+    }
+    a->cells = own;
+    return 0;
+}
+
 int64_t hil_axis_bytes(hil_law law)
 {
     int events = laws[law]->events > RING_LEAST ? laws[law]->events : RING_LEAST;
@@ -111,7 +130,9 @@ void axis_close(hil_axis *a)
 {
     (void)encoder_script(&a->encoder, 0, NULL, NULL, 0);
     (void)source_start(&a->source, 0, 0, NULL);
-    for (int i = 0; i < HIL_WATCHES; i++) (void)watch_start(&a->watches[i], 0, 0, 0, 1, 0, 0);
+    for (int i = 0; i < HIL_WATCHES; i++) (void)watch_start(&a->watches[i], 0, 0, 0, 1, 0, NULL, 0);
+    free(a->cells);
+    a->cells = NULL;
     edges_forget(&a->inputs.edges);
     if (a->open) a->law->close(a);
     a->open = 0;
@@ -129,6 +150,11 @@ int hil_axis_set(hil_core *c, int axis, hil_field field, double value)
     int64_t now_ns;
     hil_axis *a = core_axis_stirred(c, axis, &now_ns);
     if (field >= HIL_FIELDS) return -1;
+    cell *own = cells_find(a->cells, (int)field);
+    if (own) {
+        own->value = value;
+        return 0;
+    }
     int kind = hil_field_table[field].kind;
     if (kind != HIL_KIND_ANY && !(kind & a->law->kind)) return -1;
     if (field == HIL_FIELD_position_deg) {

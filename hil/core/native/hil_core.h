@@ -51,6 +51,9 @@ void hil_group_release(hil_core *c, int group); /* publishes the snapshots of it
 /* An axis. Values act at the group's present time. */
 double hil_axis_get(hil_core *c, int axis, hil_field field);
 int hil_axis_set(hil_core *c, int axis, hil_field field, double value); /* -1: read-only, or of the other kind of axis */
+/* Cells for values of its board's own, at 0, each in the place of a field that the axis does not have; hil_axis_set and
+   hil_axis_get reach it there. Once, before anybody watches the axis. -1: no memory, or not now. */
+int hil_axis_cells(hil_core *c, int axis, int n, const int32_t *fields);
 void hil_axis_output(hil_core *c, int axis, float theta_deg, int effort);
 void hil_axis_vref(hil_core *c, int axis, int vref1, int vref2); /* current commands only; IN pins stay */
 void hil_axis_loop(hil_core *c, int axis, int on);

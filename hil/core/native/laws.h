@@ -4,6 +4,7 @@
 
 #include "law/a3967.h"
 #include "law/as5047d.h"
+#include "law/own_fields.h"
 #include "law/pin_bank.h"
 #include "law/servo.h"
 #include "law/smoothed_pin.h"

@@ -1,7 +1,7 @@
 /* What a core, its groups and its axes hold: data alone.
 
    The core's files are layers: what they include and call makes no circle (hil/core/tests checks it). From below:
-   what knows no axis (mcu/, motion/, plant/, control/, encoder, source, follow, outputs, extremes, watch), this, core, shaft, law, the laws (law/),
+   cells, what knows no axis (mcu/, motion/, plant/, control/, encoder, source, follow, outputs, extremes, watch), this, core, shaft, law, the laws (law/),
    pins and view, axis, group and fault, batch, rt/thread, arena; beside them replay. */
 #ifndef HIL_STATE_H
 #define HIL_STATE_H
@@ -9,6 +9,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
+#include "cells.h"
 #include "control/mechaduino.h"
 #include "encoder.h"
 #include "outputs.h"
@@ -48,6 +49,7 @@ typedef struct hil_axis {
     int is_shown;               /* what is published is what it is, but for the time */
     const law *law;
     void *own;           /* the law's memory */
+    own_cells *cells;    /* NULL: its board has no fields of its own */
     int64_t law_next_ns; /* when it does something next; HIL_FOREVER: not by itself */
     int is_pacing;       /* its next step is the plant's next node: who looks before steps a copy */
     int is_turned;       /* it has other currents since the plant's last node, which come with the next */

@@ -117,6 +117,7 @@ static void fill(hil_axis *a, int64_t now_ns, hil_snapshot *out)
 #define X(name, type, kind, access, unit, expression, meaning) out->name = expression;
 #include "fields.def"
 #undef X
+    if (a->cells) cells_show(a->cells, out);
 }
 
 /* As fill, of the fields that its kind of axis has. */
@@ -127,6 +128,7 @@ static void look(hil_axis *a, int64_t now_ns, hil_snapshot *out)
 #define X(name, type, kind_, access, unit, expression, meaning) if (EXTREMES_HAVE(kind, kind_)) out->name = expression;
 #include "fields.def"
 #undef X
+    if (a->cells) cells_show(a->cells, out);
 }
 
 void hil_axis_snapshot(hil_core *c, int axis, hil_snapshot *out)
@@ -161,6 +163,8 @@ void hil_axis_published(const hil_core *c, int axis, hil_snapshot *out)
 double view_field(hil_core *c, int axis, hil_field field, int64_t now_ns)
 {
     hil_axis *a = &c->axes[axis];
+    const cell *own = cells_find(a->cells, (int)field);
+    if (own) return own->value;
     if (field <= HIL_FIELD_raw || (field >= HIL_FIELD_voltage_a_V && field <= HIL_FIELD_lag_steps)) fill_view(a, now_ns);
     switch (field) {
 #define X(name, type, kind, access, unit, expression, meaning) case HIL_FIELD_##name: return (double)(expression);
@@ -185,7 +189,8 @@ int hil_axis_watch(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den,
 int hil_axis_watch_extremes(hil_core *c, int axis, int slot, int64_t num_ns, int64_t den, int points, int capacity)
 {
     hil_axis *a = &c->axes[axis];
-    if (watch_start(&a->watches[slot], hil_group_now(c, a->group), num_ns, den, points, a->law->kind, capacity))
+    if (watch_start(&a->watches[slot], hil_group_now(c, a->group), num_ns, den, points, a->law->kind, a->cells,
+                    capacity))
         return -1;
     core_stir(c, axis);
     a->watch_next_ns = watch_soonest_ns(a->watches);

@@ -35,7 +35,7 @@ static void step_grid(watch *w)
     w->next_ns++;
 }
 
-int watch_start(watch *w, int64_t now_ns, int64_t num_ns, int64_t den, int points, int kind, int capacity)
+int watch_start(watch *w, int64_t now_ns, int64_t num_ns, int64_t den, int points, int kind, const own_cells *own, int capacity)
 {
     int is_pairs = num_ns && points > 1;
     hil_snapshot *ring = num_ns ? malloc((size_t)capacity * sizeof *ring) : NULL;
@@ -49,7 +49,7 @@ int watch_start(watch *w, int64_t now_ns, int64_t num_ns, int64_t den, int point
     free(w->extremes);
     *w = (watch){.ring = ring, .extremes = seen, .capacity = capacity};
     int64_t k = num_ns ? begin_grid(w, now_ns, num_ns, den) : 0;
-    if (seen) *seen = (extremes){.kind = kind, .points = points, .left = points - (int)((k - 1) % points)};
+    if (seen) *seen = (extremes){.kind = kind, .own = own, .points = points, .left = points - (int)((k - 1) % points)};
     return 0;
 }
 

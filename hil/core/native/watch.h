@@ -20,8 +20,8 @@ typedef struct watch {
 } watch;
 
 /* At each floor(k * num_ns / den) after now_ns, instead of the watch before; num_ns = 0 ends it. points above 1: a pair of
-   samples at each k that is a multiple of it, for an axis of this kind. -1: no memory. */
-int watch_start(watch *w, int64_t now_ns, int64_t num_ns, int64_t den, int points, int kind, int capacity);
+   samples at each k that is a multiple of it, for an axis of this kind with these cells, or NULL. -1: no memory. */
+int watch_start(watch *w, int64_t now_ns, int64_t num_ns, int64_t den, int points, int kind, const own_cells *own, int capacity);
 int64_t watch_soonest_ns(const watch *watches);      /* of HIL_WATCHES: of the sample to come, HIL_FOREVER: none */
 hil_snapshot *watch_place(watch *w, int64_t at_ns); /* where what is seen at that time goes; NULL: nowhere */
 void watch_keep(watch *w);                          /* it is there */

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[3]
 PUBLIC = "hil/core/native/hil_core"
 CORE = "hil/core/native/"
 ORDER = (
-    "abi fields types",
+    "abi fields types cells",
     "mcu/avr/",  # a processor knows nothing but itself
     "motion/ plant/ control/ encoder source follow outputs extremes watch hil_core",  # they know no axis
     "rt/ring rt/seqlock",

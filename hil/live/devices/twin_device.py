@@ -262,7 +262,15 @@ class TwinDevice:
             "port_failure": place.failure if place else None,
             "snapshot": shots.get(first),
             "snapshots": {self._at(axis): shot for axis, shot in shots.items() if axis != first},
+            **self._own_fields(),
         }
+
+    def _own_fields(self) -> dict[str, Any]:
+        """Row of the board's own fields, by name; nothing where it has none."""
+        if not self._device.axes or not (own := self._device.axis.kind.board_fields):
+            return {}
+        shot = self._device.axis.published().as_dict()
+        return {"fields": {name: shot[name] for name in own}}
 
     def _load_notes(self, shots: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
         for part, shot in shots.items():
