@@ -329,8 +329,12 @@ def test_the_tab_tells_of_trouble(pages: Bench) -> None:
     page = pages.open(prepare=lambda page: made.append(Between(page)))
     expect(page).to_have_title("t · hil")
     fine = page.locator("#icon").get_attribute("href")
+    problem = '{"kind":"device","about":"m1","what":"stopped: it hung","remedy":""}'
+    failed = rf'\1"failed"\2[{problem}]'
     made[0].change = lambda said: (
-        re.sub(r'("health":\{"state":)"\w+"', r'\1"failed"', said) if isinstance(said, str) else said
+        re.sub(r'("health":\{"state":)"\w+"(,"late_ms":[\d.]+,"problems":)\[.*?\](?=\})', failed, said)
+        if isinstance(said, str)
+        else said
     )
-    expect(page).to_have_title("failed: t · hil")
+    expect(page).to_have_title("✗ m1: stopped: it hung: t · hil")
     assert page.locator("#icon").get_attribute("href") != fine
