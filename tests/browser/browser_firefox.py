@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Iterator
 
 import pytest
-from browser_pages import Bench, served
+from browser_pages import Bench, in_layout, served
 from e2e_support import READY_NS
 from firefox_pages import FirefoxPage, firefox_page
 from playwright.sync_api import Browser
@@ -39,6 +39,35 @@ def page(chromium: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterato
         bench.server.ready("m1", boot_ns=READY_NS)
         with firefox_page(executable, tmp_path_factory.mktemp("fox")) as page:
             yield bench, page
+
+
+PANELS = {
+    "plot": ({"given": {"signals": ["m1.position_deg"]}}, ".uplot canvas"),
+    "number": ({"of": "m1.position_deg"}, ".big-value"),
+    "picture": ({"given": {"form": "shafts"}}, "canvas, svg"),
+    "events": ({}, "input"),
+    "wire": ({"of": "bus0"}, ".packets"),
+    "terminal": ({"of": "s1"}, ".xterm"),
+    "verbs": ({"of": "m1"}, "button"),
+    "gains": ({"of": "m1"}, "input"),
+    "pins": ({"of": "s1"}, "canvas"),
+    "fields": ({"of": "m1"}, "table"),
+    "faults": ({}, "a"),
+    "path": ({}, "a, canvas"),
+    "runs": ({}, ".card"),
+}
+"""Kinds of panels: what each shows, and what stands in it."""
+
+
+def test_each_kind_of_panel_is_shown_without_an_error(page: tuple[Bench, FirefoxPage]) -> None:
+    bench, fox = page
+    fox.errors.clear()
+    fox.resize(1400, 1000)
+    for kind, (row, selector) in PANELS.items():
+        layout = {"version": 1, "name": kind, "root": {"tabs": [{"kind": kind, **row}]}}
+        fox.go(f"{bench.url}#/{in_layout(layout)}")
+        fox.until(f"Boolean(document.querySelector('.panel.is-{kind}')?.querySelector({selector!r}))")
+    assert fox.errors == []
 
 
 @pytest.mark.parametrize("where", SHOWN)

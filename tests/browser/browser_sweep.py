@@ -92,3 +92,16 @@ def test_a_place_is_for_everybody_and_whole(pages: Bench, where: str, theme: str
         expect(page.locator(".panel")).to_have_count(len(PANELS))
     fits(page, width)
     assert violations(page) == []
+
+
+STRANGE = ("%E0%A4%A", "__proto__", "x" * 5000)
+"""Names that are nowhere: broken, of the language itself, endless."""
+
+
+def test_an_address_of_anything_is_answered_in_a_page_that_fits(pages: Bench) -> None:
+    page = pages.open("bench")
+    for view in ("bench", "wire", "faults", "companion", "layout", "layout/ready", "nosuch"):
+        for name in STRANGE:
+            page.goto(f"{pages.url}#/{view}/{name}")
+            expect(page.locator("main")).not_to_be_empty()
+            fits(page, 1400)
