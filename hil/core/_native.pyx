@@ -292,6 +292,16 @@ cdef class NativeCore:
         if hil_magnet(self.core, axis, of_axis, is_reversed, zero_deg):
             raise ValueError("this axis reads no magnet")
 
+    def switch_add(self, int axis, dict given):
+        cdef hil_switch s = given  # by name: every member has to be there
+        cdef int number = hil_switch_add(self.core, axis, &s)
+        if number < 0:
+            raise MemoryError(f"an axis has at most {HIL_SWITCHES} switches")
+        return number
+
+    def switch_is_active(self, int axis, int which):
+        return hil_switch_is_active(self.core, axis, which)
+
     def bank_write(self, int axis, int pin, int level):
         hil_bank_write(self.core, axis, pin, level)
 

@@ -15,6 +15,8 @@ WATCHES = 17
 """Watches of an axis."""
 WIRES = 16
 """Wires from the outputs of an axis."""
+SWITCHES = 8
+"""Switches of an axis."""
 LIMIT_TEETH_RPM = 500000
 """The most a shaft turns, times its rotor's teeth: 10,000 rpm with 50 teeth, a third of an electrical turn in
 a step of the full plant."""

@@ -86,6 +86,10 @@ class AxisKind:
     """Maximum current of a coil, by its parameters."""
     memory_bytes: int
     """Locked memory in the core, of an axis that is alone in its group."""
+    driver_A: Callable[[Mapping[str, float]], float] | None = None
+    """Maximum current of a coil that its driver can be set to; None: ``max_current_A`` is all it gives."""
+    steps_per_turn: int = 0
+    """Full steps in a turn of the motors that its law commutates; 0: of any."""
     current_parameter: str = ""
     """Parameter that this current goes by; empty: there is no motor."""
     is_commanded: bool = True

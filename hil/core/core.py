@@ -7,6 +7,7 @@ from hil.core._native import NativeCore
 from hil.core.abi import Event
 from hil.core.axis_kind import CLOCK_OUT, CLOCK_OUT_HZ, LOAD, speed_limit_rpm
 from hil.core.core_axis import CoreAxis
+from hil.core.followed_speed import followed_speed
 from hil.core.kinds import kind_of
 from hil.vocab.axis_plan import FULL_PARAMETERS, AxisPlan
 from hil.vocab.time import SimTimeNs
@@ -58,6 +59,7 @@ class Core:
         made: CoreAxis = kind.make(self.native, axis, kind)
         made.holding_Nm = kind.holding_Nm(plan.parameters)
         made.speed_limit_rpm = speed_limit_rpm(plan.parameters)
+        made.followed = followed_speed(plan)
         made.set_load_Nm = motor[LOAD]
         if plan.fields:
             self.native.cells(axis, [kind.fields[own.name] for own in plan.fields])

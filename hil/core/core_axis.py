@@ -2,14 +2,16 @@
 
 import math
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
 from hil.core._native import NativeCore
 from hil.core.abi import AxisFault
 from hil.core.axis_kind import LOAD, AxisKind
 from hil.core.core_processor import CoreProcessor
+from hil.core.core_switch import CoreSwitch
 from hil.core.fields import INDEX, Snapshot
+from hil.vocab.axis_plan import FollowedSpeed
 from hil.vocab.path import PathPiece
 
 
@@ -33,6 +35,8 @@ class CoreAxis:
         """Maximum torque of the motor, without that of its magnets."""
         self.speed_limit_rpm = math.inf
         """Maximum speed of the shaft, whatever drags it."""
+        self.followed = FollowedSpeed()
+        """Speeds up to which the motor follows, by its figures."""
         self.is_on_bus = False
         """True if the drive of a CAN bus's node counts by the axis's angle."""
         self.is_in_run = False
@@ -108,6 +112,16 @@ class CoreAxis:
             ValueError: this axis reads no magnet.
         """
         self._native.magnet(self.id, shaft.id, is_reversed, zero_deg)
+
+    def add_switch(self, given: Mapping[str, float], to: "CoreAxis | None", pin: str) -> CoreSwitch:
+        """Put a switch at the shaft, wired to an input of an axis of its group, or to none. ``given``: the
+        other members of ``native/types.h``: hil_switch.
+
+        Raises:
+            MemoryError: there are too many.
+        """
+        to_pin = {"to_axis": -1, "to_pin": 0} if to is None else {"to_axis": to.id, "to_pin": to.pins[pin]}
+        return CoreSwitch(self._native, self.id, self._native.switch_add(self.id, {**given, **to_pin}))
 
     def drive(self, rows: Sequence[tuple[int, str, int, int, int]]) -> None:
         """Drive the inputs by a signal source from now on; no rows: none. Rows are (at_ns from now, pin,

@@ -8,6 +8,7 @@ cdef extern from "native/hil_core.h" nogil:
         HIL_HISTOGRAM_LEN
         HIL_WATCHES
         HIL_WIRES
+        HIL_SWITCHES
         HIL_LIMIT_TEETH_RPM
         HIL_LIMIT_RPM
         MOTION_QUEUE
@@ -59,6 +60,7 @@ cdef extern from "native/hil_core.h" nogil:
         double centre_deg
         double min_deg
         double max_deg
+        double stop_Nm_per_rad
         int32_t end_stops
     ctypedef struct hil_edges:
         int64_t at_ns
@@ -115,6 +117,17 @@ cdef extern from "native/hil_core.h" nogil:
         double per_s
         double per_s2
         double per_s3
+    ctypedef struct hil_switch:
+        double from_deg
+        double to_deg
+        double hysteresis_deg
+        double every_deg
+        int32_t opens
+        int32_t closed_level
+        int32_t to_axis
+        int32_t to_pin
+        int64_t bounce_ns
+        uint64_t seed
     ctypedef struct hil_edge:
         int64_t at_ns
         int32_t pin
@@ -222,6 +235,8 @@ cdef extern from "native/hil_core.h" nogil:
     int hil_axis_take_inputs(hil_core *c, int axis, hil_edge *out, int max)
     int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
     int hil_magnet(hil_core *c, int axis, int of_axis, int is_reversed, double zero_deg)
+    int hil_switch_add(hil_core *c, int axis, const hil_switch *given)
+    int hil_switch_is_active(const hil_core *c, int axis, int which)
     void hil_bank_write(hil_core *c, int axis, int pin, int level)
     int hil_bank_read(const hil_core *c, int axis, int pin)
     int hil_bank_pulses(hil_core *c, int axis, int pin, int n, const hil_pulses *rows)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from hil.core import CoreAxis
+from hil.core.core_switch import CoreSwitch
 from hil.sim.card import Card
 from hil.sim.client_tap import ClientTap, HasChannels
 from hil.sim.group import Group
@@ -60,6 +61,8 @@ class BenchParts:
         self.wires: dict[str, Wire] = {}
         self.axes: dict[str, tuple[Twin, str]] = {}
         """Axes by their addresses: the device, and the axis's name there."""
+        self.switches: dict[str, CoreSwitch] = {}
+        """Switches along axes, by name."""
         self._groups: dict[str, Group] = {}
 
     def add_device(self, device: Twin, group: Group) -> None:

@@ -4,6 +4,8 @@ drags."""
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
+from hil.core import CoreAxis
+from hil.core.motor_words import stall_note
 from hil.vocab.faults import MOST_LOADS
 
 AS_SHOWN = 1e-5
@@ -35,9 +37,15 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
     )
 
 
-def load_notes(shot: Mapping[str, float], holding_Nm: float, speed_limit_rpm: float) -> Iterator[str]:
-    """Notes on an axis's fields ``shot``, for the operator: a load that is more than the motor holds, and a
-    shaft at its largest speed."""
+def motor_notes(shot: Mapping[str, float], axis: CoreAxis) -> Iterator[str]:
+    """Notes on an axis's fields ``shot``, for the operator: a load that is more than the motor holds, a shaft
+    at its largest speed, a speed that the motor cannot follow, and steps that it has lost."""
+    holding_Nm, speed_limit_rpm, last_rpm = axis.holding_Nm, axis.speed_limit_rpm, axis.followed.last_rpm
+    asked_rpm = abs(shot.get(axis.kind.commanded_rpm, 0.0))
+    if asked_rpm > last_rpm:
+        yield f"{asked_rpm:g} rpm are more than the motor follows, {last_rpm:.0f} rpm by its figures"
+    if said := stall_note(shot, axis):
+        yield said
     load_Nm, speed_rpm = shot["load_torque_Nm"], shot["velocity_rpm"]
     if abs(load_Nm) > holding_Nm and not math.isclose(abs(load_Nm), holding_Nm, rel_tol=AS_SHOWN):
         yield f"the load of {load_Nm:g} Nm is more than the motor holds ({holding_Nm:g} Nm)"

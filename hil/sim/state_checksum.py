@@ -7,10 +7,14 @@ from struct import Struct
 from hil.core._native import PackedValues
 from hil.core.fields import OFFSETS, Snapshot
 
+LEFT_OUT = frozenset({"stalls", "stalled_at_ns"})
+"""Fields that logs of before them have not in their checksums. They follow from others' courses."""
+
 
 def snapshot_text(snapshot: Snapshot) -> str:
-    """Text of all fields, of which the checksum is."""
-    return f"Snapshot({', '.join(f'{name}={value}' for name, value in snapshot.as_dict().items())})"
+    """Text of the fields of which the checksum is."""
+    shown = (f"{name}={value}" for name, value in snapshot.as_dict().items() if name not in LEFT_OUT)
+    return f"Snapshot({', '.join(shown)})"
 
 
 def state_checksum(snapshots: Sequence[Snapshot]) -> int:
@@ -44,9 +48,9 @@ class _SnapshotText:
 
     def __init__(self, snapshot: Snapshot) -> None:
         self.names: Mapping[str, int] = snapshot.names
-        first, *others = self.names
+        first, *others = (name for name in self.names if name not in LEFT_OUT)
         self._head, self._labels = f"Snapshot({first}=", [f", {name}=" for name in others]
-        self._first, *rest = self.names.values()
+        self._first, *rest = (index for name, index in self.names.items() if name not in LEFT_OUT)
         self._offset = OFFSETS[first]
         self._order = rest
         types = ["d" if isinstance(value, float) else "q" for value in snapshot.values]

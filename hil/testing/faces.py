@@ -10,6 +10,7 @@ from hil.core.axis_kind import ANGLE
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientTap
 from hil.sim.inputs import Bytes, Pin, PulseTrain, Reset, ScriptEncoder, SetField
+from hil.sim.load_limit import motor_notes
 from hil.sim.segment_tap import Tap
 from hil.sim.settable import setting_problem
 from hil.sim.twin import Twin
@@ -324,8 +325,13 @@ class DeviceFace:
 
     @property
     def notes(self) -> Mapping[str, str]:
-        """Operator notes of its firmware, keyed by topic; ``hil status`` shows them."""
-        return self._device.notes
+        """Operator notes of its firmware, keyed by topic, and of its motors, as ``motor``; ``hil status``
+        shows them."""
+        motors = {name: axis for name, axis in self._device.axes.items() if axis.kind.has_motor}
+        with self._runtime.present(self._device):
+            said = {name: "; ".join(motor_notes(at.snapshot().as_dict(), at)) for name, at in motors.items()}
+        own = {self._device.axes.label("motor", name): text for name, text in said.items() if text}
+        return {**self._device.notes, **own}
 
     @property
     def nvm(self) -> Mapping[str, bytes]:

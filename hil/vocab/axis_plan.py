@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Literal
+from math import inf
+from typing import Literal, NamedTuple
 
 from hil.vocab.late_dataclass import dataclass
 from hil.vocab.own_fields import OwnField
@@ -34,6 +35,8 @@ class Load:
     """Angle at which spring and pendulum rest."""
     min_deg: float = 0.0
     max_deg: float = 0.0
+    stop_Nm_per_rad: float = 0.0
+    """Stiffness of both stops; 0: as stiff as a step of the plant resolves."""
     end_stops: bool = False
     """True if ``min_deg`` and ``max_deg`` apply."""
 
@@ -66,3 +69,11 @@ class AxisPlan:
     """Plan of the processor of pins; None: they have a Uno's."""
     fields: tuple[OwnField, ...] = ()
     """Fields of the board's own, which this axis has."""
+
+
+class FollowedSpeed(NamedTuple):
+    """Speeds in rpm: up to ``whole_rpm`` the motor has its whole torque, above ``last_rpm`` it cannot follow.
+    They differ only with the full plant. ``inf`` of an axis without a motor; 0: the load is too heavy."""
+
+    whole_rpm: float = inf
+    last_rpm: float = inf

@@ -9,6 +9,7 @@
 #include "laws.h"
 #include "pins.h"
 #include "rt/lock.h"
+#include "switches.h"
 #include "view.h"
 
 void axis_node(hil_axis *a, int64_t t_ns)
@@ -31,6 +32,14 @@ int64_t axis_tells_ns(const hil_axis *a)
     return a->source.next_ns < tells_ns ? a->source.next_ns : tells_ns;
 }
 
+/* At its switches, and for its watchers. */
+static void look(hil_core *c, hil_axis *a, int64_t at_ns)
+{
+    if (a->switch_next_ns == at_ns) switches_look(c, a);
+    view_sample(a, at_ns);
+    view_plan(a);
+}
+
 int64_t axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
 {
     int64_t work = 0;
@@ -40,7 +49,7 @@ int64_t axis_advance(hil_core *c, hil_axis *a, int axis, int64_t t_ns)
             int64_t until_ns = a->source.next_ns <= t_ns ? a->source.next_ns - 1 : t_ns;
             work += a->law->step(c, a, a->watch_next_ns < until_ns ? a->watch_next_ns : until_ns);
             if (a->has_stopped) return work;
-        } else view_sample(a);
+        } else look(c, a, next_ns);
     }
     if (!a->is_pacing) law_plant(a, t_ns);
     return work;
@@ -90,7 +99,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     c->groups[group].first_axis = axis;
     a->load_torque_Nm = params->load_torque_Nm;
     a->encoder.previous_command = 0xFFFF;
-    a->source.next_ns = a->watch_next_ns = HIL_FOREVER;
+    a->source.next_ns = a->watch_next_ns = a->switch_next_ns = HIL_FOREVER;
     make_room(c, &c->groups[group]);
     if (atomic_load(&c->rt.running)) { /* what was refused was said at the start */
         (void)rt_lock_axis(c, axis);
@@ -134,6 +143,7 @@ void axis_close(hil_axis *a)
     free(a->cells);
     a->cells = NULL;
     edges_forget(&a->inputs.edges);
+    switches_close(a);
     if (a->open) a->law->close(a);
     a->open = 0;
 }

@@ -108,6 +108,11 @@ int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin);
    counts down as the shaft's angle grows. -1: the axis is no such chip. */
 int hil_magnet(hil_core *c, int axis, int of_axis, int is_reversed, double zero_deg);
 
+/* A switch at an axis, whose pin is of an axis of its group: from now on the pin has the contact's level. Answers its number
+   at this axis. -1: there are too many, or there is no memory. */
+int hil_switch_add(hil_core *c, int axis, const hil_switch *given);
+int hil_switch_is_active(const hil_core *c, int axis, int which); /* the cam holds it, but for bounces */
+
 /* ---- a microcontroller's pins ---- */
 
 /* The board drives a pin to a level from now on, or no longer (-1): then it has the level that comes from outside. */

@@ -24,6 +24,7 @@
 #define SNAPSHOT_WORDS ((int)((sizeof(hil_snapshot) + 7) / 8))
 
 typedef struct law law; /* law.h */
+typedef struct switch_list switch_list; /* switches.h */
 
 /* What is wrong with an axis; all zeros: nothing. */
 typedef struct axis_fault {
@@ -59,7 +60,9 @@ typedef struct hil_axis {
     int64_t stopped_ns;
     int is_full;   /* which of the two plants moves */
     int is_faulty; /* something of fault is set: no lane has room for it */
-    int64_t watch_next_ns; /* of the sample to come, HIL_FOREVER: none */
+    int64_t watch_next_ns; /* of the sample to come, or of the look at its switches to come; HIL_FOREVER: none */
+    int64_t switch_next_ns; /* of that look */
+    switch_list *switches; /* NULL: it has none. One that has some is never idle */
     source source;
     encoder encoder;
     axis_fault fault;

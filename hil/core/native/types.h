@@ -54,6 +54,7 @@ typedef struct hil_load {
     double inertia_kg_m2, torque_Nm;
     double stiffness_Nm_per_rad, pendulum_Nm, centre_deg; /* centre: where spring and pendulum rest */
     double min_deg, max_deg;
+    double stop_Nm_per_rad; /* 0: as stiff as a step of the plant resolves */
     int32_t end_stops;
 } hil_load;
 
@@ -111,6 +112,17 @@ typedef struct hil_path_piece {
     double r, per_s, per_s2, per_s3;
 } hil_path_piece;
 #define HIL_PATH_NS (INT64_C(1) << 62) /* a path is shorter */
+
+/* A switch: a cam from one angle of a shaft to another, by the shaft's own angle (hil_axis_set of position_deg moves nothing).
+   It lets go by the hysteresis farther out. every_deg above 0: it comes again each so many degrees. opens: the cam opens
+   the contact (normally closed); closed_level: what a closed contact makes of the pin. Both angles finite where it repeats. */
+typedef struct hil_switch {
+    double from_deg, to_deg, hysteresis_deg, every_deg;
+    int32_t opens, closed_level;
+    int32_t to_axis, to_pin; /* to_axis -1: to no pin */
+    int64_t bounce_ns;       /* the longest */
+    uint64_t seed;           /* of the bounces */
+} hil_switch;
 
 /* An edge of an output, recorded. */
 typedef struct hil_edge {

@@ -53,6 +53,12 @@ static double lag_steps(const hil_axis *a)
     return teeth ? (rev - a->view.rev) * 4 * teeth : 0;
 }
 
+static const slip *slip_of(const hil_axis *a)
+{
+    const stepper *s = stepper_of(a);
+    return s ? &s->slip : &driver_view(a)->slip;
+}
+
 /* A rotor that has lost its step rests a whole number of teeth away. */
 static int64_t lost_steps(const hil_axis *a) { return (int64_t)(4 * nearbyint(lag_steps(a) / 4)); }
 
@@ -193,13 +199,25 @@ int hil_axis_watch_extremes(hil_core *c, int axis, int slot, int64_t num_ns, int
                     capacity))
         return -1;
     core_stir(c, axis);
-    a->watch_next_ns = watch_soonest_ns(a->watches);
+    view_plan(a);
     return 0;
 }
 
-void view_sample(hil_axis *a)
+void view_plan(hil_axis *a)
 {
-    int64_t at_ns = a->watch_next_ns;
+    int64_t next_ns = watch_soonest_ns(a->watches);
+    a->watch_next_ns = a->switch_next_ns < next_ns ? a->switch_next_ns : next_ns;
+}
+
+void view_shaft(hil_axis *a, int64_t at_ns, double *rev, double *rev_per_s)
+{
+    fill_view(a, at_ns);
+    *rev = a->view.rev;
+    *rev_per_s = a->view.rev_per_s;
+}
+
+void view_sample(hil_axis *a, int64_t at_ns)
+{
     for (int i = 0; i < HIL_WATCHES; i++) {
         hil_snapshot *place = watch_place(&a->watches[i], at_ns);
         if (!place) continue;
@@ -207,7 +225,6 @@ void view_sample(hil_axis *a)
         else fill(a, at_ns, place);
         watch_keep(&a->watches[i]);
     }
-    a->watch_next_ns = watch_soonest_ns(a->watches);
 }
 
 int hil_axis_take_samples(hil_core *c, int axis, int slot, hil_snapshot *out, int max)

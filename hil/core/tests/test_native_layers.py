@@ -26,7 +26,7 @@ ORDER = (
     "shaft",
     "law",
     "law/",
-    "laws pins magnet view processor rt/lock replay joint_replay rt/watchdog",
+    "laws pins magnet view switches processor rt/lock replay joint_replay rt/watchdog",
     "axis",
     "group fault",
     "lanes batch batch_any batch_avx2 batch_avx512 batch_lanes",

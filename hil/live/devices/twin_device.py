@@ -21,7 +21,7 @@ from hil.live.sim_backends import UartBackend
 from hil.runs.twin_axes import TwinAxis
 from hil.sim.bench import BenchRuntime
 from hil.sim.inputs import Bytes, Input, Pin, PulseTrain, Reset, SetField
-from hil.sim.load_limit import load_notes
+from hil.sim.load_limit import motor_notes
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.sim.settable import setting_problem
 from hil.sim.twin import Twin
@@ -250,7 +250,7 @@ class TwinDevice:
         motors = {axis: each for axis, each in device.axes.items() if each.kind.has_motor}
         shots = {axis: each.published().as_dict() for axis, each in motors.items()}
         own = home.notes.get(self.name)
-        notes = [*([own] if own else []), *device.notes.values(), *self._load_notes(shots)]
+        notes = [*([own] if own else []), *device.notes.values(), *self._motor_notes(shots)]
         notes += self._programs.notes()
         first = device.axes.first
         return {
@@ -272,10 +272,10 @@ class TwinDevice:
         shot = self._device.axis.published().as_dict()
         return {"fields": {name: shot[name] for name in own}}
 
-    def _load_notes(self, shots: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
+    def _motor_notes(self, shots: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
         for part, shot in shots.items():
             axis = self._device.axes[part]
-            for said in load_notes(shot, axis.holding_Nm, axis.speed_limit_rpm):
+            for said in motor_notes(shot, axis):
                 yield said if part == self._device.axes.first else f"{part}: {said}"
 
     def problems(self, is_service: bool) -> Iterator[HealthProblem]:

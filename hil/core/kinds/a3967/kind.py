@@ -33,6 +33,7 @@ KIND = AxisKind(
     course=("commanded_deg", "position_deg"),
     motion=_driver_motion,
     max_current_A=lambda parameters: parameters["phase_current_A"],
+    driver_A=lambda parameters: 0.75,  # data sheet
     current_parameter="phase_current_A",
     memory_bytes=axis_bytes(Law.a3967),
     is_commanded=False,

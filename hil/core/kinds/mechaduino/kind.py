@@ -49,6 +49,7 @@ KIND = AxisKind(
     course=("r", "yw"),
     motion=_servo_motion,
     max_current_A=lambda parameters: FULL_SCALE_V / parameters["sense_resistor_ohm"],
+    steps_per_turn=200,  # native/control/mechaduino.h: 50 poles
     current_parameter="sense_resistor_ohm",
     memory_bytes=axis_bytes(Law.mechaduino),
     settable={

@@ -34,6 +34,7 @@ KIND = AxisKind(
     course=("commanded_deg", "position_deg"),
     motion=_stepper_motion,
     max_current_A=lambda parameters: parameters["phase_current_A"],
+    driver_A=lambda parameters: 2.5 if parameters["driver"] else 2.0,  # data sheets of DRV8825 and A4988
     current_parameter="phase_current_A",
     memory_bytes=axis_bytes(Law.sac),
     settable={LOAD: AROUND, ANGLE: AROUND, "clock_Hz": Settable(-1.0, 1e9)},

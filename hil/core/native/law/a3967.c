@@ -165,12 +165,13 @@ static int is_listening(const a3967 *d, int64_t at_ns)
     return d->pins[HIL_DRIVER_IN_RESET] && d->pins[HIL_DRIVER_IN_SLEEP] && at_ns >= d->awake_ns;
 }
 
-static void rise(a3967 *d, int64_t at_ns)
+static void rise(const hil_axis *a, a3967 *d, int64_t at_ns)
 {
     int is_long = at_ns - d->fall_ns >= PULSE_NS;
     d->is_step_high = is_long && is_listening(d, at_ns);
     d->timing_errors += !is_long || at_ns - d->changed_ns < SETUP_NS;
     d->rise_ns = at_ns;
+    slip_look(&d->slip, a, driver_commanded_rev(d), d->teeth, at_ns);
     if (!d->is_step_high) {
         d->ignored++;
         return;
@@ -193,11 +194,11 @@ static void fall(a3967 *d, int64_t at_ns)
     d->ignored++;
 }
 
-static void change(a3967 *d, int pin, int level, int64_t at_ns)
+static void change(const hil_axis *a, a3967 *d, int pin, int level, int64_t at_ns)
 {
     switch (pin) {
     case HIL_DRIVER_IN_STEP:
-        if (level) rise(d, at_ns);
+        if (level) rise(a, d, at_ns);
         else fall(d, at_ns);
         return;
     case HIL_DRIVER_IN_DIR:
@@ -229,7 +230,7 @@ static void set_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
     law_plant(a, at_ns);
     heat(d, at_ns);
     d->pins[pin] = level;
-    change(d, pin, level, at_ns);
+    change(a, d, pin, level, at_ns);
     if (d->position != position || driver_is_on(d) != was_on) a->is_turned = 1;
     plan(a, at_ns);
 }
@@ -264,6 +265,7 @@ static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     shaft_node(a, now_ns);
     heat(d, now_ns);
     go_home(d);
+    slip_clear(&d->slip, a, driver_commanded_rev(d), d->teeth);
     d->taken = d->ignored = d->timing_errors = 0;
     d->rise_ns = d->fall_ns = d->changed_ns = d->awake_ns = LONG_AGO;
     apply_currents(a);

@@ -4,6 +4,7 @@
 #define HIL_LAW_A3967_H
 
 #include "../law.h"
+#include "slip.h"
 
 typedef struct a3967 {
     int teeth;
@@ -18,6 +19,7 @@ typedef struct a3967 {
     double junction_degC; /* at heated_ns */
     int64_t heated_ns;
     int is_too_hot;
+    slip slip;
 } a3967;
 
 extern const law a3967_law;

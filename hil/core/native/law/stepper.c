@@ -48,6 +48,7 @@ static void turn(hil_axis *a, int64_t at_ns)
 {
     stepper *s = a->own;
     law_plant(a, at_ns);
+    slip_look(&s->slip, a, stepper_commanded_rev(s), s->teeth, at_ns);
     int step = MICROSTEPS >> driver_exponent(s->driver, s->motion.setup.mode_pins);
     s->position += s->motion.dir_level == s->motion.setup.is_cw_high ? step : -step;
     a->is_turned = 1;
@@ -244,6 +245,7 @@ static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     plan(a, now_ns);
     law_plant(a, now_ns);
     shaft_node(a, now_ns);
+    slip_clear(&s->slip, a, stepper_commanded_rev(s), s->teeth);
     apply_currents(a);
     a->is_turned = 0;
 }

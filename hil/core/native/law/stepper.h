@@ -4,6 +4,7 @@
 
 #include "../law.h"
 #include "../motion/engine.h"
+#include "slip.h"
 
 #define MICROSTEPS 128 /* positions of the driver in a full step, in which every driver's step is whole */
 
@@ -15,6 +16,7 @@ typedef struct stepper {
     double phase_current_A, origin_rev; /* the shaft's angle where the driver's position is 0 */
     int64_t position; /* of the driver, in microsteps: how far its currents have turned */
     int64_t fall_ns;  /* of clk's latest pulse */
+    slip slip;
     outputs out; /* clk's level may stay high after fall_ns while nobody looks at it */
     int32_t ena, enb, quadrature, rst_is_low;
 } stepper;

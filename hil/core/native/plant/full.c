@@ -108,6 +108,7 @@ static int64_t step_for(const full *p, double max_current_A)
                        p->load.stiffness_Nm_per_rad + p->load.pendulum_Nm;
     double swing_per_s = sqrt(stiffness / p->inertia_kg_m2), decay_per_s = p->motor.viscous / p->inertia_kg_m2;
     double rate_per_s = fmax(fmax(swing_per_s, decay_per_s), p->motor.R / p->inductance_H);
+    rate_per_s = fmax(rate_per_s, sqrt(p->load.stop_Nm_per_rad / p->inertia_kg_m2));
     double steps = ceil(rate_per_s * (FULL_STEP_NS * 1e-9) / 0.25);
     if (!(steps <= FULL_MAX_STEPS)) return 0;
     return FULL_STEP_NS / (int64_t)fmax(steps, 1);
@@ -145,8 +146,8 @@ int full_init(full *p, const hil_axis_params *params, double max_current_A, int6
     p->whole = rate_of(p, p->step_ns);
     of->whole_s = p->whole.h_s;
     full_locate(&p->moving);
-    /* As stiff as the step resolves; the damper takes most of a hit's energy. */
-    double rate_per_s = 0.3 / p->whole.h_s;
+    /* As stiff as the step resolves, or as it is said; the damper takes most of a hit's energy. */
+    double rate_per_s = l->stop_Nm_per_rad > 0 ? sqrt(l->stop_Nm_per_rad / p->inertia_kg_m2) : 0.3 / p->whole.h_s;
     p->stop_Nm_per_rad = p->inertia_kg_m2 * rate_per_s * rate_per_s;
     p->stop_Nm_s_per_rad = 0.6 * p->inertia_kg_m2 * rate_per_s;
     return 0;

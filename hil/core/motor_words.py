@@ -1,0 +1,27 @@
+"""Words on how a motor follows what it is told, for status, events and checks."""
+
+from collections.abc import Mapping
+
+from hil.core.core_axis import CoreAxis
+from hil.vocab.axis_plan import FollowedSpeed
+
+
+def stall_note(shot: Mapping[str, float], axis: CoreAxis) -> str:
+    """Note on steps that a motor has lost since power-up; empty: none, or its kind tells none."""
+    stalls = int(shot.get("stalls", 0))
+    if not stalls:
+        return ""
+    often = "once" if stalls == 1 else f"{stalls} times"
+    return (
+        f"it lost steps {often}, at {shot['stalled_at_ns'] / 1e9:.3f} s last; {followed_text(axis.followed)}"
+    )
+
+
+def followed_text(followed: FollowedSpeed) -> str:
+    """Text on the speeds that a motor follows by its figures."""
+    if followed.whole_rpm == followed.last_rpm:
+        return f"by its figures the motor follows up to {followed.last_rpm:.0f} rpm"
+    return (
+        f"by its figures the motor has its whole torque up to {followed.whole_rpm:.0f} rpm, less above it,"
+        f" and none from {followed.last_rpm:.0f} rpm on"
+    )
