@@ -13,7 +13,9 @@ from hil.config import BenchConfig, Catalogue, DeviceConfig
 from hil.config.port_model import USUAL_BAUD
 from hil.config.processor_model import FieldVoltage, measured
 from hil.config.station_names import station_uart
+from hil.config.switch_model import AxisSwitchConfig
 from hil.core import Core
+from hil.core.core import SEED_MASK
 from hil.firmware.runtime import Idle
 from hil.host.regular_file import read_regular
 from hil.sim.bench import VIRTUAL, BenchHooks, BenchRuntime, Store
@@ -23,7 +25,7 @@ from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
 from hil.sim.twin import Twin
 from hil.sketch.chip_program import BOOT_SECTION, SECTION
-from hil.vocab.address import Address
+from hil.vocab.address import Address, pin_of
 from hil.vocab.bus import NodeLine
 from hil.vocab.line_format import FORMATS
 from hil.vocab.profile import MemoryFile, Profile
@@ -203,6 +205,8 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
     for name, device in config.twins.items():
         _measure(bench, name, device)
         _place_magnet(bench, name, device)
+    for number, (switch_name, switch) in enumerate(config.switches.items()):
+        _add_switch(bench, switch_name, switch, switch_seed(config, number))
     for segment_name, wire_config in config.segments.items():
         _add_segment(bench, segment_name, wire_config, catalogue)
     for kind in catalogue.wire_kinds:
@@ -241,6 +245,19 @@ def _place_magnet(bench: BenchRuntime, name: str, config: DeviceConfig) -> None:
     if magnet := config.magnet:
         shaft = bench.parts.axis(magnet.of)
         bench.parts.axis(name).place_magnet(shaft, zero_deg=magnet.zero_deg, is_reversed=magnet.reversed)
+
+
+def switch_seed(config: BenchConfig, number: int) -> int:
+    """Seed of the bounces of the switch of this number: beyond those of devices."""
+    return (config.seed + ((1 << 20) + number << 32)) & SEED_MASK
+
+
+def _add_switch(bench: BenchRuntime, name: str, config: AxisSwitchConfig, seed: int) -> None:
+    axis, pin_axis, pin = bench.parts.axis(config.axis), None, ""
+    if config.to:
+        of, pin = pin_of(config.to)
+        pin_axis = bench.parts.axis(of)
+    bench.parts.switches[name] = axis.add_switch(config.native() | {"seed": seed}, pin_axis, pin)
 
 
 def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalogue: Catalogue) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from hil.config.bench_models import bench_model
 from hil.config.bridge_findings import BRIDGES, bridge_findings, file_findings, read_bridges
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_device import DeviceCheck
@@ -17,11 +18,12 @@ from hil.config.fault_findings import fault_findings
 from hil.config.framing_findings import framing_findings
 from hil.config.joint_findings import joint_findings
 from hil.config.magnet_findings import magnet_findings
-from hil.config.model import BenchConfig, bench_model
+from hil.config.model import BenchConfig
 from hil.config.motor_findings import motor_findings
 from hil.config.port_model import SERIAL, is_path
 from hil.config.processor_findings import processor_findings
 from hil.config.real_places import same_at
+from hil.config.switch_findings import switch_findings
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import DeviceParts
 from hil.vocab.problem import ConfigError, Problem
@@ -71,8 +73,9 @@ def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = Fa
     if opens_bridges and isinstance(value, dict) and isinstance(bridges := value.get(BRIDGES), dict):
         findings += bridge_findings(bridges, value, profiles) if profiles else []
         findings += file_findings(bridges)
-    if config is not None and not findings:
-        findings += motor_findings(config, catalogue)
+    if config is not None and profiles is not None and not elsewhere:
+        spoilt = {finding.path[1] for finding in findings if finding.path[:1] == ("devices",)}
+        findings += motor_findings(config, catalogue, spoilt if findings else ())
     if config is None or findings or elsewhere:
         of_boards = _of_boards(value, catalogue)
         raise ConfigError([*document.error(findings).problems, *elsewhere, *of_boards])
@@ -175,6 +178,7 @@ def _findings_between(
     yield from joint_findings(value, profiles, real)
     yield from processor_findings(value, profiles, real)
     yield from magnet_findings(value, profiles, real)
+    yield from switch_findings(value, profiles, real)
     if isinstance(segments := value.get("segments"), dict):
         for nodes in catalogue.node_kinds:
             yield from nodes.findings(segments, profiles, real)

@@ -9,6 +9,7 @@ from hil.config.board_numbers import HardwareVersion
 from hil.config.catalogue import AxisInfo, ProfileInfo
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
+from hil.config.motors import MOTORS
 from hil.config.shaft_load import LOAD_KINDS, EndStopsLoad
 from hil.core.kinds import KINDS
 from hil.vocab.axis_plan import FULL_PARAMETERS
@@ -17,7 +18,7 @@ SUPPLY = "supply_V"
 """Axis parameter that the hardware version's supply range applies to."""
 START = "start_deg"
 """Axis parameter that end stops must leave room for."""
-AXIS_KEYS = ("plant", "load", "axis", "registers")
+AXIS_KEYS = ("plant", "motor", "load", "axis", "registers")
 """Keys of an axis; those of a device are of its first one."""
 
 
@@ -45,6 +46,7 @@ class AxisCheck:
             return
         self._parameters(info)
         self._plant(profile, info)
+        self._motor()
         self.check_load(info)
         if isinstance(hardware, str) and hardware in profile.hardware:
             self._supply(profile, info, hardware)
@@ -69,6 +71,11 @@ class AxisCheck:
         if self.plant == "full" and missing:
             message = f"profile {profile.name} has no {missing[0]}, which the full plant needs"
             self._add(message, "write plant: simple", "plant")
+
+    def _motor(self) -> None:
+        motor = self.raw.get("motor")
+        if isinstance(motor, str) and motor not in MOTORS:
+            self.findings.append(no_such((*self.path, "motor"), "motor", motor, MOTORS))
 
     def check_load(self, info: AxisInfo | None) -> None:
         """Check the load by its kind's own model, so that problems have the file's key paths. ``info``: None

@@ -96,6 +96,7 @@ class AxisConfig(StrictModel):
     plant: Literal["simple", "full"] | None = Field(
         default=None, description="The model of its motor and load; null: the device's."
     )
+    motor: str | None = Field(default=None, description="Its motor, as the device's `motor`.")
     load: LoadConfig | None = Field(default=None, description="What its shaft turns, as the device's `load`.")
     axis: Mapping[str, float] = Field(
         default={}, description="Its parameters that differ from the profile's."

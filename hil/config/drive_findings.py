@@ -20,6 +20,7 @@ EMULATED_KEYS = (
     "magnet",
     "hardware",
     "plant",
+    "motor",
     "load",
     "axis",
     "registers",

@@ -41,7 +41,7 @@ def _wire_findings(wires: object, devices: Devices, real: Collection[str]) -> It
         if not isinstance(wire, dict) or not all(isinstance(wire.get(end), str) for end in ("from", "to")):
             continue
         path: KeyPath = ("wires", index)
-        ends = [_end(wire[end], (*path, end), end, devices, real) for end in ("from", "to")]
+        ends = [pin_finding(wire[end], (*path, end), end, devices, real) for end in ("from", "to")]
         if any(ends):
             yield from filter(None, ends)
             continue
@@ -69,13 +69,22 @@ def _pin(text: str, devices: Devices) -> tuple[str, str]:
     return DeviceParts(devices[device].axes).label(device, part), pin
 
 
+def pin_number(text: str, devices: Devices) -> tuple[str, object]:
+    """Axis and number of an input at an address that has no finding: two names of a pin have one."""
+    axis, pin = _pin(text, devices)
+    return axis, _kind(axis, devices).inputs.get(pin, pin)
+
+
 def _kind(axis: str, devices: Devices) -> AxisKind:
     device, part = address_of(axis)
     profile = devices[device]
     return profile.kind(part or DeviceParts(profile.axes).first)
 
 
-def _end(text: str, path: KeyPath, end: str, devices: Devices, real: Collection[str]) -> Finding | None:
+def pin_finding(
+    text: str, path: KeyPath, end: str, devices: Devices, real: Collection[str]
+) -> Finding | None:
+    """Finding of an address that is no output (``end`` is "from") or no input ("to") of a twin, or None."""
     axis, pin = pin_of(text)
     if not axis:
         return Finding(path, f"{shown(text)} is no pin", "write the device and its pin, as in s1.clk")

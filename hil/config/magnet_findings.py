@@ -30,11 +30,16 @@ def magnet_findings(
             continue
         if isinstance(magnet, dict):
             path, magnet = (*path, "of"), magnet.get("of")
-        if isinstance(magnet, str) and (finding := _shaft(path, magnet, devices, real)):
+        if isinstance(magnet, str) and (
+            finding := shaft_finding(path, magnet, devices, real, "that a magnet could be on")
+        ):
             yield finding
 
 
-def _shaft(path: KeyPath, of: str, devices: Devices, real: Collection[str]) -> Finding | None:
+def shaft_finding(
+    path: KeyPath, of: str, devices: Devices, real: Collection[str], what: str
+) -> Finding | None:
+    """Finding of an address that is no shaft of a twin, or None. ``what``: what the shaft is wanted for."""
     device, part = address_of(of)
     why = "only the shafts of twins are known to the core"
     if no_twin := no_twin_finding(path, device, devices, real, why):
@@ -44,7 +49,7 @@ def _shaft(path: KeyPath, of: str, devices: Devices, real: Collection[str]) -> F
         return Finding(path, no_part(device, "axis", part, axes), "write the device and its axis")
     if axes and KINDS[DeviceParts(axes)[part].law].has_motor:
         return None
-    message = f"{shown(of)} has no motor, and so no shaft that a magnet could be on"
+    message = f"{shown(of)} has no motor, and so no shaft {what}"
     return Finding(path, message, _with_motors(devices, real))
 
 

@@ -1,8 +1,6 @@
 """Model of a bench's configuration, checked. The field descriptions are the reference's text."""
 
 from collections.abc import Mapping
-from copy import copy
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -11,7 +9,6 @@ from pydantic import (
     BeforeValidator,
     Field,
     SerializeAsAny,
-    create_model,
 )
 
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
@@ -20,13 +17,14 @@ from hil.config.device_program import ProgramKey
 from hil.config.explain import OR_NULL, DefaultsModel, LazyModel, StrictModel
 from hil.config.fault_model import FaultConfig
 from hil.config.magnet_model import MagnetKey
+from hil.config.motor_choice import with_motor
 from hil.config.port_model import Name, PortConfig, usable_path
 from hil.config.processor_model import DriverPins, Voltages, measured
 from hil.config.recordings_model import RecordingsConfig
 from hil.config.shaft_load import LoadConfig
+from hil.config.switch_model import AxisSwitchConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
-from hil.vocab.bus import BusKind
 from hil.vocab.firmware import NETWORK
 from hil.vocab.ports import ADAPTER, UsbIdentity
 
@@ -138,6 +136,11 @@ class DeviceConfig(DefaultsModel):
         " coil currents follow their command at once. `full`: also coils with inductance and"
         " back-EMF behind a supply, detent torque, dry friction, a load, and the encoder's errors.",
     )
+    motor: str | None = Field(
+        default=None,
+        description="Another motor than the profile's, one of the catalogue, as in `nema23-2.8A`; its"
+        " driver is then set to the motor's rated current. What `axis` has goes first.",
+    )
     load: LoadConfig | None = Field(
         default=None,
         description="What the shaft turns, a mapping of `kind` and that kind's numbers; needs `plant: full`.",
@@ -219,16 +222,24 @@ class DeviceConfig(DefaultsModel):
         given, is_first = self.axes.get(name, AxisConfig()), name == next(iter(profile.axes))
         return AxisConfig(
             plant=given.plant or self.plant,
+            motor=given.motor or (self.motor if is_first else None),
             load=given.load or (self.load if is_first else None),
             axis=(dict(self.axis) if is_first else {}) | dict(given.axis),
             registers=(dict(self.registers) if is_first else {}) | dict(given.registers),
         )
 
     def axis_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
-        """Parameters of an axis: the profile's for its plant, with its own in their place."""
+        """Parameters of an axis: the profile's for its plant, with its motor's and its own in their place,
+        and with the friction of its load."""
         own = self.axis_config(profile, name)
-        defaults = {key: each.default(str(own.plant)) for key, each in profile.axes[name].axis.items()}
-        return defaults | dict(own.axis)
+        numbers = self.usual_parameters(profile, name) | dict(own.axis)
+        return own.load.with_friction(numbers) if own.load else numbers
+
+    def usual_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
+        """Parameters of an axis without its own: the profile's for its plant, with those of its motor."""
+        own, info = self.axis_config(profile, name), profile.axes[name]
+        numbers = {key: each.default(str(own.plant)) for key, each in info.axis.items()}
+        return with_motor(numbers, own.motor, str(own.plant), info.law) if own.motor else numbers
 
     def axis_plans(self, profile: ProfileInfo, seed: int) -> dict[str, AxisPlan]:
         """Plans that the core opens this device's axes with, by name. ``seed``: the first axis's."""
@@ -272,6 +283,11 @@ class BenchConfig(StrictModel):
         description="Wires between pins, each a mapping of `from` and `to`, as in `{from: s1.clk, to:"
         " m1.step}`; an edge reaches the other board at the same nanosecond. Devices joined by wires share"
         " one simulated time.",
+    )
+    switches: Mapping[Name, AxisSwitchConfig] = Field(
+        default={},
+        description="Switches along axes, each under a name of its own, as in `home: {axis: s1, to_deg: -180,"
+        " to: s1.Estop}`. An axis and the board of the pin share one simulated time.",
     )
     segments: Mapping[Name, SegmentConfig] = Field(
         default={},
@@ -336,7 +352,8 @@ class BenchConfig(StrictModel):
         devices = self.devices.items()
         read = [(name, owner_of(v.source[0])) for name, d in devices for v in measured(d.voltages).values()]
         read += [(name, owner_of(device.magnet.of)) for name, device in devices if device.magnet]
-        return [*wired, *read, *(each.members() for each in self.bus_wires().values())]
+        switched = [switch.members() for switch in self.switches.values()]
+        return [*wired, *read, *switched, *(each.members() for each in self.bus_wires().values())]
 
     def tap_ports(self) -> dict[str, PortConfig]:
         """Ports of the taps of segments and buses, by their addresses."""
@@ -355,45 +372,3 @@ class BenchConfig(StrictModel):
     def real(self) -> dict[str, DeviceConfig]:
         """The real boards, drives among them."""
         return {name: device for name, device in self.devices.items() if device.at is not None}
-
-
-def device_model(buses: tuple[BusKind, ...]) -> type[DeviceConfig]:
-    """Make the model with the keys that these kinds of buses have for a device."""
-    keys: dict[str, Any] = {}
-    for maps in (bus.maps for bus in buses if bus.maps):
-        keys["map"] = (
-            Annotated[Any, LazyModel(maps.model)] | None,
-            Field(default=None, description=maps.about),
-        )
-    drives = [bus.drives for bus in buses if bus.drives]
-    for name, key in (pair for kind in drives for pair in kind.keys.items()):
-        keys[name] = Annotated[Any, LazyModel(key.model)] | None, Field(default=None, description=key.about)
-    at = copy(DeviceConfig.model_fields["at"])
-    at.description = "".join((str(at.description), *(kind.about for kind in drives)))
-    return create_model(
-        "DeviceConfig", __base__=DeviceConfig, __module__=__name__, at=(str | None, at), **keys
-    )
-
-
-@lru_cache
-def bench_model(buses: tuple[BusKind, ...]) -> type[BenchConfig]:
-    """Make the model with the keys of these kinds of buses, in a bench, in a segment and in a device."""
-
-    def segment() -> type[BaseModel]:
-        from hil.config.segment_model import segment_model
-
-        return segment_model(buses)
-
-    own, kinds = BenchConfig.model_fields, [bus.wires for bus in buses if bus.wires]
-    keys: dict[str, Any] = {
-        kind.key: (
-            Mapping[Name, Annotated[Any, LazyModel(kind.model)]],
-            Field(default={}, description=kind.about),
-        )
-        for kind in kinds
-    }
-    keys["devices"] = Mapping[Name, device_model(buses)], copy(own["devices"])  # type: ignore[misc]
-    keys["segments"] = Mapping[Name, Annotated[Any, LazyModel(segment)]], copy(own["segments"])
-    made = create_model("BenchConfig", __base__=BenchConfig, __module__=__name__, **keys)
-    made.bus_keys = (*BenchConfig.bus_keys, *(kind.key for kind in kinds))
-    return made

@@ -1,12 +1,13 @@
 """Checks of a configuration's motors and loads, once all keys are good."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from hil.config.catalogue import Catalogue
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown
 from hil.config.model import BenchConfig
 from hil.config.motor_bounds import numbers_beyond, pulls_beyond
+from hil.config.motor_feed import unfed
 from hil.config.shaft_load import ConstantLoad
 from hil.core.kinds import KINDS
 from hil.sim.load_limit import load_problem
@@ -16,11 +17,15 @@ from hil.vocab.axis_plan import AxisPlan
 LOAD = "load_torque_Nm"
 
 
-def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Finding]:
-    """Findings of motors that the core would not open, and of loads that the bench would not take."""
+def motor_findings(
+    config: BenchConfig, catalogue: Catalogue, spoilt: Collection[object] = ()
+) -> Iterator[Finding]:
+    """Findings of motors that the core would not open, and of loads that the bench would not take.
+    ``spoilt``: devices that have findings already."""
     motors = {
         Address(name, axis): (device, plan)
         for name, device in config.twins.items()
+        if name not in spoilt
         for axis, plan in device.axis_plans(catalogue.profiles[device.profile], 0).items()
         if KINDS[plan.law].has_motor
     }
@@ -30,9 +35,11 @@ def motor_findings(config: BenchConfig, catalogue: Catalogue) -> Iterator[Findin
         path: KeyPath = ("devices", at.owner, "axes", at.part)
         if at.part not in device.axes:  # the axis's keys are the device's own, or the profile's
             path = ("devices", at.owner)
-        info, load = profile.axes[at.part], device.axis_config(profile, at.part).load
-        usual = {name: parameter.default(plan.plant) for name, parameter in info.axis.items()}
-        beyond = [*numbers_beyond(plan, usual)]
+        load = device.axis_config(profile, at.part).load
+        yield from (
+            Finding((*path, *key), what, remedy) for key, what, remedy in unfed(device, profile, at.part)
+        )
+        beyond = [*numbers_beyond(plan, device.usual_parameters(profile, at.part))]
         yield from (Finding((*path, *key), what, remedy) for key, what, remedy in beyond)
         if beyond:  # what follows is reckoned with these numbers
             continue

@@ -1,7 +1,8 @@
-"""Catalogue of motors that a ``profile.yaml`` may name, as in ``motor: nema17-2A``, instead of writing out
-their numbers. Each number has its origin."""
+"""Catalogue of motors that a ``profile.yaml`` or a device may name, as in ``motor: nema17-2A``, instead of
+writing out their numbers. Each number has its origin."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from hil.vocab.late_dataclass import dataclass
@@ -21,6 +22,14 @@ class Motor:
 
     title: str
     figures: Mapping[str, Figure]
+    rated_A: float
+    holding_Nm: float
+    """Holding torque with two coils at the rated current, as the maker or sellers quote it."""
+
+    @property
+    def steps(self) -> int:
+        """Full steps in a turn."""
+        return round(4 * self.figures["rotor_teeth"].value)
 
 
 MEANINGS: dict[str, dict[str, Any]] = {
@@ -119,8 +128,8 @@ def _as_sold(
     motor: str,
     size: str,
     *,
-    holding: str,
-    rated: str,
+    holding_Nm: float,
+    rated_A: float,
     torque_constant_Nm_per_A: float,
     inertia_kg_m2: float,
     viscous_Nm_s_per_rad: tuple[float, float],
@@ -131,7 +140,7 @@ def _as_sold(
 ) -> Motor:
     """Motor of which there are only the figures that sellers quote. ``viscous_Nm_s_per_rad``: of the simple
     plant and the full one."""
-    quoted = f"{motor} as sellers quote it"
+    quoted, holding, rated = f"{motor} as sellers quote it", f"{holding_Nm:g} Nm", f"{rated_A:g} A"
     return Motor(
         f"{motor}: {size}, {holding} at {rated}",
         _AROUND
@@ -148,7 +157,75 @@ def _as_sold(
             "coulomb_torque_Nm": Figure(coulomb_torque_Nm, _BEARINGS),
             "full_step_error_pct": Figure(5.0, f"{quoted}, step angle accuracy +-5 %"),
         },
+        rated_A,
+        holding_Nm,
     )
+
+
+class _Row(NamedTuple):
+    """Figures of a motor as its source has them. ``detent_Nm`` 0: the source has none."""
+
+    motor: str
+    size: str
+    holding_Nm: float
+    rated_A: float
+    resistance_ohm: float
+    inductance_mH: float
+    rotor_g_cm2: float
+    detent_Nm: float = 0.0
+    steps: int = 200
+    source: str = "as sellers quote it"
+
+
+_QSH5718 = "Trinamic QSH5718 data sheet, table 2.1"
+_QSH8618 = "Trinamic QSH8618 manual, table 2.1"
+_ROWS = {
+    "nema14-0.5A": _Row("14HS17-0504S", "35 x 42 mm", 0.23, 0.5, 15.0, 26.0, 18),
+    "nema14-0.8A": _Row("14HS13-0804S", "35 x 34 mm", 0.18, 0.8, 6.8, 10.0, 14),
+    "nema17-1.7A": _Row("17HS19-1684S1", "42 x 48 mm", 0.45, 1.7, 1.65, 2.8, 68),
+    "nema17-1A-400": _Row("17HM15-1004S", "42 x 40 mm", 0.33, 1.0, 4.5, 12.5, 54, steps=400),
+    "nema17-2A-400": _Row("17HM19-2004S", "42 x 48 mm", 0.46, 2.0, 1.45, 4.0, 82, steps=400),
+    "nema23-2.8A-short": _Row(
+        "QSH5718-41-28-055", "57 x 41 mm", 0.55, 2.8, 0.7, 1.4, 120, 0.020, source=_QSH5718
+    ),
+    "nema23-2.8A-long": _Row(
+        "QSH5718-76-28-189", "57 x 76 mm", 1.89, 2.8, 1.13, 3.6, 480, 0.066, source=_QSH5718
+    ),
+    "nema34-3A": _Row(
+        "QSH8618-65-59-340, coils in series", "86 x 65 mm", 3.4, 3.0, 1.14, 6.8, 1000, 0.078, source=_QSH8618
+    ),
+    "nema34-5.5A": _Row("QSH8618-80-55-460", "86 x 80 mm", 4.6, 5.5, 0.42, 3.5, 1400, 0.117, source=_QSH8618),
+    "nema34-6A": _Row("QSH8618-118-60-870", "86 x 118 mm", 8.7, 6.0, 0.45, 5.1, 2700, 0.235, source=_QSH8618),
+}
+_BARE_FRICTION = {"nema14": (2.0e-5, 0.004), "nema17": (4.0e-5, 0.008), "nema23": (1.0e-4, 0.02)}
+"""Viscous (Nm s/rad) and dry (Nm) friction of bearings by size; of larger ones as below."""
+_LARGE_FRICTION = (3.0e-4, 0.05)
+_FIRST = 0.0015, 0.45 * 5.4e-6
+"""Damping of nema17-2A with the simple plant, and its holding torque times inertia."""
+
+
+def _of_row(name: str, row: _Row) -> Motor:
+    viscous, dry_Nm = _BARE_FRICTION.get(name.partition("-")[0], _LARGE_FRICTION)
+    inertia_kg_m2, quoted = row.rotor_g_cm2 * 1e-7, f"{row.motor}: {row.source}"
+    damping = _FIRST[0] * math.sqrt(row.holding_Nm * inertia_kg_m2 / _FIRST[1])
+    holding = f"{row.holding_Nm:g} Nm holding torque with two coils at {row.rated_A:g} A"
+    torque_constant = row.holding_Nm / (math.sqrt(2) * row.rated_A)
+    figures = {
+        "inertia_kg_m2": Figure(inertia_kg_m2, f"{quoted}, rotor {row.rotor_g_cm2:g} g cm2"),
+        "viscous_Nm_s_per_rad": Figure(float(f"{damping:.2g}"), _DAMPING, viscous),
+        "torque_constant_Nm_per_A": Figure(float(f"{torque_constant:.4g}"), f"{quoted}, {holding}"),
+        "rotor_teeth": Figure(row.steps / 4, f"{quoted}, {row.steps} steps a turn"),
+        "phase_resistance_ohm": Figure(row.resistance_ohm, quoted),
+        "phase_inductance_H": Figure(float(f"{row.inductance_mH * 1e-3:.6g}"), quoted),
+        "detent_torque_Nm": Figure(
+            row.detent_Nm or float(f"{row.holding_Nm / 30:.2g}"), quoted if row.detent_Nm else _DETENT
+        ),
+        "coulomb_torque_Nm": Figure(dry_Nm, _BEARINGS),
+        "full_step_error_pct": Figure(5.0, f"{quoted}, step angle accuracy +-5 %"),
+    }
+    steps = "" if row.steps == 200 else f", {row.steps} steps"
+    title = f"{row.motor}: {row.size}{steps}, {row.holding_Nm:g} Nm at {row.rated_A:g} A"
+    return Motor(title, _AROUND | figures, row.rated_A, row.holding_Nm)
 
 
 MOTORS: Mapping[str, Motor] = {
@@ -173,12 +250,14 @@ MOTORS: Mapping[str, Motor] = {
             "coulomb_torque_Nm": Figure(0.008, _BEARINGS),
             "full_step_error_pct": Figure(5.0, "17HS16-2004S1 data sheet, step angle accuracy +-5 %"),
         },
+        2.0,
+        0.45,
     ),
     "nema17-2A-long": _as_sold(
         "17HS19-2004S1",
         "42 x 48 mm",
-        holding="0.59 Nm",
-        rated="2 A",
+        holding_Nm=0.59,
+        rated_A=2.0,
         torque_constant_Nm_per_A=0.209,
         inertia_kg_m2=8.2e-6,
         viscous_Nm_s_per_rad=(0.0021, 4.0e-5),
@@ -190,8 +269,8 @@ MOTORS: Mapping[str, Motor] = {
     "nema23-2.8A": _as_sold(
         "23HS22-2804S",
         "57 x 56 mm",
-        holding="1.26 Nm",
-        rated="2.8 A",
+        holding_Nm=1.26,
+        rated_A=2.8,
         torque_constant_Nm_per_A=0.318,
         inertia_kg_m2=3.0e-5,
         viscous_Nm_s_per_rad=(0.0059, 1.0e-4),
@@ -203,8 +282,8 @@ MOTORS: Mapping[str, Motor] = {
     "nema17-0.33A": _as_sold(
         "SM-42BYG011-25",
         "42 x 34 mm, coils for 12 V",
-        holding="0.23 Nm",
-        rated="0.33 A",
+        holding_Nm=0.23,
+        rated_A=0.33,
         torque_constant_Nm_per_A=0.48,
         inertia_kg_m2=3.5e-6,
         viscous_Nm_s_per_rad=(0.0009, 4.0e-5),
@@ -213,7 +292,25 @@ MOTORS: Mapping[str, Motor] = {
         detent_torque_Nm=0.0077,
         coulomb_torque_Nm=0.004,
     ),
+    **{name: _of_row(name, row) for name, row in _ROWS.items()},
 }
+
+
+def own_figures(motor: str, plant: str) -> dict[str, float]:
+    """Numbers of a motor itself under a plant, without those around it, as its supply."""
+    return {
+        name: figure.value if figure.full is None or plant != "full" else figure.full
+        for name, figure in MOTORS[motor].figures.items()
+        if name not in _AROUND
+    }
+
+
+def motor_lines() -> Iterator[str]:
+    """List the motors, a line each: the name, what it is, coils and rotor."""
+    for name, motor in MOTORS.items():
+        of = own_figures(name, "full")
+        coils = f"{of['phase_resistance_ohm']:g} ohm, {of['phase_inductance_H'] * 1e3:g} mH"
+        yield f"{name:18} {motor.title}; {coils}, rotor {of['inertia_kg_m2'] * 1e7:g} g cm2"
 
 
 def motor_parameters(motor: str, own: Mapping[str, object]) -> dict[str, object]:

@@ -32,6 +32,8 @@ def reference(catalogue: Catalogue) -> str:
         *_loads(definitions),
         "## Axes of a board with several: `devices.<name>.axes.<axis>`",
         keys_table(definitions["AxisConfig"]),
+        "## Switches: `switches.<name>`",
+        keys_table(definitions["AxisSwitchConfig"]),
         "## Segments: `segments.<name>`",
         keys_table(definitions["SegmentConfig"]),
         "## Taps: `segments.<name>.taps.<name>`",
@@ -66,8 +68,9 @@ def reference(catalogue: Catalogue) -> str:
             ("Parameters", "Bound", "Reason"),
             ((", ".join(f"`{name}`" for name in names), *texts) for names, texts in BOUNDS.items()),
         ),
-        "## Motors: `motor` of a `profile.yaml`",
-        "A profile that names one has its numbers, and writes in `axis` only what differs or comes besides.",
+        "## Motors: `motor` of a device or a `profile.yaml`",
+        "A profile that names one has its numbers, and writes in `axis` only what differs or comes besides;"
+        " so has a device. `hil profile motors` lists them.",
         *_motors(),
     ]
     return "\n\n".join(sections) + "\n"

@@ -5,10 +5,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from hil.config.bench_models import bench_model
 from hil.config.board_numbers import AxisParameter
 from hil.config.catalogue import AxisInfo, Catalogue, ProfileInfo, usable
 from hil.config.check_ports import DEFAULT_PORT
-from hil.config.model import bench_model
 from hil.vocab.address import NAME_PATTERN
 
 

@@ -1,6 +1,7 @@
 """Kinds of load on the shaft of the full plant. Units and signs are the axis's own: positive is towards
 larger encoder counts."""
 
+from collections.abc import Mapping
 from math import tau
 from typing import Annotated, Literal
 
@@ -20,6 +21,17 @@ class _Load(StrictModel):
     inertia_kg_m2: float = Field(
         default=0.0, ge=0, le=1e6, description="Moment of inertia of what turns with the shaft, in kg m2."
     )
+    friction_Nm: float = Field(
+        default=0.0, ge=0, le=1e6, description="Dry friction of what it turns, beside the motor's own."
+    )
+    viscous_Nm_s_per_rad: float = Field(
+        default=0.0, ge=0, le=1e6, description="Friction of what it turns that grows with the speed."
+    )
+
+    def with_friction(self, parameters: Mapping[str, float]) -> dict[str, float]:
+        """Add its friction to the parameters of an axis."""
+        own = {"coulomb_torque_Nm": self.friction_Nm, "viscous_Nm_s_per_rad": self.viscous_Nm_s_per_rad}
+        return {name: value + own.get(name, 0.0) for name, value in parameters.items()}
 
 
 class ConstantLoad(_Load):
@@ -98,6 +110,13 @@ class EndStopsLoad(_Load):
     kind: Literal["end_stops"]
     min_deg: _Number = Field(description="Smallest shaft angle, in degrees, turns included.")
     max_deg: _Number = Field(description="Largest shaft angle, in degrees, turns included.")
+    stop_Nm_per_rad: float | None = Field(
+        default=None,
+        gt=0,
+        le=1e6,
+        description="Stiffness of the stops: torque for each radian that the shaft is pressed into one; null:"
+        " as stiff as a step of the plant resolves.",
+    )
 
     @model_validator(mode="after")
     def _in_order(self) -> "EndStopsLoad":
@@ -111,7 +130,11 @@ class EndStopsLoad(_Load):
 
     def parts(self) -> Load:
         return Load(
-            inertia_kg_m2=self.inertia_kg_m2, min_deg=self.min_deg, max_deg=self.max_deg, end_stops=True
+            inertia_kg_m2=self.inertia_kg_m2,
+            min_deg=self.min_deg,
+            max_deg=self.max_deg,
+            stop_Nm_per_rad=self.stop_Nm_per_rad or 0.0,
+            end_stops=True,
         )
 
 

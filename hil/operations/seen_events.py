@@ -8,6 +8,7 @@ import logging
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 
+from hil.core.motor_words import stall_note
 from hil.live.fault_registry import FaultRegistry
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
@@ -20,6 +21,8 @@ from hil.vocab.monitoring import LATE_KINDS, HealthProblem
 
 LOOK_S = 1.0
 """Time between two looks."""
+STALLS = "stalls"
+"""Field that counts how often a motor has lost steps."""
 _SLICE = 16
 """Ports between two turns of others."""
 HERE = "bench"
@@ -46,6 +49,8 @@ class SeenEvents:
         self._clients: Mapping[str, int] = {}
         self._active: Mapping[int, tuple[str, str]] = {}
         self._problems: Mapping[tuple[str, str], HealthProblem] = {}
+        self._stalls: dict[str, int] = {}
+        """Stalls of motors since power-up, by the axis's address."""
         self._states: dict[str, str] = {}
         """States of runs that have not ended."""
         self._task: asyncio.Task[None] | None = None
@@ -88,6 +93,7 @@ class SeenEvents:
         yield from self._look_at_clients()
         self._look_at_faults()
         yield None
+        yield from self._look_at_motors()
         yield from self._look_at_health()
 
     def _look_at_clients(self) -> Iterator[None]:
@@ -106,6 +112,21 @@ class SeenEvents:
             who = "a client" if by == 1 else f"{by} clients"
             left = f"; {count} there now" if count else ""
             self._events.put("clients", label, label, f"{who} {'came' if count > was else 'left'}{left}")
+
+    def _look_at_motors(self) -> Iterator[None]:
+        before, self._stalls = self._stalls, {}
+        for number, (label, (device, part)) in enumerate(list(self._sim.parts.axes.items())):
+            axis = device.axes[part]
+            if STALLS not in axis.kind.fields:
+                continue
+            shot = axis.published()
+            self._stalls[label] = shot.stalls
+            if shot.stalls > before.get(label, 0):
+                text = stall_note(shot.as_dict(), axis)
+                log.warning("%s: %s", label, text)
+                self._events.put("motors", label, HERE, text, at_ns=shot.stalled_at_ns)
+            if number % _SLICE == _SLICE - 1:
+                yield None
 
     def _look_at_faults(self) -> None:
         now = {row["number"]: (row["target"], row["kind"]) for row in self._faults.listed()}

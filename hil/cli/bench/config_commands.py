@@ -93,6 +93,8 @@ def check(
 
         besides, said = say_what_is_spoilt(bench), _what_boards_say(bench)
         text = f"{config}: bench {bench.bench}, {counted(len(bench.devices), 'device')}, no problems{besides}"
+        for axis, line in _what_motors_follow(bench).items():
+            said.setdefault(axis, []).append(line)
         answer = {"bench": bench.bench, "devices": list(bench.devices), "problems": [], "said": said}
         said |= _what_lines_say(bench)
         lines = [f"{axis}: {line}" for axis, each in said.items() for line in each]
@@ -150,6 +152,28 @@ def _what_boards_say(bench: "BenchConfig") -> dict[str, list[str]]:
         for axis, plan in device.axis_plans(profile, 0).items():
             if lines := [*says(plan), *map(str, profile.warnings)]:
                 said[axes.label(name, axis)] = lines
+    return said
+
+
+def _what_motors_follow(bench: "BenchConfig") -> dict[str, str]:
+    """Lines on the speeds that motors follow by their figures, by the axis's address: of boards that go at a
+    speed whether the motor follows or not, and where the configuration has a motor."""
+    from hil.compose import find_catalogue
+    from hil.core.followed_speed import followed_speed
+    from hil.core.kinds import KINDS
+    from hil.core.motor_words import followed_text
+    from hil.vocab.address import DeviceParts
+
+    catalogue, said = find_catalogue(path=bench.profile_path), {}
+    for name, device in bench.twins.items():
+        profile = catalogue.profiles[device.profile]
+        axes = DeviceParts(profile.axes)
+        for axis, plan in device.axis_plans(profile, 0).items():
+            own = device.axis_config(profile, axis).motor
+            if own or (plan.law in KINDS and KINDS[plan.law].commanded_rpm):
+                motor = own or profile.axes[axis].motor
+                of = ", ".join(filter(None, (motor, f"{plan.plant} plant")))
+                said[axes.label(name, axis)] = f"{followed_text(followed_speed(plan))} ({of})"
     return said
 
 

@@ -47,6 +47,21 @@ def list_profiles(
     return CommandAnswer(rows, "\n".join(lines))
 
 
+def list_motors() -> CommandAnswer:
+    """List the motors that a configuration can name as `motor`, with the figures of their data sheets.
+
+    Example: hil profile motors
+    """
+    from hil.config.motors import MOTORS, motor_lines, own_figures
+
+    rows = [
+        {"motor": name, "title": motor.title, "rated_A": motor.rated_A, "steps": motor.steps}
+        | own_figures(name, "full")
+        for name, motor in MOTORS.items()
+    ]
+    return CommandAnswer(rows, "\n".join(motor_lines()))
+
+
 def new(
     name: Annotated[
         str, typer.Argument(help="Its name: a letter a-z, then up to 31 characters of a-z, 0-9 and _.")

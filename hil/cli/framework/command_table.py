@@ -57,6 +57,7 @@ _ROWS = (
     CommandRow("zero", BOARD, "boards.board_access:zero"),
     CommandRow("profile", BOARD, about="List, make and check kinds of boards."),
     CommandRow("profile list", BOARD, "bench.profile_commands:list_profiles"),
+    CommandRow("profile motors", BOARD, "bench.profile_commands:list_motors"),
     CommandRow("profile new", BOARD, "bench.profile_commands:new"),
     CommandRow("profile check", BOARD, "bench.profile_commands:check"),
     CommandRow(
