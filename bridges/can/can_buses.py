@@ -12,7 +12,7 @@ from bridges.can.canopen.node.communication_entries import Identity
 from bridges.can.cards.bench_bus import BenchBus
 from bridges.can.cards.can_tap import CanTap
 from bridges.can.cards.canopen_card import CanOpenCard, CardSpec
-from bridges.can.cards.card_motor import Cam, CardMotor, DriveSwitch, PinSwitch, Rating
+from bridges.can.cards.card_motor import Cam, CardMotor, DriveSwitch, PinSwitch, Rating, Wayside
 from hil.config import BenchConfig, Catalogue
 from hil.config.station_names import CANOPEN, node_name
 from hil.core import AxisKind
@@ -52,7 +52,7 @@ def _add_node(
     owner, part = address_of(axis)
     device = bench.devices[owner]
     label, short = device.axes.label(owner, part), device.axes.short(part)
-    switches = _switches(config, device.axes[short].kind)
+    switches = _switches(bench, config, device.axes[short].kind)
     motor = CardMotor(device, short, group, partial(bench.apply_unlogged, label), switches, rating)
     serial = crc32(f"{bench.name}/{label}".encode())
     make, identity = _application(config, motor, device.profile, serial)
@@ -91,12 +91,14 @@ def _rating(config: BenchConfig, catalogue: Catalogue, axis: str) -> Rating:
     return Rating(current_A, torque_Nm, int(parameters["rotor_teeth"]))
 
 
-def _switches(config: CanNodeConfig, kind: AxisKind) -> Mapping[str, DriveSwitch]:
+def _switches(bench: BenchRuntime, config: CanNodeConfig, kind: AxisKind) -> Mapping[str, DriveSwitch]:
     given: Mapping[str, SwitchConfig | None] = dict(config.switches)
-    return {name: _switch(switch, kind) for name, switch in given.items() if switch}
+    return {name: _switch(bench, switch, kind) for name, switch in given.items() if switch}
 
 
-def _switch(config: SwitchConfig, kind: AxisKind) -> DriveSwitch:
+def _switch(bench: BenchRuntime, config: SwitchConfig, kind: AxisKind) -> DriveSwitch:
+    if config.switch is not None:
+        return Wayside(bench.parts.switches[config.switch])
     if config.pin is not None:
         field = kind.level_field(config.pin)
         assert field is not None, f"the configuration's check wants a pin that tells: {config.pin}"

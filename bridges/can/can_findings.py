@@ -9,6 +9,7 @@ from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
 from hil.config.joint_findings import no_twin_finding
 from hil.config.station_names import CANOPEN, nodes_of
+from hil.config.switch_findings import switch_axes
 from hil.core.kinds import KINDS
 from hil.vocab.address import DeviceParts, address_of, no_input, no_part
 from hil.vocab.faults import CAN_NODE, LINE, ON_LINE
@@ -19,7 +20,7 @@ MOST_NODES = 256
 MAKER_KEYS = ("eds", "units", "objects")
 """Keys of a node of a maker's drive."""
 _CAM = ("from_deg", "to_deg", "below_deg", "above_deg")
-_EXAMPLE = "write {from_deg: 10, to_deg: 20}, {below_deg: -90}, {above_deg: 90} or {pin: D3}"
+_EXAMPLE = "write {from_deg: 10, to_deg: 20}, {below_deg: -90}, {above_deg: 90}, {pin: D3} or {switch: NAME}"
 
 
 def can_findings(value: Mapping[str, Any], devices: Devices, real: Collection[str]) -> Iterator[Finding]:
@@ -41,6 +42,7 @@ def can_findings(value: Mapping[str, Any], devices: Devices, real: Collection[st
                 yield Finding(("can", name), message, "put some of them on another bus", at_key=True)
             may_share = bus.get("duplicate_ids") is True
             yield from _nodes(name, nodes, devices, real, taken, may_share=may_share)
+            yield from _named_switches(("can", name, "nodes"), nodes, devices, switch_axes(value, devices))
             if any(isinstance(node, dict) and any(map(node.get, MAKER_KEYS)) for node in nodes.values()):
                 from bridges.can.maker_findings import maker_findings
 
@@ -136,10 +138,41 @@ def _switches(
         yield Finding((*path, "positive", "above_deg"), message, remedy)
 
 
+def _named_switches(
+    path: KeyPath, nodes: Mapping[str, Any], devices: Devices, axes: Mapping[str, str]
+) -> Iterator[Finding]:
+    """Findings about switches of the bench at nodes. ``axes``: those that actuate them, by their names."""
+    for axis, given in nodes.items():
+        owner, part = address_of(str(axis))
+        switches = given.get("switches") if isinstance(given, dict) and owner in devices else None
+        if not isinstance(switches, dict):
+            continue
+        label = DeviceParts(devices[owner].axes).label(owner, part)
+        here = [name for name, of in axes.items() if of == label]
+        for name, switch in switches.items():
+            wanted = switch.get("switch") if isinstance(switch, dict) else None
+            if not isinstance(wanted, str) or wanted in here:
+                continue
+            message = f"there is no switch {shown(wanted)} at {label}"
+            if wanted in axes:
+                message = f"the switch {wanted} is at {axes[wanted]}, and not at {label}"
+            remedy = (
+                suggestion(wanted, here) if here else f"add one to the bench's switches, with axis: {label}"
+            )
+            yield Finding((*path, axis, "switches", name, "switch"), message, remedy)
+
+
 def _switch(path: KeyPath, switch: Mapping[str, Any]) -> Iterator[Finding]:
     given = [key for key in _CAM if switch.get(key) is not None]
     has_pin = switch.get("pin") is not None
-    if given and has_pin:
+    others = [
+        key for key in (*given, "pin" if has_pin else "", "active" if switch.get("active") else "") if key
+    ]
+    if switch.get("switch") is not None:
+        if others:
+            message = f"the bench's switch says where it is, and here is {others[0]} too"
+            yield Finding((*path, others[0]), message, "take one of them out", at_key=True)
+    elif given and has_pin:
         message = f"a switch is a cam or at a pin, and here are {given[0]} and pin"
         yield Finding((*path, "pin"), message, "take one of them out", at_key=True)
     elif not given and not has_pin:

@@ -56,6 +56,11 @@ class SwitchConfig(DefaultsModel):
     above_deg: _Angle | None = Field(
         default=None, description="A cam from there to the right: the switch is active above this angle."
     )
+    switch: str | None = Field(
+        default=None,
+        description="In place of a cam: one of the bench's `switches` at this axis, by its name, with its"
+        " hysteresis and bounces; it needs no pin.",
+    )
     pin: str | None = Field(
         default=None, description="In place of a cam: an input of the axis at which the switch is, as `D3`."
     )

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 
 from bridges.can.canopen.cia402.motor_axis import CURRENT, MotorLook
 from hil.core import CoreAxis, Snapshot
+from hil.core.core_switch import CoreSwitch
 from hil.core.fields import INDEX
 from hil.sim.group import Group
 from hil.sim.inputs import Do, Input
@@ -45,6 +46,16 @@ class PinSwitch:
 
     def level(self, shot: Snapshot) -> int:
         return int(bool(getattr(shot, self.field)) is not self.is_active_low)
+
+
+@dataclass(frozen=True)
+class Wayside:
+    """Switch of the bench along the axis's way, with hysteresis and bounces."""
+
+    switch: CoreSwitch
+
+    def level(self, shot: Snapshot) -> int:
+        return int(self.switch.is_active)
 
 
 _VELOCITY, _TORQUE, _SHAFT = INDEX["velocity_rpm"], INDEX["torque_Nm"], INDEX["position_deg"]

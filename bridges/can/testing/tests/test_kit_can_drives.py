@@ -57,6 +57,27 @@ def test_homing_finds_the_cam(drive) -> None:
     assert shaft_deg - it.read(POSITION, is_signed=True) / 1000 == pytest.approx(40, abs=0.5)
 
 
+def test_homing_finds_a_switch_of_the_bench() -> None:
+    """As the cam, with hysteresis and bounces: it comes from below, so that the lower edge is home, and bit 2
+    of 60FDh is the switch."""
+    home = {"axis": "m1", "from_deg": 40, "to_deg": 60, "hysteresis_deg": 0.3, "bounce_ms": 1}
+    made = config({"m1": {"id": 5, "switches": {"home": {"switch": "home"}}}})
+    bench = Bench({**made, "switches": {"home": home}})
+    (it,) = bench.canbus("can0").drives()
+    it.await_ready()
+    it = prepared(it, 6)
+    it.write(0x6098, 0, 24, 1)
+    it.write(0x6099, 1, 90_000, 4)
+    it.write(0x6099, 2, 9_000, 4)
+    it.write(0x609A, 0, 900_000, 4)
+    assert it.read(0x60FD) & 4 == 0
+    it.controlword(0x1F)
+    bench.run(ms=5000)
+    assert it.statusword & (REACHED | HOMED) == REACHED | HOMED, hex(it.statusword)
+    shaft_deg = bench.axis("m1").snapshot().position_deg
+    assert shaft_deg - it.read(POSITION, is_signed=True) / 1000 == pytest.approx(40 - 0.3, abs=0.5)
+
+
 def test_a_switch_at_a_pin_is_seen_and_stops_the_drive(drive) -> None:
     it = prepared(drive(switches={"positive": {"pin": "D3", "active": "low"}}), 1, 90_000)
     bench = it.canbus.bench
