@@ -2,7 +2,7 @@
 declare -gA _hil_commands=(
     ['hil']='init virtual check serve stop list status pause resume reload benches seeds monitor type wait parity with-lines state reset pin set zero profile sketch axis run runs halt step drive plot recordings export replay find diff bundle capture decode play mother fault doctor usb docs schema completion arduino sac can modbus web zenoh'
     ['hil seeds']='merge'
-    ['hil profile']='list new check'
+    ['hil profile']='list motors new check'
     ['hil sketch']='build load reset pins registers stack cycles profile plot gdb'
     ['hil runs']='show cancel pace'
     ['hil mother']='send text release stop scan nodes watch queue gcode'
@@ -42,6 +42,7 @@ declare -gA _hil_options=(
     ['hil zero']='--json --bench -b --runtime-dir -h --help'
     ['hil profile']='-h --help'
     ['hil profile list']='--folder --json -h --help'
+    ['hil profile motors']='--json -h --help'
     ['hil profile new']='--folder --json -h --help'
     ['hil profile check']='--sessions --json -h --help'
     ['hil sketch']='-h --help'

@@ -7,7 +7,7 @@ import type { PastMark } from "./past";
 export type BenchEvent = Operations["events"]["answer"]["events"][number];
 
 /** Kinds of rows; "page": what this page said. */
-export const EVENT_KINDS = ["verbs", "typed", "faults", "runs", "refusals", "clients", "reloads", "lateness", "trouble", "page"] as const;
+export const EVENT_KINDS = ["verbs", "typed", "faults", "motors", "runs", "refusals", "clients", "reloads", "lateness", "trouble", "page"] as const;
 export type EventKind = (typeof EVENT_KINDS)[number];
 
 export interface EventRow {

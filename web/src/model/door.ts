@@ -239,7 +239,7 @@ export interface Operations {
   /** stop all axes that move, and end all runs; answers what was stopped, and what was not, with why. It overtakes what waits */
   halt: { given: { how?: "grace" | "prejudice" }; answer: { stopped: string[]; runs: string[]; refused: Record<string, string> } };
   /** what happened to the bench, and who asked for it, the oldest first */
-  events: { given: { after?: number }; answer: { events: ({ kind: "verbs" | "typed" | "faults" | "runs" | "refusals" | "clients" | "reloads" | "lateness" | "trouble"; number: number; revision: number; at_ns: number; to_ns: number; count: number; of: string; who: string; text: string })[]; left_out: number; revision: number } };
+  events: { given: { after?: number }; answer: { events: ({ kind: "verbs" | "typed" | "faults" | "motors" | "runs" | "refusals" | "clients" | "reloads" | "lateness" | "trouble"; number: number; revision: number; at_ns: number; to_ns: number; count: number; of: string; who: string; text: string })[]; left_out: number; revision: number } };
   /** hold the bench's time: boards answer nothing, and what clients send waits until `resume` */
   pause: { given: Record<string, never>; answer: { sim_ns: number } };
   /** let the bench's time go on from where it stands */
