@@ -82,7 +82,8 @@ class Network:
         if packet.destination == BROADCAST or is_signal(packet) or not self._session.is_ack_on:
             return
         if self._uart and self._uart.baud:
-            yield Delay(character_ns(TURNAROUND_CHARACTERS, self._uart.baud))
+            turnaround_ns = character_ns(TURNAROUND_CHARACTERS, self._uart.baud)
+            yield Delay(turnaround_ns + self._uart.reaction_ns())
         self.send(packet.origin, ACK if packet.is_good else NAK)
         yield Delay(0)  # the main loop waits until it is out
 

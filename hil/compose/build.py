@@ -208,7 +208,7 @@ def join_devices(bench: BenchRuntime, config: BenchConfig, catalogue: Catalogue)
     for number, (switch_name, switch) in enumerate(config.switches.items()):
         _add_switch(bench, switch_name, switch, switch_seed(config, number))
     for segment_name, wire_config in config.segments.items():
-        _add_segment(bench, segment_name, wire_config, catalogue)
+        _add_segment(bench, segment_name, wire_config, catalogue, config.seed)
     for kind in catalogue.wire_kinds:
         if config.wires_of(kind.key):
             kind.add(bench, config, catalogue)
@@ -260,12 +260,16 @@ def _add_switch(bench: BenchRuntime, name: str, config: AxisSwitchConfig, seed: 
     bench.parts.switches[name] = axis.add_switch(config.native() | {"seed": seed}, pin_axis, pin)
 
 
-def _add_segment(bench: BenchRuntime, name: str, config: "SegmentConfig", catalogue: Catalogue) -> None:
+def _add_segment(
+    bench: BenchRuntime, name: str, config: "SegmentConfig", catalogue: Catalogue, bench_seed: int
+) -> None:
     stations, members = config.addresses(), config.members()
     group = bench.parts.group_of(members[0]) if members else bench.open_group()
     framings = (bench.devices[device].framing for device, _ in stations)
     framing = framing_of(config, framings, catalogue)
     segment = make_segment(name, group, framing, FORMATS[config.format])
+    most_ns = None if config.reaction_us is None else round(config.reaction_us * 1000)
+    segment.reactions.spread(most_ns, bench_seed)
     bench.parts.add_wire(name, segment, group)
     bauds, of_programs = [config.baud] if config.baud else [], list[int]()
     for device, part in stations:

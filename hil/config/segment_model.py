@@ -92,6 +92,15 @@ class SegmentConfig(StrictModel):
         " can be on it.",
     )
 
+    reaction_us: float | None = Field(
+        default=None,
+        ge=0,
+        le=100_000,
+        description="Spread of reaction times: each answer of a node begins up to so much later than its"
+        " turnaround is over, drawn from the bench's `seed`; null: exactly then, except of nodes that share"
+        " an address, which differ as two real boards do.",
+    )
+
     def node_axes(self) -> list[str]:
         """Axes with a node on it."""
         given = ((getattr(self, key), axes_key) for key, axes_key in self.node_keys.items())

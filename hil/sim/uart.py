@@ -177,6 +177,9 @@ class DeviceUart:
         self.address = self.station.told_address if self.station else None
         self.wake_on(None)
 
+    def reaction_ns(self) -> int:
+        return self.station.segment.reactions.delay_ns(self.station.name) if self.station else 0
+
     def listen_for(self, address: int | None) -> None:
         self.address = address
 

@@ -225,6 +225,10 @@ class Uart(Protocol):
     def set_baud(self, baud: int | None) -> None:
         """Set the line's speed in baud; None: the one at power-up. No effect without a line (USB)."""
 
+    def reaction_ns(self) -> int:
+        """Time by which an answer of this board begins later than its turnaround is over, drawn for each; 0
+        where no other board of the segment differs (`reaction_us` of a segment), or there is none."""
+
 
 class Axis(Protocol):
     """One axis as a firmware drives it, at the present simulated time."""

@@ -108,8 +108,22 @@ class SegmentView(Protocol):
         """Statistics since the start, for JSON."""
 
 
+class Reactions(Protocol):
+    """Reaction times of a segment's nodes, beside their turnaround."""
+
+    def spread(self, most_ns: int | None, seed: int) -> None:
+        """Set how much later an answer begins at most; None: only those of nodes that share an address do."""
+
+    def delay_ns(self, station: str) -> int:
+        """Draw the time by which a station's answer begins later than its turnaround is over."""
+
+
 class Segment(SegmentView, Wire, Protocol):
     """Wire with stations, each under its name. Only what happens in the time of its group calls these."""
+
+    @property
+    def reactions(self) -> Reactions:
+        """Reaction times of its nodes."""
 
     def join(self, station: str, receiver: Receiver) -> None:
         """Put a station on the wire."""

@@ -24,6 +24,7 @@ from hil.wire.pcapng import Interface
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbance import Burst, Disturbance
 from virtual_ports.rs485.line_levels import LineLevels
+from virtual_ports.rs485.reactions import Reactions
 from virtual_ports.rs485.segment_reports import segment_problems, segment_report
 from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats
@@ -84,13 +85,13 @@ class Rs485Segment:
         self._bits, self._has_parity = line_format.bits, line_format.has_parity
         self.stats = SegmentStats()
         self.stations = Stations()
+        self.reactions = Reactions(self.stations)
         self.watchers: list[Callable[[SegmentEvent], None]] = []
         self.noise: dict[int, ByteFaults] = {}
         """Noise of the wire, by the numbers of faults."""
         self._clock = clock
         self._splitter = framing.splitter()
-        self._clean: list[_Clean] = []
-        self._babbling: set[int] = set()
+        self._clean, self._babbling = list[_Clean](), set[int]()
         self._disturbance: Disturbance | None = None
         self._levels: LineLevels | None = None
         self._waiting: set[str] = set()

@@ -217,6 +217,7 @@ class ModbusNode:
         late_ns, unit = self.faults.late_ns(), self.faults.unit(self.unit)
         if self.faults.is_silent():
             return
+        late_ns += self.wire.reactions.delay_ns(self.name)
         at_ns = SimTimeNs(now_ns + self._response_ns + late_ns)
         raw = encode(unit, pdu[0], pdu[1:])
         self._seen["answers"] += 1
