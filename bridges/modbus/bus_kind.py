@@ -160,6 +160,13 @@ BUS = BusKind(
         ("`status`:", "StatusText"),
         ("`control`:", "ControlText"),
         ("Each entry:", "PlaceText"),
+        ("Each of `cells`:", "CellText"),
+        ("Each of `commands`:", "CommandText"),
+        ("`mode`:", "ModeText"),
+        ("Each of `states`:", "StateText"),
+        ("Each of `blocks`:", "BlockText"),
+        ("`moves`:", "MovesText"),
+        ("`protocol`:", "ProtocolText"),
     ),
     reference=_reference,
 )

@@ -11,8 +11,9 @@ from enum import Enum
 from typing import Final, Literal, TypeAlias
 
 from bridges.modbus.protocol.identification import Identification, identify
-from bridges.modbus.protocol.pdu import Function, Request, Span, Table, Write, answer
+from bridges.modbus.protocol.pdu import Function, Refused, Request, Span, Table, Write, answer
 from bridges.modbus.registers.cells import Halves
+from bridges.modbus.registers.map_parts import USUAL, Manners
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from bridges.modbus.registers.registers_protocol import Registers
@@ -39,6 +40,8 @@ def unit_transaction(
     Raises:
         Refused, VerbRefused: the request is refused. Operations before the one that was are carried out.
     """
+    if registers.manners is not USUAL:
+        check_manners(registers.manners, request)
     if request.function == Function.ENCAPSULATED_INTERFACE_TRANSPORT:
         return identify(request, identification())
     if request.write or request.mask:
@@ -81,13 +84,30 @@ def _written(request: Request, registers: Registers, halves: Halves) -> Transact
         write = Write(span.table, mask.address, (mask.applied(word),))
     if request.read:  # what cannot be read back is not carried out
         registers.check(request.read)
-    for wanted in registers.write(write, halves) if write else ():
+    seen = (yield LOOK) if write and registers.looks_before_writes else None
+    for wanted in registers.write(write, halves, seen) if write else ():
         try:
             yield wanted
         except VerbRefused:
             registers.note(wanted, VerbStage.REFUSED)
             raise
     return b""
+
+
+def check_manners(manners: Manners, request: Request) -> None:
+    """Check that a unit has the function, and takes so many registers. Raises Refused."""
+    if manners.functions is not None and request.function not in manners.functions:
+        raise Refused(manners.code("function"), f"it has no function {request.function}")
+    read, write = request.read, request.write
+    for count, most in (
+        (read.count if read and read.table in _REGISTERS else 0, manners.reads_most),
+        (len(write.values) if write and write.table in _REGISTERS else 0, manners.writes_most),
+    ):
+        if count > most:
+            raise Refused(manners.code("count"), f"{count} registers; one request may have {most}")
+
+
+_REGISTERS = (Table.HOLDING_REGISTERS, Table.INPUT_REGISTERS)
 
 
 def _look(registers: Registers, span: Span) -> Look:

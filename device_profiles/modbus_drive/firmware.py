@@ -1,10 +1,11 @@
 """Program of the drive: its loop, its ramps, and what makes it give up."""
 
 from hil.firmware.closed_loop_drive import CURRENT, ENCODER, IDLE_NS, WATCH_NS, ClosedLoopDrive, DriveFault
-from hil.firmware.set_point_paths import at
+from hil.firmware.kept_cells import KeptCells
+from hil.firmware.set_point_paths import at, joined, trapezoid
 from hil.vocab.firmware import Board, Delay, Main
-from hil.vocab.path import DEG_PER_S, Path
-from hil.vocab.time import NS_PER_MS
+from hil.vocab.path import DEG_PER_S, Path, PathPiece
+from hil.vocab.time import NS_PER_MS, NS_PER_S
 
 FOLLOWING_DEG, FOLLOWING_NS = 30.0, 50 * NS_PER_MS
 """Following error that is too large, once it has lasted so long."""
@@ -13,11 +14,16 @@ CHANGES_NS = 50 * NS_PER_MS
 VELOCITY_RPM, ACCELERATION_RPM_PER_S = 60.0, 600.0
 """Speed and acceleration of moves, from power-up until others are written."""
 BITS = ("enable", "start", "stop", "reset", "follow")
+TURNS_FOR_NS, TURNS_AGAIN_NS = 600 * NS_PER_S, 60 * NS_PER_S
+"""Length of a path at a constant speed, and what is left of it when the next one begins."""
 FOLLOWING = DriveFault(1, f"{FOLLOWING_DEG:g} deg off the set-point for {FOLLOWING_NS // NS_PER_MS} ms")
 
 
 class ModbusDrive(ClosedLoopDrive):
-    """One power-up of the drive."""
+    """One power-up of the drive.
+
+    Long because moves, followed set-points and turning share one path and its end.
+    """
 
     def __init__(self, board: Board) -> None:
         super().__init__(board, FOLLOWING)
@@ -33,14 +39,29 @@ class ModbusDrive(ClosedLoopDrive):
         self.repeats_start = False
         """True if a master has written the start bit again since, as one does that writes in a cycle."""
         self._changed_ns = self._following_ns = 0
+        self.deceleration_rpm_per_s: float | None = None
+        """None: never written; ramps down as up."""
+        self.run_velocity_rpm: float | None = None
+        """Speed to turn at; None: never written, that of moves."""
+        self.is_reversed = False
+        self.origin_deg = 0.0
+        """Angle of the shaft that a master sees as 0."""
+        self.running_rpm: float | None = None
+        """Speed at which it turns until a stop; None: it does not."""
+        self._runs_by_registers = False
+        """True if it turns at the speed that its registers have, and changes with them."""
+        self.cells = KeptCells(board.nvm, board.tell)
 
     def main(self) -> Main:
         yield from self._start()
         self.set_point_deg = self.here_deg()
         self.is_busy = False
+        self.cells.tell_all()
         self.tell()
         while True:
             self._watch()
+            if commit := self.cells.step(self._now_ns):
+                yield commit
             yield Delay(WATCH_NS if self.is_on else IDLE_NS)
 
     # ---- what it is asked for ----
@@ -73,10 +94,12 @@ class ModbusDrive(ClosedLoopDrive):
         self.axis.vref(0, 0)
         self.bits["enable"] = 0
         self.is_streamed = False
+        self.running_rpm = None
 
     def step_to(self, set_point_deg: float) -> None:
         """Follow a set-point at once."""
         self.set_point_deg, self.is_streamed = set_point_deg, True
+        self.running_rpm = None
         self.axis.set("r", set_point_deg)
         self._changed_ns = self._now_ns
 
@@ -90,6 +113,54 @@ class ModbusDrive(ClosedLoopDrive):
         self.axis.follow(path, start_ns)
         self._path, self._path_from_ns = path, max(start_ns, self._now_ns)
         self.set_point_deg, self.is_streamed = path[-1].r, False
+        self.running_rpm = None
+
+    def go(
+        self, target_deg: float, velocity_rpm: float, up_rpm_per_s: float, down_rpm_per_s: float | None
+    ) -> Path:
+        """Go to an angle with another deceleration than acceleration. Raises VerbRefused."""
+        kept_deg = self.set_point_deg
+        up, down = up_rpm_per_s * DEG_PER_S, (down_rpm_per_s or up_rpm_per_s) * DEG_PER_S
+        path = self._along(lambda: trapezoid(*self._where(), target_deg, velocity_rpm * DEG_PER_S, up, down))
+        self.set_point_deg = kept_deg  # the register is the master's
+        return path
+
+    def run(
+        self,
+        velocity_rpm: float | None = None,
+        up_rpm_per_s: float | None = None,
+        down_rpm_per_s: float | None = None,
+    ) -> None:
+        """Turn at a speed until a stop. ``velocity_rpm``: None: that of the registers, also when they change.
+        Raises VerbRefused."""
+        self._runs_by_registers = velocity_rpm is None
+        if velocity_rpm is None:
+            velocity_rpm = self.velocity_rpm if self.run_velocity_rpm is None else self.run_velocity_rpm
+        wanted = (-velocity_rpm if self.is_reversed else velocity_rpm) * DEG_PER_S
+        up = (up_rpm_per_s or self.acceleration_rpm_per_s) * DEG_PER_S
+        down = (down_rpm_per_s or self.deceleration_rpm_per_s or up / DEG_PER_S) * DEG_PER_S
+        kept_deg = self.set_point_deg
+        self._along(lambda: _to_speed(*self._where(), wanted, up, down))
+        self.set_point_deg, self.running_rpm = kept_deg, wanted / DEG_PER_S
+
+    def run_again(self) -> None:
+        """Turn as the registers say now, if it turns by them."""
+        if self.running_rpm is not None and self._runs_by_registers:
+            self.run()
+
+    @property
+    def now_ns(self) -> int:
+        """Simulated time."""
+        return self._now_ns
+
+    @property
+    def is_running(self) -> bool:
+        """True while it turns until a stop."""
+        return self.running_rpm is not None and self.is_on
+
+    def zero(self) -> None:
+        """Let a master see the present angle of the shaft as 0."""
+        self.origin_deg = self.here_deg()
 
     @property
     def target_deg(self) -> float:
@@ -108,6 +179,16 @@ class ModbusDrive(ClosedLoopDrive):
         }
         for name, value in told.items():
             self._tell(name, value)
+        rare = {
+            "deceleration_rpm_per_s": self.deceleration_rpm_per_s,
+            "run_velocity_rpm": self.run_velocity_rpm,
+            "origin_deg": self.origin_deg or None,
+            "reverse": float(self.is_reversed) or None,
+            "running": float(self.is_running) or None,
+            "running_rpm": self.running_rpm,
+        }
+        for name, rare_value in rare.items():
+            self._tell(name, rare_value)
         self._tell_motion()
 
     def _tell_motion(self) -> None:
@@ -125,8 +206,14 @@ class ModbusDrive(ClosedLoopDrive):
             self.bits["enable"] = enable  # as it was written: it has to become 1 again
             self.set_point_deg = self.here_deg()
             self.fault_code = fault.code
+            self.running_rpm = None
             self._note("fault", f"fault {fault.code}: {fault.about}")
             self.tell()
+        if self.is_running and self._path_from_ns + TURNS_FOR_NS - self._now_ns < TURNS_AGAIN_NS:
+            running_rpm, is_reversed = self.running_rpm or 0.0, self.is_reversed
+            by_registers, self.is_reversed = self._runs_by_registers, False
+            self.run(running_rpm)
+            self._runs_by_registers, self.is_reversed = by_registers, is_reversed
         self._tell_motion()
 
     def _fault(self) -> DriveFault | None:
@@ -143,3 +230,23 @@ class ModbusDrive(ClosedLoopDrive):
         if self.is_moving:
             return at(self._path, self._now_ns - self._path_from_ns)
         return self.axis.get("r"), self.axis.get("velocity_rpm") * DEG_PER_S if self.is_streamed else 0.0
+
+
+def _to_speed(r: float, rate: float, wanted: float, up: float, down: float) -> Path:
+    """Path from a set-point that changes at ``rate`` to a constant rate: down first where it turns round or
+    is too fast, up where it is too slow."""
+    pieces: list[tuple[float, float]] = []
+    if rate * wanted < 0 or (wanted == 0 and rate):
+        pieces.append((abs(rate) / down, -down if rate > 0 else down))
+        rate_then = 0.0
+    else:
+        rate_then = rate
+    change = wanted - rate_then
+    if change:
+        ramp = up if abs(wanted) > abs(rate_then) else down
+        pieces.append((abs(change) / ramp, ramp if change > 0 else -ramp))
+    *ramps, end = joined(r, rate, pieces)
+    if not wanted:
+        return (*ramps, end)
+    long = PathPiece(TURNS_FOR_NS, end.r, wanted)
+    return (*ramps, long, PathPiece(0, long.after(TURNS_FOR_NS)[0]))

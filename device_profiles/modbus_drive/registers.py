@@ -1,14 +1,17 @@
 """Writes of a Modbus master: values and control bits, all that one request has at once."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from device_profiles.modbus_drive.firmware import BITS, ModbusDrive
+from hil.firmware.cell_verbs import CELL_VERBS, CELLS
 from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
 ANGLE_DEG = 1e6
 RPM, RPM_PER_S = (0.1, 3000.0), (1.0, 1e6)
+SIGNED_RPM, FAST_RPM_PER_S = (-1e4, 1e4), (0.001, 1e6)
 """Limits within which every path can be computed."""
 Answer = Mapping[str, float | str | int]
 _NAMES = {"set_velocity_rpm": "velocity_rpm", "acceleration_rpm_per_s": "acceleration_rpm_per_s"}
@@ -94,6 +97,47 @@ def _moved(
     return None
 
 
+def put(board: ModbusDrive, cells: str = "", **given: float) -> None:
+    """Take values and cells as they are written by a map of version 2: they are kept, and what turns or
+    follows changes with them. Raises VerbRefused."""
+    board.must_be_ready()
+    if cells:
+        board.cells.take_text(cells, board.now_ns)
+    for name, value in given.items():
+        if name == "reverse":
+            board.is_reversed = bool(value)
+        elif name != "set_point_deg":
+            setattr(board, _NAMES.get(name, name), value)
+    if (set_point_deg := given.get("set_point_deg")) is not None:
+        if board.is_following:
+            board.step_to(set_point_deg)
+        board.set_point_deg = set_point_deg
+    board.run_again()
+    board.tell()
+
+
+def run(
+    board: ModbusDrive,
+    velocity_rpm: float | None = None,
+    acceleration_rpm_per_s: float | None = None,
+    deceleration_rpm_per_s: float | None = None,
+) -> None:
+    """Turn at a speed until a stop. Raises VerbRefused."""
+    board.must_be_on()
+    board.bits["follow"] = 0
+    board.run(velocity_rpm, acceleration_rpm_per_s, deceleration_rpm_per_s)
+    board.tell()
+
+
+def origin(board: ModbusDrive) -> None:
+    """Let the registers call the present angle 0. Raises VerbRefused: it moves."""
+    board.must_be_ready()
+    if board.is_moving:
+        raise VerbRefused("not_now", "origin: a motion is under way; stop it, or let it end")
+    board.zero()
+    board.tell()
+
+
 _SET_POINT = Parameter(
     "set_point_deg", "target of a move, or set-point that is followed", "deg", -ANGLE_DEG, ANGLE_DEG
 )
@@ -111,4 +155,19 @@ VERBS = (
         Effect.STREAM,
     ),
     Verb("write", "write registers and control bits, as a Modbus master does", _OTHERS, write),
+    Verb(
+        "put",
+        "write values and cells by a map of version 2, as a Modbus master does",
+        (
+            CELLS,
+            replace(_SET_POINT, is_optional=True),
+            Parameter("set_velocity_rpm", "speed", "rpm", *SIGNED_RPM, is_optional=True),
+            Parameter("run_velocity_rpm", "speed to turn at", "rpm", *SIGNED_RPM, is_optional=True),
+            Parameter("acceleration_rpm_per_s", "acceleration", "rpm/s", *FAST_RPM_PER_S, is_optional=True),
+            Parameter("deceleration_rpm_per_s", "deceleration", "rpm/s", *FAST_RPM_PER_S, is_optional=True),
+            Parameter("reverse", "1: turn in the other direction", is_whole=True, is_optional=True),
+        ),
+        put,
+    ),
+    *CELL_VERBS,
 )

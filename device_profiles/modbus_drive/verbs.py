@@ -2,7 +2,7 @@
 
 from device_profiles.modbus_drive import registers
 from device_profiles.modbus_drive.firmware import ModbusDrive
-from device_profiles.modbus_drive.registers import ANGLE_DEG, RPM, RPM_PER_S, Answer
+from device_profiles.modbus_drive.registers import ANGLE_DEG, RPM, RPM_PER_S, SIGNED_RPM, Answer
 from hil.firmware.closed_loop_drive import duration_of
 from hil.vocab.parameters import Parameter
 from hil.vocab.path import Path
@@ -14,6 +14,13 @@ _MOVE = (
     Parameter(
         "acceleration_rpm_per_s",
         "acceleration; left out: the register's",
+        "rpm/s",
+        *RPM_PER_S,
+        is_optional=True,
+    ),
+    Parameter(
+        "deceleration_rpm_per_s",
+        "deceleration; left out: as the acceleration",
         "rpm/s",
         *RPM_PER_S,
         is_optional=True,
@@ -56,10 +63,18 @@ def move_abs(
     position_deg: float,
     velocity_rpm: float | None = None,
     acceleration_rpm_per_s: float | None = None,
+    deceleration_rpm_per_s: float | None = None,
 ) -> Answer:
     board.must_be_on()
     ramp = board.acceleration_rpm_per_s if acceleration_rpm_per_s is None else acceleration_rpm_per_s
-    path = board.move(position_deg, board.velocity_rpm if velocity_rpm is None else velocity_rpm, ramp)
+    down = board.deceleration_rpm_per_s if deceleration_rpm_per_s is None else deceleration_rpm_per_s
+    speed_rpm = abs(board.velocity_rpm) if velocity_rpm is None else velocity_rpm
+    if not speed_rpm:
+        raise VerbRefused("not_now", "its speed is 0; set another one first")
+    if down is None:
+        path = board.move(position_deg, speed_rpm, ramp)
+    else:
+        path = board.go(position_deg, speed_rpm, ramp, down)
     board.bits["follow"] = 0
     board.tell()
     return duration_of(path)
@@ -70,11 +85,12 @@ def move_rel(
     angle_deg: float,
     velocity_rpm: float | None = None,
     acceleration_rpm_per_s: float | None = None,
+    deceleration_rpm_per_s: float | None = None,
 ) -> Answer:
     target_deg = board.target_deg + angle_deg
     if not abs(target_deg) <= ANGLE_DEG:
         raise VerbRefused("bad_parameter", f"angle_deg: it would lead to {target_deg:.10g} deg")
-    return move_abs(board, target_deg, velocity_rpm, acceleration_rpm_per_s)
+    return move_abs(board, target_deg, velocity_rpm, acceleration_rpm_per_s, deceleration_rpm_per_s)
 
 
 def stop(board: ModbusDrive, how: str, acceleration_rpm_per_s: float | None = None) -> Answer | None:
@@ -84,8 +100,12 @@ def stop(board: ModbusDrive, how: str, acceleration_rpm_per_s: float | None = No
     if board.is_on and how == "prejudice":
         board.hold()
     elif board.is_on:
-        ramp = board.acceleration_rpm_per_s if acceleration_rpm_per_s is None else acceleration_rpm_per_s
-        answer = duration_of(board.ramp_down(ramp))
+        own = board.deceleration_rpm_per_s or board.acceleration_rpm_per_s
+        kept_deg = board.set_point_deg if board.is_running else None
+        answer = duration_of(
+            board.ramp_down(own if acceleration_rpm_per_s is None else acceleration_rpm_per_s)
+        )
+        board.set_point_deg = board.set_point_deg if kept_deg is None else kept_deg
     board.bits["follow"] = 0
     board.tell()
     return answer
@@ -158,4 +178,17 @@ VERBS = (
         gains,
     ),
     *registers.VERBS,
+    Verb(
+        "run",
+        "turn at a speed until a stop; the loop has to be on",
+        (
+            Parameter(
+                "velocity_rpm", "speed; left out: the register's", "rpm", *SIGNED_RPM, is_optional=True
+            ),
+            *_MOVE[1:],
+        ),
+        registers.run,
+        Effect.ENDS,
+    ),
+    Verb("origin", "let the registers call the present angle 0", run=registers.origin),
 )

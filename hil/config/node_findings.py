@@ -62,7 +62,7 @@ def _axis_finding(
     if part and part not in profile.axes:
         message = no_part(device, "axis", part, profile.axes)
         return Finding(path, message, suggestion(part, [*profile.axes]), at_key=True)
-    if not profile.axes:
+    if not profile.axes and profile.map is None:
         return Finding(path, f"a {profile.name} has no axis", f"a {rules.word} needs one", at_key=True)
     if rules.key in (*profile.uarts, *profile.axes):
         message = f"a {profile.name} has a part {rules.key} of its own"

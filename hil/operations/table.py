@@ -159,7 +159,8 @@ _ROWS = (
     # A board.
     _asked("state", TWIN, VIEWER, "all fields of an axis, now"),
     _asked("packed", TWIN, VIEWER, "all fields of an axis in the binary layout, now"),
-    _asked("look", TWIN, VIEWER, "the same, with what it means as motion, and whether the board has stopped"),
+    _asked("look", MEMBER, VIEWER,
+           "the same, with what it means as motion, and whether the board has stopped"),
     _asked("read_text", MEMBER, VIEWER,
            "read a text of a board as data: what its terminal says, or a file of its own; answers what is"
            " wrong, as a text, if it is none",

@@ -8,8 +8,10 @@ from hil.core import AxisKind, Snapshot
 from hil.core.fields import OFFSETS, TABLE, packed
 from hil.sim.twin import Twin
 from hil.vocab.address import address_of
+from hil.vocab.axis import AxisState
 from hil.vocab.desk_protocol import AxisField, AxisLook, DeviceInfo
 from hil.vocab.profile import Profile
+from hil.vocab.time import SimTimeNs
 from hil.vocab.verbs import Verb
 
 
@@ -68,6 +70,12 @@ def _inputs(kind: AxisKind) -> Mapping[str, str]:
         name = next(iter(told), pin[0])
         inputs[name] = told.get(name, f"{kind.levels}.{number}" if kind.levels else "")
     return inputs
+
+
+def board_look(device: Twin, now_ns: int) -> AxisLook:
+    """Look at a board without an axis: what its firmware tells."""
+    nowhere = AxisState(SimTimeNs(now_ns), None, None, is_moving=False, is_under_way=False)
+    return AxisLook(b"", nowhere, device.failed, dict(device.told))
 
 
 def axis_look(device: Twin, kind: AxisKind, shot: Snapshot) -> AxisLook:

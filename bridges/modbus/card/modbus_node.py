@@ -8,13 +8,13 @@ from bridges.modbus.card.register_server import CardAxis, RegisterServer
 from bridges.modbus.card.rtu_receiver import RtuReceiver
 from bridges.modbus.protocol.diagnostics import Diagnostics, report
 from bridges.modbus.protocol.frame import TO_ALL, encode
-from bridges.modbus.protocol.pdu import Function, Refused, Request, exception, parse
+from bridges.modbus.protocol.pdu import Code, Function, Refused, Request, exception, parse
 from hil.sim.firmware_guard import place_of
 from hil.sim.flight import flight_of, heard
 from hil.vocab.faults import MODBUS_NODE, Fault
 from hil.vocab.framing import Item
 from hil.vocab.segment import HeardCharacter, Segment
-from hil.vocab.time import NS_PER_MS, Clock, SimTimeNs
+from hil.vocab.time import NS_PER_MS, NS_PER_S, Clock, SimTimeNs
 from hil.wire.byte_faults import Chance
 
 
@@ -115,6 +115,8 @@ class ModbusNode:
         self._diagnosis = Diagnostics()
         self._has_raised = False
         """True if its registers have raised an error: it is silent until the next power-up."""
+        self._deaf_until_ns = 0
+        """End of the silence behind its last answer, by its map: what begins before is not heard."""
         self._sent = 0
         """Number of own answers since."""
         self._line = self._line_counts()
@@ -154,7 +156,7 @@ class ModbusNode:
         if self._ups != self.device.power.ups:
             self._server.close()
             self._power_up()
-        if self._has_raised:
+        if self._has_raised or start_ns < self._deaf_until_ns:
             return
         self._seen["requests"] += 1
         for watcher in self.watchers:
@@ -186,6 +188,8 @@ class ModbusNode:
         elif request is None:
             assert refused
             answer = self._server.refuse(pdu[0], refused)
+        elif not self._server.has_function(pdu[0]):
+            answer = self._server.refuse(pdu[0], Refused(Code.ILLEGAL_FUNCTION, f"no function {pdu[0]}"))
         else:
             answer = self._done(request, now_ns)
         if answer is not None and answer[0] & 0x80:
@@ -232,3 +236,6 @@ class ModbusNode:
         for watcher in self.watchers:
             watcher("client", now_ns, raw)
         self.wire.transmit(self.name, now_ns, raw, self._baud)
+        if pause_ns := self._server.manners.pause_ns:
+            character_ns = self.wire.line_format.bits * NS_PER_S // self._baud
+            self._deaf_until_ns = now_ns + len(raw) * character_ns + pause_ns

@@ -7,6 +7,7 @@ from bridges.modbus.card.verb_ends import VerbEnds
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.protocol.pdu import Refused, Request, exception
 from bridges.modbus.registers.cells import Halves
+from bridges.modbus.registers.map_parts import Manners
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from bridges.modbus.registers.registers_protocol import Registers, code_and_reason
@@ -15,7 +16,7 @@ from hil.core import CoreAxis
 from hil.sim.inputs import Do, Input, Pin, Reset, SetField
 from hil.sim.motion_end import begun_motion
 from hil.sim.twin import Twin
-from hil.sim.twin_info import axis_look
+from hil.sim.twin_info import axis_look, board_look
 from hil.sim.verb_calls import Answer
 from hil.vocab.desk_protocol import AxisLook
 from hil.vocab.time import Clock, SimTimeNs
@@ -57,6 +58,16 @@ class RegisterServer:
         self.carried_out = 0
         """Number of operations that were carried out."""
 
+    @property
+    def manners(self) -> Manners:
+        """Manners of the unit on its line."""
+        return self._registers.manners
+
+    def has_function(self, function: int) -> bool:
+        """True if the unit has a function."""
+        functions = self.manners.functions
+        return functions is None or function in functions
+
     def close(self) -> None:
         """Await nothing any more."""
         if self._ends:
@@ -75,13 +86,15 @@ class RegisterServer:
 
     def refuse(self, function: int, error: Refused | VerbRefused) -> bytes:
         """Make an exception, and keep the reason."""
-        code, why = code_and_reason(error)
+        code, why = code_and_reason(error, self._registers.manners)
         self.refusal = f"{code:02}: {why}"
         return exception(function, code)
 
     def _look(self) -> AxisLook | None:
         axis = self._of.axis
-        return axis_look(self._of.device, axis.kind, axis.snapshot()) if axis else None
+        if axis is None:
+            return board_look(self._of.device, self._clock.now_ns)
+        return axis_look(self._of.device, axis.kind, axis.snapshot())
 
     def _carry_out(self, wanted: Wanted, now_ns: SimTimeNs) -> None:
         said = self._of.carry_out(self._input(wanted))

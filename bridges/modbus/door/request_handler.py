@@ -12,6 +12,7 @@ from bridges.modbus.door.door_options import UNITS
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.protocol.pdu import Code, Refused, Request, exception, parse
 from bridges.modbus.registers.cells import Halves
+from bridges.modbus.registers.map_parts import USUAL, Manners
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from bridges.modbus.registers.registers_protocol import Registers, code_and_reason
@@ -149,7 +150,7 @@ class RequestHandler:
     def __init__(self, desk: Desk, units: DoorUnits, identify: Callable[[DoorUnit], Identification]) -> None:
         self._desk, self._units, self._identity = desk, units, identify
         self._ends = MotionEnds(desk)
-        self._limits: dict[Code, Limit] = {}
+        self._limits: dict[int, Limit] = {}
         self.requests = self.carried_out = 0
         self.exceptions: Counter[str] = Counter()
 
@@ -172,7 +173,7 @@ class RequestHandler:
                 return self._awaited(asker, unit, request)
             return at_once(self._steps(asker, unit, request), lambda: self._look(asker, unit), _no_operation)
         except (Refused, VerbRefused) as error:
-            return self._refuse(asker, unit.number, pdu[0], error)
+            return self._refuse(asker, unit.number, pdu[0], error, unit.registers.manners)
 
     def _steps(self, asker: Asker, unit: DoorUnit, request: Request) -> Transaction:
         halves = asker.halves.setdefault(unit, {})
@@ -196,10 +197,17 @@ class RequestHandler:
             pdu: bytes = done.value
             return pdu
         except (Refused, VerbRefused) as error:
-            return self._refuse(asker, unit.number, request.function, error)
+            return self._refuse(asker, unit.number, request.function, error, unit.registers.manners)
 
-    def _refuse(self, asker: Asker, number: int, function: int, error: Refused | VerbRefused) -> bytes:
-        code, why = code_and_reason(error)
+    def _refuse(
+        self,
+        asker: Asker,
+        number: int,
+        function: int,
+        error: Refused | VerbRefused,
+        manners: Manners = USUAL,
+    ) -> bytes:
+        code, why = code_and_reason(error, manners)
         self.exceptions[f"{code:02}"] += 1
         self._tell(code, f"bridges.modbus: {asker.source.name}: unit {number}: exception {code:02}: {why}")
         return exception(function, code)
@@ -215,7 +223,7 @@ class RequestHandler:
         self.carried_out += 1
         self._ends.follow(unit, wanted, asker.source, result)
 
-    def _tell(self, code: Code, why: str) -> None:
+    def _tell(self, code: int, why: str) -> None:
         if (limit := self._limits.get(code)) is None:
             limit = self._limits[code] = Limit(log.info, asyncio.get_running_loop())
         limit.reached(why)

@@ -1,42 +1,43 @@
 """Model of a Modbus drive's map as it is written. The descriptions are the reference's text."""
 
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer
 from pydantic_core import PydanticCustomError
 
+from bridges.modbus.maps.map_row_models import (
+    AS_TUPLE,
+    BlockText,
+    CellText,
+    CommandText,
+    ModeText,
+    MovesText,
+    PartName,
+    PlaceText,
+    ProtocolText,
+    ReservedText,
+    StateText,
+)
 from bridges.modbus.protocol.identification import OBJECT_BYTES_MAX
-from bridges.modbus.protocol.pdu import ADDRESSES, Table
 from bridges.modbus.registers.drive_map import CONTROL, STATUS
-from hil.config.explain import OR_NULL, DefaultsModel, StrictModel
-from hil.vocab.drive_words import TAKEN, TOLD
+from hil.config.explain import StrictModel
+from hil.vocab.drive_words import MORE_TAKEN, MORE_TOLD, TAKEN, TOLD
 
 MAP_VERSION = 1
-"""Version of the format, ``modbus_map``."""
-TABLES = {
-    "input": Table.INPUT_REGISTERS,
-    "holding": Table.HOLDING_REGISTERS,
-    "discrete": Table.DISCRETE_INPUTS,
-    "coil": Table.COILS,
-}
-"""Tables by their words in a map."""
-_MOST_SCALE = 1e12
+"""Version of the format, ``modbus_map``, of maps with values and bits alone."""
+NEW_PARTS = ("cells", "commands", "mode", "states", "blocks", "moves", "reserved", "protocol")
+NEW_VALUES = (*MORE_TOLD, *MORE_TAKEN)
+"""Keys that version 2 has alone."""
+LATEST_VERSION = 2
+"""Version with all keys."""
 _PARAMETER_NAME = "^[A-Za-z][A-Za-z0-9_]{0,31}$"
 
 
 def _version(value: int) -> int:
-    if value != MAP_VERSION:
-        remedy = f"write {MAP_VERSION}, the version that is known here"
+    if value not in (MAP_VERSION, LATEST_VERSION):
+        remedy = f"write {MAP_VERSION} or {LATEST_VERSION}, the versions that are known here"
         raise PydanticCustomError("version", "there is no such version of the format", {"remedy": remedy})
-    return value
-
-
-def _usable_scale(value: float) -> float:
-    if not 1 / _MOST_SCALE <= abs(value) <= _MOST_SCALE:
-        what = f"a scale of {value:g} fits no value" if value else "with a scale of 0 every value is 0"
-        remedy = "write what one step of the register is worth, as in 0.01"
-        raise PydanticCustomError("scale", what, {"remedy": remedy})
     return value
 
 
@@ -47,40 +48,7 @@ def _ascii(value: str) -> str:
     return value
 
 
-_Address = Annotated[int, Field(ge=0, le=ADDRESSES - 1)]
 _Text = Annotated[str, AfterValidator(_ascii)]
-
-
-class PlaceText(DefaultsModel):
-    """Entry of a map: one table with an address, and what is there."""
-
-    input: _Address | None = Field(default=None, description="Input register; the first is 0.")
-    holding: _Address | None = Field(default=None, description="Holding register instead.")
-    discrete: _Address | None = Field(default=None, description="Discrete input instead, of a bit.")
-    coil: _Address | None = Field(default=None, description="Coil instead, of a bit.")
-    type: Annotated[Literal["u16", "i16", "u32", "i32", "f32"], OR_NULL] = Field(
-        default="u16",
-        description="Of a value, which takes one register, or two where the type ends in 32.",
-    )
-    scale: Annotated[float, AfterValidator(_usable_scale), OR_NULL] = Field(
-        default=1.0, description="The value is the register's number times this."
-    )
-    bit: Annotated[int, Field(ge=0, le=15)] | None = Field(
-        default=None, description="Number of a bit of a register, 0 for the lowest."
-    )
-
-    on_write: Annotated[bool, OR_NULL] = Field(
-        default=False,
-        description="Of `start`, `stop` and `reset`: true if each write of 1 is a command and the bit clears"
-        " itself; false: a command is given when the bit becomes 1.",
-    )
-
-    @property
-    def tables(self) -> list[str]:
-        """Words of the tables that are named."""
-        return [word for word in TABLES if getattr(self, word) is not None]
-
-
 Entry = PlaceText | None
 
 
@@ -118,8 +86,16 @@ class IdentityText(StrictModel):
 class MapText(StrictModel):
     """A whole map."""
 
+    @model_serializer(mode="wrap")
+    def _of_its_version(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Dump without keys of version 2 where the map is of version 1, as a log of it always was."""
+        dumped: dict[str, Any] = handler(self)
+        if self.modbus_map != MAP_VERSION:
+            return dumped
+        return {key: each for key, each in dumped.items() if key not in (*NEW_VALUES, *NEW_PARTS)}
+
     modbus_map: Annotated[int, AfterValidator(_version)] = Field(
-        description=f"Version of the format: {MAP_VERSION}."
+        description=f"Version of the format: {MAP_VERSION}, or {LATEST_VERSION} for the keys that say so."
     )
     word_order: Literal["high_first", "low_first"] = Field(
         default="high_first", description="Which word of a value in two registers comes first."
@@ -128,11 +104,11 @@ class MapText(StrictModel):
         default=IdentityText.model_construct(),
         description="Texts that function 43/14 tells: `vendor`, `product`, `revision`.",
     )
-    position_deg: Entry = _entry(f"{TOLD['position_deg']}; needed")
+    position_deg: Entry = _entry(f"{TOLD['position_deg']}; needed with `modbus_map: 1`")
     velocity_rpm: Entry = _entry(TOLD["velocity_rpm"])
     current_A: Entry = _entry(TOLD["current_A"])
     fault_code: Entry = _entry(TOLD["fault_code"])
-    set_point_deg: Entry = _entry(f"{TAKEN['set_point_deg']}; needed")
+    set_point_deg: Entry = _entry(f"{TAKEN['set_point_deg']}; needed with `modbus_map: 1`")
     set_velocity_rpm: Entry = _entry(TAKEN["set_velocity_rpm"])
     acceleration_rpm_per_s: Entry = _entry(TAKEN["acceleration_rpm_per_s"])
     status: StatusText = Field(
@@ -141,9 +117,42 @@ class MapText(StrictModel):
     )
     control: ControlText | None = Field(
         default=None,
-        description="Bits that the drive takes: `enable`, and `start` or `follow` or both, are needed;"
-        " `stop`, `reset`.",
+        description="Bits that the drive takes: `enable`, and `start` or `follow` or both, are needed with"
+        " `modbus_map: 1`; `stop`, `reset`.",
     )
     parameters: Mapping[Annotated[str, Field(pattern=_PARAMETER_NAME)], PlaceText] = Field(
         default={}, description="Fields of the axis that can be set, by name, as in `pKp`."
+    )
+    commanded_deg: Entry = _entry(MORE_TOLD["commanded_deg"])
+    following_error_deg: Entry = _entry(MORE_TOLD["following_error_deg"])
+    turns: Entry = _entry(MORE_TOLD["turns"])
+    angle_deg: Entry = _entry(MORE_TOLD["angle_deg"])
+    speed_rpm: Entry = _entry(MORE_TOLD["speed_rpm"])
+    ordered_rpm: Entry = _entry(MORE_TOLD["ordered_rpm"])
+    deceleration_rpm_per_s: Entry = _entry(MORE_TAKEN["deceleration_rpm_per_s"])
+    run_velocity_rpm: Entry = _entry(MORE_TAKEN["run_velocity_rpm"])
+    cells: Mapping[PartName, CellText] = Field(
+        default={},
+        description="Plain cells by name: constants, and what a master keeps there. It needs `modbus_map: 2`,"
+        " as all keys below.",
+    )
+    commands: Mapping[PartName, CommandText] = Field(
+        default={}, description="Registers of which each value is a command, by name."
+    )
+    mode: ModeText | None = Field(default=None, description="Register whose values choose what `start` does.")
+    states: Mapping[PartName, StateText] = Field(
+        default={}, description="Registers whose value says the state, by name."
+    )
+    blocks: Mapping[PartName, BlockText] = Field(
+        default={},
+        description="Blocks that are read or written as a whole, from their first register on; they may"
+        " overlap.",
+    )
+    moves: MovesText | None = Field(default=None, description="Table of moves, one row behind the other.")
+    reserved: Annotated[tuple[ReservedText, ...], AS_TUPLE] = Field(
+        default=(),
+        description="Registers that are nobody's, and answer: they read as zero, and a write does nothing.",
+    )
+    protocol: ProtocolText = Field(
+        default=ProtocolText.model_construct(), description="Manners of the drive on the line."
     )

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.protocol.pdu import ADDRESSES, Table
 from bridges.modbus.registers.drive_map import RegisterPlace
 from hil.config.document import Finding, KeyPath
 
@@ -37,8 +37,14 @@ def overlap_findings(
 
 
 def _share(one: RegisterPlace, other: RegisterPlace) -> bool:
-    """True if two entries can be in one register: as two of its bits."""
-    return one.bit is not None and other.bit is not None and one.bit != other.bit
+    """True if two entries can be in one register: as different bits of it."""
+    own, others = _bits(one), _bits(other)
+    return own is not None and others is not None and not own & others
+
+
+def _bits(place: RegisterPlace) -> int | None:
+    """Bits of a register that a place has; None: all."""
+    return place.mask if place.mask is not None else None if place.bit is None else 1 << place.bit
 
 
 def _told(
@@ -46,6 +52,13 @@ def _told(
 ) -> tuple[KeyPath, str, str]:
     word = _WORDS[place.table]
     whose = ".".join(map(str, other_path)) + (f" (line {line})" if line else "")
+    is_in_block = place.address >= ADDRESSES
+    if is_in_block or place.mask is not None or other.mask is not None:
+        where = f"register {register & 0xFFFF} of the block" if is_in_block else f"{word} {register}"
+        key = "at" if is_in_block else word
+        bits = [f"bits {_bits(each):04X}h" for each in (place,) if _bits(each) is not None]
+        message = f"{' and '.join([where, *bits])}: {whose} is there"
+        return (*path, key), message, "write a register that is free, or bits that are"
     at, free = (*path, word), "write a register that is free"
     if place.is_bit and other.is_bit:
         if place.bit is None:

@@ -6,10 +6,18 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from bridges.modbus.maps.drive_map_model import MAP_VERSION, TABLES, MapText, PlaceText
+from bridges.modbus.maps.drive_map_model import LATEST_VERSION, MAP_VERSION, MapText
 from bridges.modbus.maps.drive_map_overlaps import overlap_findings
-from bridges.modbus.protocol.pdu import ADDRESSES
-from bridges.modbus.registers.cells import BIT
+from bridges.modbus.maps.map_part_findings import (
+    MOVE_MARK,
+    axis_findings,
+    end_findings,
+    part_findings,
+    version_findings,
+)
+from bridges.modbus.maps.map_parts_text import parts_of
+from bridges.modbus.maps.map_places import OTHER, place_findings, place_of, quantity_of
+from bridges.modbus.maps.map_row_models import TABLES, PlaceText
 from bridges.modbus.registers.drive_map import (
     COMMANDS,
     CONTROL,
@@ -22,9 +30,10 @@ from hil.config.document import Document, Finding, KeyPath
 from hil.config.document_kinds import DRIVE_MAP, check_kind
 from hil.config.explain import findings_of, no_such
 from hil.config.yaml_text import document_from_yaml
-from hil.vocab.drive_words import TAKEN, TOLD
+from hil.vocab.drive_words import MORE_TAKEN, MORE_TOLD, TAKEN, TOLD
 from hil.vocab.near_words import did_you_mean
 
+VALUES = {**TOLD, **TAKEN, **MORE_TOLD, **MORE_TAKEN}
 _BIT_TABLES, _WRITABLE = ("discrete", "coil"), ("holding", "coil")
 _EXAMPLES = {
     "position_deg": "position_deg: {input: 0, type: i32, scale: 0.01}",
@@ -70,6 +79,7 @@ def map_findings(
     except ValidationError as error:
         findings += findings_of(error, MapText, at, document)
     entries = dict(_entries(given))
+    is_new = isinstance(given, dict) and given.get("modbus_map") == LATEST_VERSION
     places: dict[KeyPath, RegisterPlace] = {}
     found: list[Finding] = []
     for path, entry in entries.items():
@@ -77,13 +87,20 @@ def map_findings(
         found += wrong
         if not wrong:
             places[path] = _place(path, entry)
-    found += overlap_findings(places, {path: document.keys[*at, *path].line for path in places})
+    if is_new:
+        found += part_findings(given, places)
+    else:
+        found += version_findings(given, entries)
+    found += overlap_findings(places, {path: document.keys[*at, *_written(path)].line for path in places})
+    found = [replace(each, path=_written(each.path)) for each in found]
     found += _unknown_parameters(entries, parameters)
+    if is_new:
+        found += axis_findings(given, parameters)
     findings += (replace(each, path=(*at, *each.path)) for each in found)
     inner = [each.path[len(at) :] for each in findings]
     meant = {(path[:-1], each.remedy) for path, each in zip(inner, findings, strict=True)}
     wrong_paths = {each.path for each in (*findings, *document.findings)}
-    for each in _missing(given, meant):
+    for each in () if is_new else _missing(given, meant):
         whole = replace(each, path=(*at, *each.path))
         if whole.path not in wrong_paths:
             findings.append(whole)
@@ -99,14 +116,25 @@ def drive_map_of(of: MapText) -> DriveMap:
 
     identity = {key: text for key in IDENTITY if (text := getattr(of.identity, key))}
     values = {str(path[0]): place for path, place in places.items() if len(path) == 1}
-    return DriveMap(of.word_order, identity, values, room("status"), room("control"), room("parameters"))
+    rooms = room("status"), room("control"), room("parameters")
+    if of.modbus_map == MAP_VERSION:
+        return DriveMap(of.word_order, identity, values, *rooms)
+    parts, in_blocks = parts_of(of)
+    also = []
+    for name, place in in_blocks:
+        if name in values:
+            also.append((name, place))
+        else:
+            values[name] = place
+    parts = replace(parts, also=tuple(also))
+    return DriveMap(of.word_order, identity, values, *rooms, LATEST_VERSION, parts)
 
 
 def _entries(given: object) -> Iterator[tuple[KeyPath, PlaceText]]:
     """Entries that can be read, in file order, whatever is wrong with the others."""
     for key, value in given.items() if isinstance(given, dict) else ():
         paths: dict[KeyPath, object] = {}
-        if key in TOLD or key in TAKEN:
+        if key in VALUES:
             paths = {(key,): value}
         elif key in ("status", "control", "parameters") and isinstance(value, dict):
             rooms: dict[str, Collection[str]] = {"status": STATUS, "control": CONTROL, "parameters": value}
@@ -148,28 +176,30 @@ def _entry_findings(path: KeyPath, entry: PlaceText) -> Iterator[Finding]:
     if "on_write" in entry.model_fields_set and (path[0] != "control" or path[-1] not in COMMANDS):
         what = f"{path[-1]} is no command, which {', '.join(COMMANDS)} are"
         yield Finding((*path, "on_write"), what, "remove it", at_key=True)
-    address = getattr(entry, table)
-    if not is_bit and address + RegisterPlace(TABLES[table], 0, entry.type).width > ADDRESSES:
-        yield Finding(
-            (*path, table),
-            f"{entry.type} takes two registers, and behind {address} there is none",
-            f"write {ADDRESSES - 2} or less",
-        )
+    if path[0] != "parameters":
+        quantity = quantity_of(str(path[0])) if len(path) == 1 else OTHER
+        yield from place_findings(path, entry, is_bit=is_bit, quantity=quantity)
+    yield from end_findings(path, entry, table, is_bit=is_bit)
+
+
+def _written(path: KeyPath) -> KeyPath:
+    """Path as it stands in the file: without the numbers of moves, which are rows of one place."""
+    return tuple(part for part in path if not str(part).startswith(MOVE_MARK))
 
 
 def _allowed(path: KeyPath) -> list[str]:
     """Words of the tables in which an entry can be."""
     is_bit = path[0] in ("status", "control")
-    is_told = path[0] == "status" or path[0] in TOLD
+    is_told = path[0] == "status" or path[0] in TOLD or path[0] in MORE_TOLD
     return [word for word in TABLES if (is_bit or word not in _BIT_TABLES) and (is_told or word in _WRITABLE)]
 
 
 def _place(path: KeyPath, entry: PlaceText) -> RegisterPlace:
     (table,) = entry.tables
     address = getattr(entry, table)
-    if path[0] in ("status", "control"):
-        return RegisterPlace(TABLES[table], address, BIT, bit=entry.bit, on_write=entry.on_write)
-    return RegisterPlace(TABLES[table], address, entry.type, entry.scale)
+    is_bit = path[0] in ("status", "control")
+    quantity = None if len(path) == 1 else OTHER
+    return place_of(str(path[-1]), entry, TABLES[table], address, is_bit=is_bit, quantity=quantity)
 
 
 def _unknown_parameters(entries: Collection[KeyPath], known: Collection[str] | None) -> Iterator[Finding]:

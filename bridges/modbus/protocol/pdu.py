@@ -74,9 +74,10 @@ def exception_words(code: int) -> str:
 
 
 class Refused(Exception):
-    """Exception answer to a request: ``code`` is sent, ``str(error)`` says why in words."""
+    """Exception answer to a request: ``code`` is sent, one of ``Code`` or a drive's own; ``str(error)`` says
+    why in words."""
 
-    def __init__(self, code: Code, why: str) -> None:
+    def __init__(self, code: int, why: str) -> None:
         super().__init__(why)
         self.code = code
 
@@ -191,7 +192,7 @@ def answer(request: Request, values: Sequence[int] = ()) -> bytes:
     raise ValueError(f"function {request.function} has no answer here")
 
 
-def exception(function: int, code: Code) -> bytes:
+def exception(function: int, code: int) -> bytes:
     """Make an exception answer (7)."""
     return bytes((function | 0x80, code))
 

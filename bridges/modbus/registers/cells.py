@@ -47,6 +47,9 @@ _FORMATS = {
 }
 _VALUES = {name: Struct(f">{code}") for name, code in _FORMATS.items()}
 _WORDS = {name: Struct(f">{value.size // 2}H") for name, value in _VALUES.items()}
+REGISTERS = {**{name: value.size // 2 for name, value in _VALUES.items()}, "i48": 3, "u48": 3, "text": 1}
+"""Registers that a value of each type takes; a text has as many as its map says."""
+_WITHOUT_FORMAT = ("i48", "u48")
 I32_MIN, I32_MAX = -(2**31), 2**31 - 1
 NO_I32 = I32_MIN
 """Content of an i32 that has no value, or whose parameter is left out."""
@@ -54,7 +57,8 @@ NO_I32 = I32_MIN
 
 @dataclass(frozen=True)
 class Cell:
-    """Value at an address of a map. ``type``: bit, u16, i16, i32, u32, f32, i64, u64 or f64."""
+    """Value at an address of a map. ``type``: bit, u16, i16, i32, u32, f32, i48, u48, i64, u64, f64 or
+    text."""
 
     table: Table
     address: int
@@ -69,11 +73,15 @@ class Cell:
     @property
     def width(self) -> int:
         """Number of registers or bits."""
-        return self.count * (1 if self.type == BIT else _VALUES[self.type].size // 2)
+        return self.count * (1 if self.type == BIT else REGISTERS[self.type])
 
 
 def words_of(type_name: str, value: float) -> tuple[int, ...]:
     """Words of a value, the high one first. A whole number out of the type's range becomes the nearest."""
+    if type_name in _WITHOUT_FORMAT:
+        low, high = limits(type_name)
+        number = min(max(int(value), low), high) & 0xFFFF_FFFF_FFFF
+        return number >> 32, number >> 16 & 0xFFFF, number & 0xFFFF
     code = _VALUES[type_name]
     if type_name in ("f32", "f64"):
         try:
@@ -86,13 +94,16 @@ def words_of(type_name: str, value: float) -> tuple[int, ...]:
 
 def limits(type_name: str) -> tuple[int, int]:
     """Smallest and largest number of a type of whole numbers."""
-    bits, is_signed = _VALUES[type_name].size * 8, type_name.startswith("i")
+    bits, is_signed = REGISTERS[type_name] * 16, type_name.startswith("i")
     return (-(1 << bits - 1), (1 << bits - 1) - 1) if is_signed else (0, (1 << bits) - 1)
 
 
 def value_of(type_name: str, words: tuple[int, ...]) -> float:
     """Value of words, the high one first. Of an f32 the shortest decimal number that has these words: who
     writes 90.1 means that, and not 90.0999985."""
+    if type_name in _WITHOUT_FORMAT:
+        number = words[0] << 32 | words[1] << 16 | words[2]
+        return number - (1 << 48) if type_name == "i48" and number >> 47 else number
     value: float = _VALUES[type_name].unpack(_WORDS[type_name].pack(*words))[0]
     if type_name == "f32" and isfinite(value):
         shorter = (float(f"{value:.{digits}g}") for digits in range(6, 9))

@@ -12,6 +12,7 @@ from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
 from bridges.modbus.registers.cells import Halves, WrittenWords
 from bridges.modbus.registers.drive_cells import DriveCells, MapEntry
 from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
+from bridges.modbus.registers.map_parts import USUAL
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
@@ -27,6 +28,9 @@ class DriveUnit:
     def __init__(self, of: DriveMap, info: DeviceInfo) -> None:
         self.map = DriveCells(of, info)
         self._is_low_first = of.is_low_first
+
+    manners = USUAL
+    looks_before_writes = False
 
     def needs_look(self, span: Span) -> bool:
         """True always: every register is the drive's."""
@@ -51,7 +55,7 @@ class DriveUnit:
         """Check that all of a span is there. Raises Refused."""
         self.map.check(span)
 
-    def write(self, write: Write, halves: Halves) -> list[Wanted]:
+    def write(self, write: Write, halves: Halves, look: AxisLook | None = None) -> list[Wanted]:
         """Take registers or coils; answers what is to be done. A value of which a register is missing waits
         for it.
 

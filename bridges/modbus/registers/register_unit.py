@@ -8,6 +8,7 @@ from bridges.modbus.protocol.pdu import Code, Refused, Span, Table, Write
 from bridges.modbus.registers import layout
 from bridges.modbus.registers.axis_registers import AxisRegisters
 from bridges.modbus.registers.cells import Cell, Halves, WrittenWords, ordered, value_of
+from bridges.modbus.registers.map_parts import USUAL
 from bridges.modbus.registers.register_map import (
     ControlWord,
     RegisterMap,
@@ -39,6 +40,9 @@ class RegisterUnit:
         self._levels: dict[str, int] = {}
         """Levels of driven pins that no field tells."""
         self._stages: dict[int, VerbStage] = {}
+
+    manners = USUAL
+    looks_before_writes = False
 
     def needs_look(self, span: Span) -> bool:
         """True if registers or bits of a span have the present state of the axis."""
@@ -72,7 +76,7 @@ class RegisterUnit:
         for address in range(span.address, span.address + span.count):
             self.map.cell(span.table, address)
 
-    def write(self, write: Write, halves: Halves) -> list[Wanted]:
+    def write(self, write: Write, halves: Halves, look: AxisLook | None = None) -> list[Wanted]:
         """Take registers or coils; answers what is to be done, in the order of their addresses.
 
         Raises:

@@ -6,6 +6,7 @@ from typing import Protocol
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.protocol.pdu import Code, Refused, Span, Write
 from bridges.modbus.registers.cells import Cell, Halves
+from bridges.modbus.registers.map_parts import USUAL, Manners
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
 from hil.vocab.desk_protocol import AxisLook, DeviceInfo
@@ -30,10 +31,17 @@ EXCEPTIONS = {
 """Exceptions by the codes of refusals. Modbus/TCP Security refuses by role with 01 (R-29)."""
 
 
-def code_and_reason(error: Refused | VerbRefused) -> tuple[Code, str]:
-    """Exception of a refusal, and the reason in words."""
+_CAUSES = {"not_now": "busy", "busy": "busy", "bad_parameter": "value"}
+"""Causes of a drive's own exceptions by the codes of refusals."""
+
+
+def code_and_reason(error: Refused | VerbRefused, manners: Manners = USUAL) -> tuple[int, str]:
+    """Exception of a refusal, and the reason in words. ``manners``: the unit's, which may have codes of its
+    own."""
     if isinstance(error, Refused):
         return error.code, str(error)
+    if (code := manners.codes.get(_CAUSES.get(error.code, ""))) is not None:
+        return code, f"{error.code}: {error}"
     return EXCEPTIONS.get(error.code, Code.SERVER_DEVICE_FAILURE), f"{error.code}: {error}"
 
 
@@ -72,6 +80,14 @@ class Registers(Protocol):
     @property
     def map(self) -> UnitMap: ...
 
+    @property
+    def manners(self) -> Manners:
+        """Manners of the unit on its line."""
+
+    @property
+    def looks_before_writes(self) -> bool:
+        """True if what a write means depends on the state of the axis."""
+
     def needs_look(self, span: Span) -> bool:
         """True if registers or bits of a span have the present state of the axis."""
 
@@ -81,8 +97,9 @@ class Registers(Protocol):
     def check(self, span: Span) -> None:
         """Check that all of a span is there. Raises Refused."""
 
-    def write(self, write: Write, halves: Halves) -> list[Wanted]:
-        """Take registers or coils; answers what is to be done. Raises Refused: nothing was taken."""
+    def write(self, write: Write, halves: Halves, look: AxisLook | None = None) -> list[Wanted]:
+        """Take registers or coils; answers what is to be done. ``look``: the axis now, if
+        ``looks_before_writes``. Raises Refused: nothing was taken."""
 
     def note(self, wanted: Wanted, stage: VerbStage) -> None:
         """Note how a verb does that a write started."""

@@ -77,7 +77,7 @@ def test_what_is_wrong_in_a_file_is_said_with_its_name_and_place(read: Read, tmp
         f"b.yaml:3:36: devices.x1.map: {CANNOT}",
         f"b.yaml:4:36: devices.x2.map: {CANNOT}",
         'drives/lathe.yaml:2:32: position_deg.type: "i8" is none of the choices'
-        " (write 'u16', 'i16', 'u32', 'i32' or 'f32')",
+        " (write 'u16', 'i16', 'u32', 'i32', 'f32', 'u48', 'i48', 'u64', 'i64', 'f64' or 'text')",
         "drives/lathe.yaml:4:44: control.start.coil: coil 0 is control.enable (line 4)"
         " (write one that is free)",
     ]

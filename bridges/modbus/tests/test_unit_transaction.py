@@ -7,6 +7,7 @@ import pytest
 from bridges.modbus.protocol.client_side import mask_write, read, read_write, write
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.protocol.pdu import Code, Refused, Request, Span, Table, Write
+from bridges.modbus.registers.map_parts import USUAL
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import Halves, VerbStage
 from bridges.modbus.unit_transaction import LOOK, Transaction, at_once, unit_transaction
@@ -23,6 +24,8 @@ class Cells:
     """Ten holding registers: a write to one is a verb with its number, from 8 on it has to be looked for."""
 
     map = None
+    manners = USUAL
+    looks_before_writes = False
 
     def __init__(self) -> None:
         self.words = [0] * 10
@@ -41,7 +44,7 @@ class Cells:
         self.looks.append(look)
         return [halves.get(at, self.words[at]) for at in range(span.address, span.address + span.count)]
 
-    def write(self, write: Write, halves: Halves) -> list[Wanted]:
+    def write(self, write: Write, halves: Halves, look: AxisLook | None = None) -> list[Wanted]:
         self.check(Span(write.table, write.address, len(write.values)))
         for at, word in enumerate(write.values, write.address):
             self.words[at] = word

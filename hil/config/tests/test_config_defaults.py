@@ -26,7 +26,7 @@ FACTS: dict[str, set[float]] = {
     "like": {402},  # a profile of CiA
     "listen": {0},  # a port that is free
     "microstep_exponent": {2},  # its base
-    "modbus_map": {1},  # the version, which has no default
+    "modbus_map": {1, 2},  # the versions, of which none is a default
     "on_write": {1},
     "port": {0, 8080, 8099},  # one that is free; the door's constants, which the text is made of
     "response_ms": {3.5},  # characters of silence

@@ -25,7 +25,7 @@ from hil.sim.load_limit import motor_notes
 from hil.sim.motion_end import BEGINS_NS, BegunMotion
 from hil.sim.settable import setting_problem
 from hil.sim.twin import Twin
-from hil.sim.twin_info import axis_look, info_of
+from hil.sim.twin_info import axis_look, board_look, info_of
 from hil.telemetry import Sampler, check_signals
 from hil.vocab.address import Address, address_of, no_input, no_part
 from hil.vocab.axis import Axis, AxisNow, AxisState
@@ -164,6 +164,11 @@ class TwinDevice:
         return packed(self._sim.snapshot(self._at(part)).values)
 
     def look(self, part: str) -> AxisLook:
+        if refusal := self.no_axis():
+            if self._device.own_map is None:
+                raise refusal
+            with self._sim.present(self._device):
+                return board_look(self._device, self._sim.now_ns)
         return axis_look(self._device, self._axis(part).kind, self._sim.snapshot(self._at(part)))
 
     async def wait(

@@ -1,0 +1,83 @@
+"""Checks of cells that others name: as a factor, as a lock. A factor that leads back to itself is a loop."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from bridges.modbus.maps.map_part_rows import PartRow
+from bridges.modbus.maps.map_row_models import CellText, PlaceText
+from hil.config.document import Finding, KeyPath
+from hil.config.explain import no_such
+
+FACTORS = ("times", "per", "decimals", "to_rpm")
+"""Keys of a row that may name a cell."""
+
+
+def factor_findings(given: Mapping[Any, Any], rows: Sequence[PartRow]) -> Iterator[Finding]:
+    """Findings of names of cells."""
+    written = given.get("cells")
+    names = {str(name) for name in written} if isinstance(written, dict) else set()
+    cells = {row.name: row for row in rows if isinstance(row.text, CellText) and row.path[0] != "moves"}
+    names |= cells.keys()
+    moves = {f"move_{row.move}.{row.name}" for row in rows if row.path[0] == "moves"}
+    for path, text in _texts(given, rows):
+        yield from _name_findings(path, text, names | moves, cells)
+    yield from _loop_findings(cells)
+
+
+def _texts(given: Mapping[Any, Any], rows: Sequence[PartRow]) -> Iterator[tuple[KeyPath, Any]]:
+    for row in rows:
+        if not row.move:
+            yield row.path, row.text
+    for key, value in given.items():
+        if isinstance(value, dict) and key not in ("cells", "commands", "states", "mode", "blocks", "moves"):
+            yield (key,), value
+
+
+def _name_findings(
+    path: KeyPath, text: PlaceText | Mapping[str, Any], names: set[str], cells: Mapping[str, PartRow]
+) -> Iterator[Finding]:
+    def value(key: str) -> Any:
+        return text.get(key) if isinstance(text, Mapping) else getattr(text, key, None)
+
+    for key in FACTORS:
+        name = value(key)
+        if not isinstance(name, str):
+            continue
+        if name not in names:
+            wrong = no_such((*path, key), "cell", name, names)
+            yield Finding(wrong.path, wrong.message, wrong.remedy)
+        elif name in cells and (cells[name].text.type == "text" or cells[name].is_bit):
+            what = f"{name} is {'a text' if cells[name].text.type == 'text' else 'a bit'}, and no factor"
+            yield Finding((*path, key), what, "name a cell with a number")
+    lock = value("locked_by")
+    cell = getattr(lock, "cell", None)
+    if cell is not None and cell not in names:
+        wrong = no_such((*path, "locked_by", "cell"), "cell", cell, names)
+        yield Finding(wrong.path, wrong.message, wrong.remedy)
+    elif cell is not None and cell == path[-1]:
+        what = f"{cell} is locked by itself"
+        yield Finding((*path, "locked_by", "cell"), what, "name another cell, which unlocks it")
+
+
+def _loop_findings(cells: Mapping[str, PartRow]) -> Iterator[Finding]:
+    """One finding for each loop, at the first of its cells."""
+    named = {
+        name: [(key, other) for key in FACTORS if isinstance(other := getattr(row.text, key), str)]
+        for name, row in cells.items()
+    }
+    told: set[str] = set()
+    for first in cells:
+        trail, here = [first], first
+        while True:
+            nexts = [other for _, other in named.get(here, []) if other in cells]
+            back = next((other for other in nexts if other in trail), None)
+            if back is not None or not nexts:
+                break
+            here = nexts[0]
+            trail.append(here)
+        if back is None or back != first or told & set(trail):
+            continue
+        told |= set(trail)
+        key = next(key for key, other in named[first] if other in (*trail, first))
+        what = f"a loop of scales: {' by '.join([*trail, first])}"
+        yield Finding((*cells[first].path, key), what, "let one of them have a number")
