@@ -5,6 +5,7 @@ store is handed to the caller.
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Delay, EventAvailable, Main, Request
 from hil.vocab.framing import Item
@@ -83,6 +84,15 @@ class FirmwareStuck(Exception):
     """Error of a main program that loops without letting simulated time pass, or returned."""
 
 
+def _at(main: Main) -> str:
+    """File and line of the ``yield`` at which a main program stands, as " (firmware.py:31)"."""
+    inner: Any = main
+    while hasattr(within := inner.gi_yieldfrom, "gi_yieldfrom"):
+        inner = within
+    frame = inner.gi_frame
+    return f" ({frame.f_code.co_filename.rpartition('/')[2]}:{frame.f_lineno})" if frame else ""
+
+
 class Runtime:
     """One power-up of a board's main program.
 
@@ -130,7 +140,9 @@ class Runtime:
             except StopIteration:
                 raise FirmwareStuck("the main program returned") from None
             self._begin(self._print_returns(now_ns))
-        raise FirmwareStuck(f"resumed {STEPS_WITHOUT_TIME} times without waiting for anything")
+        raise FirmwareStuck(
+            f"resumed {STEPS_WITHOUT_TIME} times without waiting for anything{_at(self._main)}"
+        )
 
     def go_on_waiting(self, now_ns: SimTimeNs, start_ns: SimTimeNs) -> None:
         """Note that ``takes`` has spared the program the turn in which it would have begun to wait again:
@@ -175,7 +187,7 @@ class Runtime:
         elif isinstance(request, EventAvailable):
             self._is_interrupted = False
         else:
-            raise FirmwareStuck(f"the main program yielded {request!r}, which is not a request")
+            raise FirmwareStuck(f"the main program yielded {request!r}, which is no request{_at(self._main)}")
 
     def _met(self, now_ns: SimTimeNs) -> bool:
         if now_ns < self._ready_ns:

@@ -4,6 +4,7 @@ The guard stops a firmware at a point that has no simulated time. So the turn in
 the firmware had not run in it. The log has what the firmware had already sent.
 """
 
+import json
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from typing import Protocol
@@ -15,10 +16,19 @@ from hil.vocab.time import SimTimeNs
 _ROOT = __file__.removesuffix("hil/sim/firmware_guard.py")
 _OURS = f"{_ROOT}hil/", f"{_ROOT}bridges/"
 """Folders of the code that carries a board's out: the bench, and buses."""
+_PYTHON = f"{json.__file__.rpartition('/json/')[0]}/"
+"""Folder of Python's own library; packages that were installed may be below it."""
+_INSTALLED = f"{_PYTHON}site-packages/"
+
+
+def _is_boards(file: str) -> bool:
+    """True if a file is none of ours, and none of Python's."""
+    is_pythons = file.startswith(("<", _PYTHON)) and not file.startswith(_INSTALLED)
+    return not is_pythons and not file.startswith(_OURS)
 
 
 def place_of(error: BaseException) -> str:
-    """Answer file and line as " (firmware.py:31)": of the innermost call outside of these, if there is one;
+    """Answer file and line as " (firmware.py:31)": of the innermost call in a board's code, if there is one;
     "" without a traceback."""
     places: list[tuple[str, int]] = []
     call = error.__traceback__
@@ -27,7 +37,7 @@ def place_of(error: BaseException) -> str:
         call = call.tb_next
     if not places:
         return ""
-    file, line = next((each for each in places if not each[0].startswith(_OURS)), places[0])
+    file, line = next((each for each in places if _is_boards(each[0])), places[0])
     return f" ({file.rpartition('/')[2]}:{line})"
 
 

@@ -155,14 +155,16 @@ class Hardware:
         if text is None:
             self.notes.pop(about, None)
         else:
-            self.notes[about] = text
+            self.notes[about] = str(text)
 
     def tell(self, name: str, value: float | None) -> None:
         """Keep a value that the firmware tells; None removes it."""
         if value is None:
             self.told.pop(name, None)
-        else:
+        elif isinstance(value, int | float):
             self.told[name] = value
+        else:
+            raise TypeError(f"tell({name!r}, ...) takes a number or None, not {type(value).__name__}")
 
     def power_up(self) -> None:
         """Power the board up; what is on the lines stays there."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from hil.firmware.runtime import FirmwareStuck
 from hil.sim.firmware_guard import FirmwareHung, Guard, StopLogged, place_of
 from hil.sim.hardware import DeviceSpec, Hardware
 from hil.sim.inputs import Stopped
@@ -99,14 +100,16 @@ class Power:
 
     def _raised(self, error: BaseException) -> None:
         """Stop the device because its firmware did not come through its turn."""
-        reason = f"{type(error).__name__}: {error}"
         if isinstance(error, StopLogged):
             self._stop(error.stopped)
+            return
+        place = "" if isinstance(error, FirmwareStuck) else place_of(error)  # its text has it
+        reason = f"{type(error).__name__}: {error}{place}"
         # These depend on the process: a replay has to be told of them.
-        elif isinstance(error, FirmwareHung | MemoryError | RecursionError):
+        if isinstance(error, FirmwareHung | MemoryError | RecursionError):
             self._stop(Stopped(self.sketch.turns, reason, self._interfaces.cut()))
         else:
-            self.fail(f"{reason}{place_of(error)}")
+            self.fail(reason)
 
     def _stop(self, stopped: Stopped) -> None:
         """Stop as ``fail``, where nobody can tell how far the firmware had come: nothing is left of its turn

@@ -217,6 +217,8 @@ class DeviceUart:
     def write(self, data: bytes) -> None:
         if not data:
             return
+        if type(data) is not bytes:
+            data = _bytes_of(data)
         if self._later is None:
             self.tx.put(self.now_ns, self.baud, data)
         else:
@@ -359,6 +361,13 @@ class DeviceUart:
                 self.incoming.is_woken = True
         if not is_gapless:
             self.incoming.note_gap()
+
+
+def _bytes_of(data: object) -> bytes:
+    """Bytes of what a firmware writes. Raises TypeError, in its turn: it writes something else."""
+    if isinstance(data, bytearray | memoryview):
+        return bytes(data)
+    raise TypeError(f"write() of a UART takes bytes, as in b'ok', not {type(data).__name__}")
 
 
 Written = tuple[DeviceUart, int | None, bytes]

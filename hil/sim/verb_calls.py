@@ -39,6 +39,13 @@ def axis_arguments(axes: DeviceParts[CoreAxis]) -> dict[str, dict[str, str]]:
     return {name: {"axis": name} if len(axes) > 1 else {} for name in axes}
 
 
+def _checked(verb: Verb, answer: object) -> Answer | None:
+    """Answer of a verb. Raises TypeError: it is none that can be handed on."""
+    if answer is None or isinstance(answer, Mapping):
+        return answer
+    raise TypeError(f"verb {verb.name}: it answers {type(answer).__name__}, and no mapping of names, or None")
+
+
 class VerbCalls:
     """Calls of one device's verbs."""
 
@@ -91,4 +98,4 @@ class VerbCalls:
         if verb.run is None:
             return lambda: None
         named = self._named[axis] if verb.is_of_axis else {}
-        return lambda: verb.run(self._sketch.firmware, **parameters, **named) if verb.run else None
+        return lambda: _checked(verb, verb.run(self._sketch.firmware, **parameters, **named))  # type: ignore[misc]

@@ -1,9 +1,10 @@
 """Checks that every kind of board has to pass, wherever its folder is: ``hil profile check FOLDER``."""
 
+import re
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
@@ -22,7 +23,9 @@ from hil.sim.state_checksum import snapshot_text
 from hil.testing.bench import Bench
 from hil.testing.checks.findings import CheckFailed
 from hil.vocab.address import Address
+from hil.vocab.parameters import Parameter
 from hil.vocab.profile import Example
+from hil.vocab.verbs import Verb, VerbRefused
 
 DEVICE = "d"
 TURN_S = 5.0
@@ -34,6 +37,9 @@ LINE_NS = 100_000_000
 """Time that what is on a line still takes after a reset, before the board's first words."""
 UNEVEN_MS = 0.1337
 """Odd running time before a reset, so that it comes at no special moment of the board's."""
+
+_FILE = re.compile(r"\((\w+\.py)(?=:\d+\))")
+"""File of a line that raised, as ``hil.sim.firmware_guard.place_of`` has it."""
 
 Heard = dict[str, list[tuple[int, bytes]]]
 """Bytes that a board sent, by its UARTs, with their times."""
@@ -67,13 +73,19 @@ def profile_failures(folder: Path) -> Iterator[str]:
     known = FIELDS.keys() | catalogue.profiles[folder.name].fields.keys()
     if strange := [name for name in catalogue.boards[folder.name].shown_first if name not in known]:
         yield f"its shown_first are fields of an axis: there is none named {', '.join(strange)}"
-    trial = Trial(config, catalogue.profiles[folder.name], catalogue.boards[folder.name].examples)
+    board = catalogue.boards[folder.name]
+    trial = Trial(config, catalogue.profiles[folder.name], board.examples, board.verbs)
     if failed := trial.idle().failed:
-        yield f"it powers up: {failed}"
+        yield f"it powers up: {_placed(failed, folder)}"
         return
     for name, check in CHECKS.items():
         if why := check(trial):
-            yield f"{name}: {why}"
+            yield f"{name}: {_placed(why, folder)}"
+
+
+def _placed(why: str, folder: Path) -> str:
+    """Text with the folder before the board's files that it names."""
+    return _FILE.sub(lambda m: f"({folder.name}/{m[1]}" if (folder / m[1]).exists() else m[0], why)
 
 
 @dataclass
@@ -115,6 +127,7 @@ class Trial:
     config: dict[str, Any]
     info: ProfileInfo
     examples: tuple[Example, ...]
+    verbs: tuple[Verb, ...]
     bauds: dict[str, int | None] = field(init=False)
     ready_ms: float = field(init=False)
 
@@ -277,12 +290,43 @@ def _examples(trial: Trial) -> str | None:
     return ran.failed or next(iter(wrong), None) or _same(ran.heard, again.heard) or _difference(ran)
 
 
+def _verbs(trial: Trial) -> str | None:
+    """Check that no verb stops the board, with the least and with the largest of each parameter."""
+    wrong: list[str] = []
+    verbs = [verb for verb in trial.verbs if verb.run]
+
+    def script(bench: Bench) -> None:
+        device = bench.device(DEVICE)
+        for verb, is_most in ((verb, is_most) for verb in verbs for is_most in (False, True)):
+            with suppress(VerbRefused):  # it may be no time for it
+                device.do(verb.name, **{each.name: _extreme(each, is_most) for each in verb.parameters})
+            bench.run(ms=UNEVEN_MS)
+            if device.failed:
+                wrong.append(f"{verb.name}: {device.failed}")
+                device.reset()
+                bench.run(ms=trial.ready_ms)
+
+    failed = trial.run(script).failed if verbs else None
+    return "; ".join(dict.fromkeys(wrong)) or failed
+
+
+def _extreme(parameter: Parameter, is_most: bool) -> float | str:
+    """Least or largest value that a parameter can have."""
+    if parameter.choices:
+        return parameter.choices[-1 if is_most else 0]
+    if parameter.is_text:
+        return "x" * min(int(parameter.maximum), 80) if is_most else ""
+    value = parameter.maximum if is_most else parameter.minimum
+    return int(value) if parameter.is_whole else value
+
+
 CHECKS: dict[str, Callable[[Trial], str | None]] = {
     "it does the same however time passes": _time,
     "it does the same however its bytes are cut into pieces": _chunks,
     "the same bytes at the same times give the same answers": _repeatable,
     "garbage does not stop it": _garbage,
     "a flood does not stop it": _flood,
+    "its verbs do not stop it": _verbs,
     "after off and on it does as at first": _reset,
     "a log of it replays identically": _replays,
     "its examples are answered, each time and in a replay": _examples,

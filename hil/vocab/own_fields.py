@@ -72,6 +72,8 @@ class OwnFields(MutableMapping[str, float]):
 
     def __setitem__(self, name: str, value: float) -> None:
         own = self._known(name)
+        if not isinstance(value, int | float):
+            raise TypeError(f"field {name}: write a number, not {type(value).__name__}")
         if problem := own.refusal(value):
             raise ValueError(f"field {name}: {problem}")
         assert self._cells is not None
