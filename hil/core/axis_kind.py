@@ -149,13 +149,8 @@ class AxisKind:
         return bool(self.clock_field)
 
     @property
-    def is_shown(self) -> bool:
-        """True if a status shows its state: it has a motor, or a board's own fields."""
-        return self.has_motor or bool(self.board_fields)
-
-    @property
     def has_motor(self) -> bool:
-        """True if it moves a motor; if not, it is the pins of a microcontroller."""
+        """True if it moves a motor; if not, it is pins, or a board's own fields alone."""
         return bool(self.parameters)
 
 

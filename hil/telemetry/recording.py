@@ -38,6 +38,11 @@ def units_in(state: Mapping[str, Any]) -> dict[str, str]:
     return {} if unit is None else {name: unit for name in ("r", "e") if name in state}
 
 
+def own_units(kind: AxisKind, signals: Iterable[str]) -> dict[str, str]:
+    """Units of those signals that are a board's own, which no table has."""
+    return {name: kind.own_fields[name].unit for name in signals if name in kind.own_fields}
+
+
 @dataclass
 class Recording:
     """Samples of one axis. ``rows``: (at_ns, one value for each signal), in time's order."""

@@ -8,6 +8,7 @@ from hil.config import BenchConfig, Catalogue
 from hil.sim.bench import BenchRuntime
 from hil.sim.input_reading import decode
 from hil.telemetry import Recording, Sampler, Subscription
+from hil.telemetry.recording import own_units
 from hil.testing.doors.bench_doors import BenchDoors
 from hil.testing.program_beside import ProgramBeside
 from hil.testing.seeds.late_arrivals import LateArrivals
@@ -76,7 +77,7 @@ class BenchTime:
     def record(self, axis: str, signals: tuple[str, ...], interval_ns: int) -> Recording:
         """Begin a recording of signals of an axis."""
         subscription = self.sampler.subscribe(axis, signals, interval_ns)
-        recording = Recording(signals)
+        recording = Recording(signals, units=own_units(self._runtime.parts.axis(axis).kind, signals))
         self._recordings.append((subscription, recording))
         return recording
 

@@ -107,7 +107,7 @@ class Options(BaseModel):
         min_length=1,
         description=(
             "Numbers of units by axis, as in `{m1: 1, arm.elbow: 2}`; null: all axes in the order of the"
-            " bench, from 1 on."
+            " bench, from 1 on, and boards without a motor that have fields of their own."
         ),
     )
     rtu: list[RtuLine] = Field(default=[], max_length=32, description="Serial lines where it answers, too.")

@@ -37,8 +37,15 @@ class DoorUnit:
     registers: Registers = field(repr=False)
 
 
+def _is_unit(info: DeviceInfo) -> bool:
+    """True if a device takes a number by itself: a twin with neither an axis nor fields has no registers but
+    those of its verbs, and ``units`` may give it one."""
+    return info.is_real or info.is_seen or info.own_map is not None
+
+
 class DoorUnits:
-    """Units by number. ``wanted``: numbers by axis; None: axes in the order of the bench, from 1 on."""
+    """Units by number. ``wanted``: numbers by axis; None: axes in the order of the bench, from 1 on, and
+    boards without a motor that have fields of their own."""
 
     def __init__(self, desk: Desk, wanted: Mapping[str, int] | None, is_low_first: bool) -> None:
         self._desk, self._wanted, self._is_low_first = desk, wanted, is_low_first
@@ -58,7 +65,9 @@ class DoorUnits:
     def renew(self, names: Collection[str]) -> None:
         """Make the units of these devices again, and those of axes that have another number now."""
         devices, old = self._desk.describe().devices, self._units
-        numbers = self._wanted or dict(zip(devices, UNITS, strict=False))
+        numbers = self._wanted or dict(
+            zip(filter(lambda name: _is_unit(devices[name]), devices), UNITS, strict=False)
+        )
         self._units = {}
         for axis, number in numbers.items():
             unit = old.get(number)

@@ -8,6 +8,7 @@ from hil.core.fields import described
 from hil.recorded.recorded_fields import RunField
 from hil.recorded.recorded_run import RecordedRun
 from hil.recorded.sampled import Chunk, sampled
+from hil.telemetry.recording import own_units
 from hil.telemetry.sampler import Interval
 from hil.vocab.time import NS_PER_S, SimTimeNs
 
@@ -16,9 +17,10 @@ NUMBERS = {"f32": "%.9g", "f64": "%r", "i32": "%d", "i64": "%d"}
 apart."""
 
 
-def column(field: RunField) -> str:
-    """Name of a column: that of the field, and its unit where the name does not end with it."""
-    unit = described(field.name).unit
+def column(field: RunField, unit: str | None = None) -> str:
+    """Name of a column: that of the field, and its unit where the name does not end with it. ``unit``: of a
+    board's own field."""
+    unit = described(field.name).unit if unit is None else unit
     return str(field) if not unit or field.name.endswith(f"_{unit}") else f"{field} [{unit}]"
 
 
@@ -52,7 +54,9 @@ def csv_lines(
     for field in fields:
         of_axes.setdefault(field.axis, []).append(field)
     ordered = [field for of_axis in of_axes.values() for field in of_axis]
-    yield ",".join(["at_s", *map(column, ordered)]) + "\n"
+    kinds = {axis: run.runtime.parts.axis(axis).kind for axis in of_axes}
+    heads = [column(field, own_units(kinds[field.axis], [field.name]).get(field.name)) for field in ordered]
+    yield ",".join(["at_s", *heads]) + "\n"
     cells = [
         ",".join(NUMBERS[described(field.name).type] for field in of_axis) for of_axis in of_axes.values()
     ]

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from hil.recorded.recorded_fields import RunField
 from hil.recorded.recorded_run import RecordedRun
 from hil.recorded.sampled import sampled
-from hil.telemetry.recording import Recording, units_in
+from hil.telemetry.recording import Recording, own_units, units_in
 from hil.telemetry.sampler import Interval
 from hil.vocab.time import NS_PER_MS, SimTimeNs
 
@@ -39,5 +39,7 @@ def recordings(
         found[chunk.axis].rows += chunk.rows
         told(run.now_ns)
     for axis, recording in found.items():
-        recording.units = units_in(run.runtime.snapshot(axis).as_dict())
+        kind = run.runtime.parts.axis(axis).kind
+        own = own_units(kind, recording.signals)
+        recording.units = units_in(run.runtime.snapshot(axis).as_dict()) | own
     return found

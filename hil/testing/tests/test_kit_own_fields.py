@@ -1,5 +1,6 @@
 """Fields of a board's own, and what firmware may ask: its time, the size of its receive buffer."""
 
+import struct
 from collections.abc import Callable, Iterator
 from io import StringIO
 from pathlib import Path
@@ -66,6 +67,8 @@ axis:
 """
 )
 
+BARE = "from hil.vocab.profile import Profile\n\nPROFILE = Profile()\n"
+
 Made = Callable[..., Bench]
 
 
@@ -79,10 +82,12 @@ def tank(tmp_path: Path) -> Iterator[Made]:
         folder.mkdir(exist_ok=True)
         for name, text in {"firmware.py": FIRMWARE, "board.py": BOARD, "profile.yaml": profile}.items():
             (folder / name).write_text(text)
+        others, bridges = device.pop("others", {}), device.pop("bridges", {})
         config = {
             "bench": "t",
             "profile_path": [str(tmp_path)],
-            "devices": {"t1": {"profile": "tank", **device}},
+            "devices": {**others, "t1": {"profile": "tank", **device}},
+            "bridges": bridges,
         }
         around = BenchHooks(log=InputLogWriter(log, "test", config, {})) if log else BenchHooks()
         benches.append(Bench(config, around=around))
@@ -163,6 +168,7 @@ def test_samples_and_recordings_have_them(tank: Made) -> None:
     bench.run(ms=52)
     assert recording.column("passes") == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
     assert set(recording.column("level_mm")) == {50.0}
+    assert (recording.label("level_mm"), recording.label("passes")) == ("level_mm [mm]", "passes")
 
 
 def test_pairs_of_extremes_have_them(tank: Made) -> None:
@@ -184,6 +190,31 @@ def test_a_replay_gives_them_again(tank: Made) -> None:
     assert '"input":"set_field","field":"level_mm","value":700.5' in log.getvalue()
     replayed = replay(log.getvalue().splitlines(keepends=True))
     assert replayed.difference() is None
+
+
+LEVEL_AT, VALVE_AT = 1004, 1028
+"""Registers of the fields, as `hil modbus map` prints them."""
+
+
+def test_registers_have_them_and_boards_with_nothing_take_no_number(tank: Made, tmp_path: Path) -> None:
+    bare = tmp_path / "bare"
+    bare.mkdir()
+    (bare / "board.py").write_text(BARE)
+    (bare / "profile.yaml").write_text("name: bare\ntitle: Bare\n")
+    bench = tank(others={"a0": {"profile": "bare"}}, bridges={"modbus": {}})
+    with bench.modbus() as client:
+        bench.run(ms=100)
+        read = client.read_input_registers(LEVEL_AT, count=4, device_id=1)
+        assert struct.unpack(">d", struct.pack(">4H", *read.registers)) == (50.0,)
+        read = client.read_input_registers(VALVE_AT, count=2, device_id=1)
+        assert read.registers == [0, 1]
+        full = struct.unpack(">4H", struct.pack(">d", 900.0))
+        assert not client.write_registers(LEVEL_AT, [*full], device_id=1).isError()
+        bench.run(ms=20)
+        assert client.read_input_registers(VALVE_AT, count=2, device_id=1).registers == [0, 0]
+        assert client.write_registers(LEVEL_AT, [0x4100] * 4, device_id=1).isError()  # 131,000 mm and more
+        assert client.read_input_registers(0, count=1, device_id=2).exception_code == 10
+    assert state(bench)["level_mm"] == 900.0
 
 
 def test_its_receive_buffer_has_the_size_that_it_says(tank: Made) -> None:
