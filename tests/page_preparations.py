@@ -191,6 +191,15 @@ def _(session: Session) -> None:
     session.varies = (NS, DEG)
 
 
+# ---- switches ----
+
+
+@before("switches", "Choose a motor")
+def _(session: Session) -> None:
+    bench = next(block for block in blocks("docs/how-to/switches.md") if "friction_Nm" in block.text)
+    session.write("slide.yaml", bench.text)
+
+
 # ---- package ----
 
 

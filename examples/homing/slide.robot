@@ -6,13 +6,11 @@ Library          hil.robot    ${BENCH}    kind=${KIND}
 *** Variables ***
 ${BENCH}         bench.yaml
 ${KIND}          virtual
-${SWITCH}        -180
 
 
 *** Test Cases ***
 The Slide Goes Home And To Its Places
     Start Program          home.py    s1    400    -20
-    The Switch Is Reached
     Program Should Say     at 400    within=20 s
     Program Should Say     at -20    within=20 s
     Program Should End     code=0
@@ -24,7 +22,6 @@ Without The Switch The Motor Is Stopped
 
 The Slide Stands Where The Program Says
     Start Program          home.py    s1    400
-    The Switch Is Reached
     Program Should End     code=0    within=30 s
     Field Should Be        s1    position_deg    720    tolerance=5
 
@@ -35,12 +32,3 @@ A Cable That Comes Out Is Told
     Program Should Say     no answer to 'vd'    within=20 s
     Program Should End     code=1
 
-
-*** Keywords ***
-The Switch Is Reached
-    [Documentation]        Only the slide itself has a switch; elsewhere this is it.
-    IF    '${KIND}' == 'real'    RETURN
-    Axis Should Reach      s1    ${SWITCH}    within=20 s    tolerance=2
-    Set Pin                s1    Estop    0
-    Axis Should Reach      s1    0    field=speed_rpm
-    Set Pin                s1    Estop    1

@@ -18,25 +18,12 @@ def b(bench):
     return made
 
 
-def press_switch(b):
-    """Be the switch, which only the slide itself has; where the motor stands then."""
-    if b.kind == "real":
-        return None
-    b.wait_until("s1", f"position_deg <= {SWITCH_DEG}", within_ms=10_000)
-    b.device("s1").pin("Estop", 0)
-    b.wait_until("s1", "speed_rpm == 0")
-    stands_deg = b.axis("s1").snapshot().position_deg
-    b.device("s1").pin("Estop", 1)
-    return stands_deg
-
-
 def test_it_goes_home_and_to_its_places(b):
     home = b.program([HERE / "home.py", "s1", "400", "-20"])
-    stands_deg = press_switch(b)
     assert home.wait() == 0, home.stderr
     assert home.stdout == "home\nat 400\nat -20\n"
     if b.kind != "real":
-        at_deg = stands_deg + (LEAVE_STEPS - 20) * DEG_PER_STEP
+        at_deg = SWITCH_DEG + (LEAVE_STEPS - 20) * DEG_PER_STEP
         assert b.axis("s1").snapshot().position_deg == pytest.approx(at_deg, abs=5)
 
 
