@@ -55,6 +55,22 @@ def test_a_halt_stops_what_moves_and_leaves_what_stands(using: Using, how: str) 
     using(use)
 
 
+@pytest.mark.parametrize(
+    "verb, given", [("velocity", {"velocity_rpm": 60}), ("torque", {"effort_count": 40})]
+)
+def test_a_halt_stops_what_was_told_to_turn_and_stands_yet(
+    using: Using, verb: str, given: dict[str, float]
+) -> None:
+    async def use(ask: Asking) -> None:
+        await ask.until_ready("m1")
+        await ask.verb("m1", "enable")
+        await ask.verb("m1", verb, **given)
+        assert (await ask("halt", source=OPERATOR))["stopped"] == ["m1"]
+        await until(lambda: _stands(ask, "m1"))
+
+    using(use)
+
+
 async def _stands(ask: Asking, axis: str) -> bool:
     return not await moves(ask, axis)
 

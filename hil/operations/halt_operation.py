@@ -9,7 +9,7 @@ from hil.live.devices.bench_devices import Devices
 from hil.live.runs.queue import RunQueue
 from hil.operations.table import Asked
 from hil.vocab.address import address_of
-from hil.vocab.axis import TURNS_RPM, How
+from hil.vocab.axis import CONTROL_MODES, TURNS_RPM, How
 from hil.vocab.desk_protocol import Done
 from hil.vocab.device import Device, Doing
 from hil.vocab.operation import OFF_VERB, STOP_VERB
@@ -17,6 +17,8 @@ from hil.vocab.verbs import HOW_TO_STOP, VerbRefused
 
 CONFIRM_S = 5.0
 """Maximum time for real boards to say that they have stopped."""
+_TURNS_ON = frozenset(ord(CONTROL_MODES[mode]) for mode in ("velocity", "torque"))
+"""Values of ``mode`` in which a servo turns on, as long as its set-point is not 0."""
 _STEP = "step"
 """Input of boards that follow pulses."""
 
@@ -101,8 +103,11 @@ def _moves(device: Device, part: str) -> bool:
     motion = device.look(part).motion
     if motion.is_on is False:
         return False
-    velocity_rpm = device.state(part).get("velocity_rpm") or 0.0
-    return motion.is_moving or motion.is_under_way or abs(velocity_rpm) > TURNS_RPM
+    state = device.state(part)
+    # the shaft may stand for now: at the first moments of a speed, at a turn back, against a stop
+    turns_on = motion.is_on and state.get("mode") in _TURNS_ON and bool(motion.commanded_deg)
+    is_turning = abs(state.get("velocity_rpm") or 0.0) > TURNS_RPM
+    return motion.is_moving or motion.is_under_way or turns_on or is_turning
 
 
 async def _confirmed(waits: dict[str, Coroutine[Any, Any, Done]], answer: dict[str, Any]) -> dict[str, Any]:
