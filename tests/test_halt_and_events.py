@@ -64,6 +64,7 @@ def test_a_halt_stops_what_was_told_to_turn_and_stands_yet(
     async def use(ask: Asking) -> None:
         await ask.until_ready("m1")
         await ask.verb("m1", "enable")
+        await ask("inject", target="m1", fault="shaft_jam", parameters={})
         await ask.verb("m1", verb, **given)
         assert (await ask("halt", source=OPERATOR))["stopped"] == ["m1"]
         await until(lambda: _stands(ask, "m1"))
