@@ -146,7 +146,9 @@ def _entry(entry: Entry, base: Entry | None, given: Value | None, way: str, *, i
     if given is not None:
         default = given
     elif base is not None and is_alike:
-        default, adds_node_id = _fitting(base.default, entry.data_type), base.adds_node_id
+        default, adds_node_id = _within(entry, _fitting(base.default, entry.data_type)), base.adds_node_id
+    else:
+        default = _within(entry, default)
     if base is not None:
         is_stored = base.is_stored
     else:
@@ -178,6 +180,14 @@ def _fitting(value: Value, data_type: DataType) -> Value:
         return value
     low, high = bounds_of(data_type)
     return max(low, min(high, round(value)))
+
+
+def _within(entry: Entry, value: Value) -> Value:
+    """Value within the limits of the file that is nearest."""
+    if isinstance(value, bytes):
+        return value
+    value = value if entry.low is None else max(value, entry.low)
+    return value if entry.high is None else min(value, entry.high)
 
 
 def _default_ways(device: EdsDevice) -> Mapping[Key, str]:

@@ -67,12 +67,19 @@ def size_of(data_type: DataType) -> int:
 
 def bounds_of(data_type: DataType) -> tuple[int, int]:
     """Least and greatest number of a type of integers; (0, 0) of all others."""
+    return _BOUNDS[data_type]
+
+
+def _bounds(data_type: DataType) -> tuple[int, int]:
     if data_type in REALS or not (size := size_of(data_type)):
         return 0, 0
     if data_type is DataType.BOOLEAN:
         return 0, 1
     bits = 8 * size
     return (-(1 << bits - 1), (1 << bits - 1) - 1) if data_type in _SIGNED else (0, (1 << bits) - 1)
+
+
+_BOUNDS = {each: _bounds(each) for each in DataType}
 
 
 def real_of_bits(data_type: DataType, bits: int) -> float:

@@ -4,6 +4,7 @@ Source: CiA 306-1 version 1.3.0, 4.6.3 (objects); CiA 301 version 4.2.0, 7.4.7.1
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 
 from bridges.can.canopen.eds_sections import EdsFields, number_of, without_comment
 from bridges.can.canopen.node.application import Access, DataType, Entry, Value
@@ -92,7 +93,8 @@ class EntryReader:
             self.given.add(key)
             return real, False
         plain = without_comment(text)
-        value, with_id = number_of(plain, 0), number_of(plain, 1)
+        value = number_of(plain, 0)
+        with_id = number_of(plain, 1) if "$" in plain else value
         if value is None or with_id is None:
             if (real := _real(plain, DataType.REAL64)) is None or not float(real).is_integer():
                 remedy = "write a number, as in 100, 0x64 or $NODEID+0x200"
@@ -158,8 +160,13 @@ def text_of_field(fields: EdsFields, key: str) -> str:
 
 def plain_number(fields: EdsFields, key: str) -> int:
     """Number of an entry; 0 where there is none that is one."""
-    text, _ = fields.get(key, ("", 0))
-    return number_of(without_comment(text), 0) or 0 if text else 0
+    found = fields.get(key)
+    return 0 if found is None else _plain(found[0])
+
+
+@lru_cache(maxsize=1024)
+def _plain(text: str) -> int:
+    return number_of(without_comment(text), 0) or 0
 
 
 def _real(text: str, data_type: DataType) -> float | None:

@@ -97,7 +97,7 @@ class _DeviceReader:
                 self._names[index] = f"{index:04X}h"
         self._check_lists()
         self.problems += (
-            self._problem(self._reader.spots.get(key, self._text.spots.get(key, 0)), message, remedy)
+            self._problem(self._reader.spots.get(key, self._text.spots.get(key, 1)), message, remedy)
             for key, message, remedy in mapping_problems(self._entries)
         )
         return EdsDevice(self._entries, self._names, frozenset(self._reader.given), self._info())
@@ -163,7 +163,7 @@ class _DeviceReader:
         for index, name in _MANDATORY.items():
             if index not in indexes:
                 remedy = f"add its section [{index:04X}], and list it in [MandatoryObjects]"
-                self._add(0, f"{index:04X}h, {name}, is missing, which each node has", remedy)
+                self._add(1, f"{index:04X}h, {name}, is missing, which each node has", remedy)
         known = {index for index, _ in self._text.objects}
         for section in _LISTS:
             for key, (text, at) in self._text.others.get(section, {}).items():
@@ -174,11 +174,10 @@ class _DeviceReader:
 
     def _place(self, key: Key) -> int:
         spots = self._text.spots
-        return spots.get(key, spots.get((key[0], WHOLE), 0))
+        return spots.get(key, spots.get((key[0], WHOLE), 1))
 
     def _add(self, at: int, message: str, remedy: str) -> None:
         self.problems.append(self._problem(at, message, remedy))
 
     def _problem(self, at: int, message: str, remedy: str) -> Problem:
-        line, column = self._text.line_and_column(at)
-        return Problem("", line, column, message, remedy)
+        return Problem("", at, self._text.column(at), message, remedy)

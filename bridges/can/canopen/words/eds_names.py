@@ -49,10 +49,7 @@ def read_eds(text: str, node: int, left_out: LeftOut) -> EdsObjects:
     Raises:
         EdsError: there is no object in it.
     """
-    not_read: list[tuple[int, str, str]] = []
-    of_file = EdsText(text, lambda *what: not_read.append(what))
-    for at, why, line in not_read:
-        left_out.add(f"line {of_file.line_and_column(at)[0]}", why, line)
+    of_file = EdsText(text, lambda number, why, line: left_out.add(f"line {number}", why, line))
     reader = _Reader(of_file, node, left_out)
     for index, part in of_file.objects:
         if part >= WHOLE:
@@ -64,7 +61,7 @@ def read_eds(text: str, node: int, left_out: LeftOut) -> EdsObjects:
 
 class _Reader:
     def __init__(self, text: EdsText, node: int, left_out: LeftOut) -> None:
-        self._text, self._sections = text, text.objects
+        self._sections = text.objects
         self._node, self._left_out = node, left_out
         self.names: dict[tuple[int, int], ObjectName] = {}
         self.values: dict[tuple[int, int], bytes] = {}
@@ -89,8 +86,8 @@ class _Reader:
         names, values = (self._sections.get((index, part), {}) for part in (NAMES, VALUES))
         self.names[index, WHOLE] = ObjectName("", name)
         if len(self.names) > _MOST_NAMES:
-            _, at = fields["compactsubobj"]
-            self._left_out.add(self._line(at), f"sub-indices behind {_MOST_NAMES} names")
+            _, line = fields["compactsubobj"]
+            self._left_out.add(f"line {line}", f"sub-indices behind {_MOST_NAMES} names")
             return
         self.names.setdefault((index, 0), ObjectName("u8", "Number of entries"))
         self._set(index, 0, (str(count), 0))
@@ -104,12 +101,12 @@ class _Reader:
         if index not in _OF_PDOS or (subindex > 1 and index & 0x200 == 0):
             return
         texts = [(without_comment(each[0]), each[1]) for each in given if each]
-        text, at = next((each for each in texts if each[0]), ("", 0))
+        text, line = next((each for each in texts if each[0]), ("", 0))
         if not text:
             return
         value = number_of(text, self._node)
         if value is None:
-            self._left_out.add(self._line(at), "no number, where one is needed for a PDO", text)
+            self._left_out.add(f"line {line}", "no number, where one is needed for a PDO", text)
         else:
             size = 4 if subindex else 1
             self.values[index, subindex] = (value & (1 << 8 * size) - 1).to_bytes(size, "little")
@@ -118,6 +115,3 @@ class _Reader:
         """Number of an entry; 0 where there is none that is one."""
         text, _ = fields.get(key, ("", 0))
         return number_of(without_comment(text), 0) or 0
-
-    def _line(self, at: int) -> str:
-        return f"line {self._text.line_and_column(at)[0]}"

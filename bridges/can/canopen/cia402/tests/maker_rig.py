@@ -2,6 +2,8 @@
 the same file."""
 
 import io
+import subprocess
+from pathlib import Path
 from typing import Any
 
 import canopen
@@ -9,10 +11,12 @@ from canopen.objectdictionary import ODVariable, datatypes
 from canopen.objectdictionary.eds import import_eds
 from canopen.profiles.p402 import BaseNode402
 from drive_rig import SimpleAxis
+from test_drive_eds import GONE, TOOLS
 
 from bridges.can.canopen.cia402.maker_drive import MakerDrive, MakerLines, identity_of
 from bridges.can.canopen.master.drive_units import GivenUnits
 from bridges.can.canopen.node.canopen_node import CanOpenNode
+from bridges.can.canopen.node.eds import eds_text
 from bridges.can.canopen.node.eds_reader import read_device
 from bridges.can.frames.can_frame import CanFrame
 from hil.vocab.time import NS_PER_MS
@@ -20,7 +24,6 @@ from hil.vocab.time import NS_PER_MS
 NODE = 5
 _TOLD = range(0x1000, 0x1004)
 _BYTES = {**dict.fromkeys((1, 2, 5), 1), **dict.fromkeys((3, 6), 2), **dict.fromkeys((4, 7, 8), 4)}
-_NODEID = "relative"
 
 
 class MakerWorld(canopen.Network):  # type: ignore[misc]
@@ -32,7 +35,7 @@ class MakerWorld(canopen.Network):  # type: ignore[misc]
         self.text, self.lines = text, lines or MakerLines(GivenUnits(1000.0))
         self.heard: list[CanFrame] = []
         device = read_device(text, "maker.eds")
-        identity = identity_of(device, self.lines, 77)
+        identity = self.identity = identity_of(device, self.lines, 77)
         self.node = CanOpenNode(
             NODE,
             500_000,
@@ -43,9 +46,13 @@ class MakerWorld(canopen.Network):  # type: ignore[misc]
         self.node.power_up(0)
         self.run(20)
 
-    def master(self) -> BaseNode402:
-        """The library's drive of profile 402, by the same file."""
-        node = BaseNode402(NODE, import_eds(io.StringIO(self.text), NODE))
+    def exported(self) -> str:
+        """The node's own data sheet, as ``hil can eds`` prints it."""
+        return eds_text(self.node.dictionary, self.identity, "maker.eds")
+
+    def master(self, text: str = "") -> BaseNode402:
+        """The library's drive of profile 402, by the same file or by another text."""
+        node = BaseNode402(NODE, import_eds(io.StringIO(text or self.text), NODE))
         self.add_node(node)
         node.sdo.RESPONSE_TIMEOUT = 0.001
         return node
@@ -127,6 +134,22 @@ def refusals(world: MakerWorld, master: BaseNode402) -> list[str]:
                 if error.code != code:
                     wrong.append(f"{where}: {error} in place of {code:#010x}")
     return wrong
+
+
+def said_by_dcfchk(text: str, folder: Path) -> str:
+    """What Lely's ``dcfchk`` says of a data sheet; empty: nothing."""
+    (folder / "pkg_resources.py").write_text(GONE)
+    (folder / "maker.eds").write_text(text)
+    done = subprocess.run(
+        [TOOLS / "dcfchk", "-n", str(NODE), "maker.eds"],
+        cwd=folder,
+        env={"PYTHONPATH": str(folder)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    return done.stdout + done.stderr
 
 
 def enable(world: MakerWorld, master: BaseNode402, mode: int) -> None:

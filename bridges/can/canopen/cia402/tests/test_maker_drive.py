@@ -7,7 +7,7 @@ import canopen
 import pytest
 from canopen.profiles.p402 import BaseNode402
 from drive_rig import SimpleAxis
-from maker_rig import NODE, MakerWorld, differences, enable, move_to, refusals
+from maker_rig import NODE, MakerWorld, differences, enable, move_to, refusals, said_by_dcfchk
 
 from bridges.can.canopen.cia402.maker_drive import FieldLine, LikeLine, MakerLines
 from bridges.can.canopen.master.drive_units import NO_UNITS, GivenUnits
@@ -189,6 +189,15 @@ def test_clients_see_what_is_in_the_file_and_nothing_else() -> None:
     world, _ = made()
     seen = {(each.index, each.subindex) for each in world.node.dictionary.entries.values()}
     assert seen == set(read_device(TEXT, "x").entries)
+
+
+def test_what_it_exports_is_what_masters_and_their_tools_take(tmp_path: Path) -> None:
+    world, _ = made()
+    text = world.exported()
+    assert said_by_dcfchk(text, tmp_path) == ""
+    assert said_by_dcfchk(TEXT, tmp_path) == "", "the example, too"
+    assert differences(world, world.master(text)) == []
+    assert (read_device(text, "x").info.has_lss, read_device(text, "x").info.bit_rates[0]) == (False, 125_000)
 
 
 def test_lss_is_there_if_the_file_says_so() -> None:

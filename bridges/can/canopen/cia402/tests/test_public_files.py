@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 
 import pytest
-from maker_rig import MakerWorld, differences, enable, move_to, refusals
+from maker_rig import MakerWorld, differences, enable, move_to, refusals, said_by_dcfchk
 
 from hil.wire.outside_text import text_of
 
@@ -19,11 +19,12 @@ FILES = sorted(Path(FOLDER).glob("*.[ed][dc][sf]")) if FOLDER else []
 
 @pytest.mark.skipif(not FILES, reason="HIL_PUBLIC_EDS names no folder with data sheets")
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-def test_a_master_takes_the_drive_of_a_public_file(file: Path) -> None:
+def test_a_master_takes_the_drive_of_a_public_file(file: Path, tmp_path: Path) -> None:
     world = MakerWorld(text_of(file.read_bytes()))
     master = world.master()
     assert differences(world, master) == []
     assert refusals(world, master) == []
+    assert said_by_dcfchk(world.exported(), tmp_path) == ""
     modes = world.node._application._modes
     if 1 in modes:
         enable(world, master, 1)
