@@ -18,7 +18,6 @@ from bridges.can.canopen.node.eds_reader import EdsDevice, read_device
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
-from hil.core.kinds import KINDS
 from hil.vocab.address import DeviceParts, address_of
 from hil.vocab.problem import ConfigError
 
@@ -62,10 +61,10 @@ def _fields(axis: str, devices: Mapping[str, ProfileInfo]) -> tuple[str, ...]:
     """Fields of an axis; nothing where there is no such axis, which is said elsewhere."""
     owner, part = address_of(axis)
     profile = devices.get(owner)
-    axes = profile.axes if profile else {}
-    if not axes or (part and part not in axes):
+    axes = DeviceParts(profile.axes if profile else {})
+    if profile is None or not axes or part not in axes:
         return ()
-    return (CURRENT, *KINDS[DeviceParts(axes)[part].law].fields)
+    return (CURRENT, *profile.kind(part or axes.first).fields)
 
 
 class _NodeCheck:

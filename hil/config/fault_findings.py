@@ -5,9 +5,8 @@ from typing import Any
 
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.document import Finding
-from hil.config.explain import shown, suggestion
+from hil.config.explain import no_such, shown, suggestion
 from hil.config.station_names import node_addresses, station_addresses
-from hil.core.kinds import KINDS
 from hil.sim.given_fault import fault_of
 from hil.vocab import faults
 from hil.vocab.address import DeviceParts, owner_of
@@ -49,6 +48,10 @@ def fault_findings(
             fitting = [name for name, kinds in places.items() if wanted in kinds]
             remedy = f"write {faults.TARGETS[wanted]}: {', '.join(fitting) or 'there is none'}"
             yield Finding((*path, "target"), f"{kind} cannot be on {shown(target)}", remedy)
+        elif wanted == faults.OWN_FIELD and isinstance(field := entry.get("field"), str):
+            known = devices[owner_of(target)].fields
+            if field not in known:
+                yield no_such((*path, "field"), f"field of {owner_of(target)}'s own", field, known)
         given = {name: value for name, value in entry.items() if name not in ("fault", "target")}
         _, problems = fault_of(kind, target, given)
         for name, problem in problems.items():
@@ -100,7 +103,7 @@ def _mappings(value: object) -> Iterator[tuple[str, dict[str, Any]]]:
 def _of_twin(name: str, profile: ProfileInfo, full: Collection[str]) -> dict[str, set[str]]:
     """Targets that a twin is: itself, its UARTs and its axes."""
     ports, axes = {faults.PORT, faults.TWIN_PORT}, DeviceParts(profile.axes)
-    shafts = {each: _of_axis(axes.label(name, each), info.law, full) for each, info in axes.items()}
+    shafts = {each: _of_axis(axes.label(name, each), profile, each, full) for each in axes}
     places = {f"{name}.{each}": kinds for each, kinds in shafts.items()}
     only: set[str] = set(*shafts.values()) if len(shafts) == 1 else set()
     places |= {f"{name}.{uart}": {faults.DEVICE} | ports | only for uart in profile.uarts}
@@ -108,8 +111,8 @@ def _of_twin(name: str, profile: ProfileInfo, full: Collection[str]) -> dict[str
     return {name: places.pop(name)} | places
 
 
-def _of_axis(address: str, law: str, full: Collection[str]) -> set[str]:
-    return {*KINDS[law].fault_targets, *([faults.SUPPLIED] if address in full else [])}
+def _of_axis(address: str, profile: ProfileInfo, axis: str, full: Collection[str]) -> set[str]:
+    return {*profile.kind(axis).fault_targets, *([faults.SUPPLIED] if address in full else [])}
 
 
 def _names(value: Any) -> list[str]:

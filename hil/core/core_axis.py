@@ -12,6 +12,7 @@ from hil.core.core_processor import CoreProcessor
 from hil.core.core_switch import CoreSwitch
 from hil.core.fields import INDEX, Snapshot
 from hil.vocab.axis_plan import FollowedSpeed
+from hil.vocab.own_fields import NO_FAULTS
 from hil.vocab.path import PathPiece
 
 
@@ -41,6 +42,8 @@ class CoreAxis:
         """True if the drive of a CAN bus's node counts by the axis's angle."""
         self.is_in_run = False
         """True while a run goes by the axis's angle."""
+        self.field_faults = NO_FAULTS
+        """Faults of the board's own fields."""
         self.set_load_Nm = 0.0
         """Load torque as it was set last, without that of faults."""
 

@@ -15,8 +15,8 @@ from hil.vocab.verbs import VerbRefused
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
 BUS_PART, PROCESSOR = "bus_part", "processor"
-MODBUS_NODE = "modbus_node"
-OF_AXES = frozenset({SERVO, SHAFT, BUS_PART, PROCESSOR})
+MODBUS_NODE, OWN_FIELD = "modbus_node", "own_field"
+OF_AXES = frozenset({SERVO, SHAFT, BUS_PART, PROCESSOR, OWN_FIELD})
 """Targets that a kind of axis is or is not."""
 LINE, ON_LINE, CAN_NODE = "line", "on_line", "can_node"
 TARGETS = {
@@ -33,11 +33,13 @@ TARGETS = {
     SHAFT: "a twin with a motor",
     SUPPLIED: "a twin with plant: full",
     PROCESSOR: "a twin whose processor can run a program of your own",
+    OWN_FIELD: "a twin whose board has fields of its own",
     BUS_PART: "a joint with an encoder or servo on a bus",
 }
 
 
 PIN_STUCK = "chip_pin_stuck"
+FIELD_STUCK, FIELD_OFFSET = "field_stuck", "field_offset"
 MOST_NOISES = 16
 """Maximum number of ``wire_noise`` on one CAN bus: it draws for each bit and each of them."""
 MOST_LOADS = 10
@@ -70,6 +72,7 @@ _BYTE_RATE = Parameter("rate", "probability for each byte")
 _PACKET_RATE = Parameter("rate", "probability for each packet", default=1.0)
 _REQUEST_RATE = Parameter("rate", "probability for each request", default=1.0)
 _TOWARDS = Parameter("towards", "which way the bytes go", default="client", choices=("board", "client"))
+_FIELD = Parameter("field", "which, by its name", maximum=32, is_text=True)
 _SEED = Parameter("seed", "seed of its random numbers", maximum=2**53, default=0)
 _DAY_S = 86_400.0
 TIMING = (
@@ -182,6 +185,12 @@ _KINDS = (
     FaultKind("bus_no_answer", "physics", BUS_PART,
               "a joint's encoder or servo does not answer on its bus; of several the latest counts",
               (Parameter("rate", "probability for each reading", default=1.0), _SEED)),
+    FaultKind(FIELD_STUCK, "physics", OWN_FIELD,
+              "a field of the board's own stays as it is for the firmware: an input as it reads it, an output"
+              " whatever it writes", (_FIELD,)),
+    FaultKind(FIELD_OFFSET, "physics", OWN_FIELD,
+              "the firmware reads a field of its board with an offset, within its range; several add up",
+              (_FIELD, Parameter("offset", "by how much, in the field's unit", "", -1e9, 1e9))),
 )  # fmt: skip
 _TITLES = {
     "byte_flip": "Bits of bytes flip",
@@ -225,6 +234,8 @@ _TITLES = {
     "encoder_freeze": "Encoder frozen",
     "encoder_disconnect": "Encoder unplugged",
     "bus_no_answer": "Joint does not answer",
+    FIELD_STUCK: "Field stuck",
+    FIELD_OFFSET: "Field reads wrong",
 }
 FAULT_KINDS: Mapping[str, FaultKind] = {kind.name: kind for kind in _KINDS}
 OF_FRAMINGS = frozenset(kind.name for kind in _KINDS if kind.layer == "packet") | {"node_clash"}

@@ -1,7 +1,8 @@
 """Fields of a board's own: a relay, a temperature, a counter. Its firmware writes and reads them, and who
 looks at the board finds them beside, or instead of, the fields of an axis."""
 
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping
+from dataclasses import field
 from typing import Protocol
 
 from hil.vocab.late_dataclass import dataclass
@@ -49,8 +50,22 @@ class OwnField:
         return f"{value:g} is no whole number" if self.is_whole and value != int(value) else None
 
 
+@dataclass(frozen=True)
+class FieldFaults:
+    """Faults in force on a board's own fields, by their names. ``stuck``: values that the firmware reads;
+    ``offsets``: what is added to those that it reads."""
+
+    stuck: Mapping[str, float] = field(default_factory=dict)
+    offsets: Mapping[str, float] = field(default_factory=dict)
+
+
+NO_FAULTS = FieldFaults()
+
+
 class FieldCells(Protocol):
     """Axis that has a board's own fields, by name."""
+
+    field_faults: FieldFaults
 
     def get(self, field: str) -> float: ...
 
@@ -67,7 +82,10 @@ class OwnFields(MutableMapping[str, float]):
     def __getitem__(self, name: str) -> float:
         own = self._known(name)
         assert self._cells is not None
-        value = self._cells.get(name)
+        faults, value = self._cells.field_faults, self._cells.get(name)
+        if faults is not NO_FAULTS:
+            value = faults.stuck.get(name, value) + faults.offsets.get(name, 0.0)
+            value = min(max(value, own.low), own.high)
         return int(value) if own.is_whole else value
 
     def __setitem__(self, name: str, value: float) -> None:
@@ -77,7 +95,8 @@ class OwnFields(MutableMapping[str, float]):
         if problem := own.refusal(value):
             raise ValueError(f"field {name}: {problem}")
         assert self._cells is not None
-        self._cells.set(name, float(value))
+        if own.is_input or name not in self._cells.field_faults.stuck:
+            self._cells.set(name, float(value))
 
     def __delitem__(self, name: str) -> None:
         raise TypeError("a board's fields stay: they are its profile's")

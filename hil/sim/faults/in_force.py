@@ -10,7 +10,7 @@ from hil.sim.faults.physics import AxisFaults
 from hil.sim.inputs import Clear, Inject
 from hil.sim.load_limit import load_problem
 from hil.vocab.address import owner_of
-from hil.vocab.faults import FAULT_KINDS, TARGETS, Fault, FaultRefused
+from hil.vocab.faults import FAULT_KINDS, OWN_FIELD, TARGETS, Fault, FaultRefused
 from hil.vocab.near_words import meant
 from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults, byte_faults
@@ -70,6 +70,10 @@ class Faults:
         of_wire = place.wire if place.is_wires(wanted) else None
         if of_wire and (problem := of_wire.fault_problem(fault, self.active.values())):
             raise FaultRefused(problem)
+        if wanted == OWN_FIELD and place.axis:
+            known, name = place.axis.kind.board_fields, str(fault.parameters["field"])
+            if name not in known:
+                raise FaultRefused(f"field: {fault.target} has no {name!r}; {meant(name, known)}")
         if fault.kind == LOAD and (axis := place.axis):
             torque_Nm = fault.number("torque_Nm")
             problem = load_problem(torque_Nm, axis.holding_Nm)

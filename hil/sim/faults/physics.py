@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from hil.core import CoreAxis
 from hil.vocab import faults as faults_of
 from hil.vocab.faults import Fault
+from hil.vocab.own_fields import NO_FAULTS, FieldFaults
 
 COUNTS = 16384
 """Counts of an encoder in a turn."""
@@ -57,6 +58,21 @@ def axis_state(
     return state | {"load_Nm": math.fsum(loads_Nm), "slip_counts": math.fmod(slips, COUNTS)}
 
 
+def field_faults(axis: CoreAxis, faults: Iterable[Fault]) -> FieldFaults:
+    """Faults of a board's own fields, from those in force on its axis. One that becomes stuck stays at the
+    value that it has now."""
+    offsets: dict[str, float] = {}
+    stuck: dict[str, float] = {}
+    for fault in faults:
+        name = str(fault.parameters.get("field", ""))
+        if fault.kind == faults_of.FIELD_OFFSET:
+            offsets[name] = offsets.get(name, 0.0) + fault.number("offset")
+        elif fault.kind == faults_of.FIELD_STUCK:
+            before = axis.field_faults.stuck
+            stuck[name] = before[name] if name in before else axis.get(name)
+    return FieldFaults(stuck, offsets) if offsets or stuck else NO_FAULTS
+
+
 class AxisFaults:
     """State that each axis was told last."""
 
@@ -65,6 +81,9 @@ class AxisFaults:
 
     def renew(self, axis: CoreAxis, faults: Iterable[Fault]) -> None:
         """Set an axis from all the faults that are in force on it."""
+        faults = list(faults)
+        if axis.kind.board_fields:
+            axis.field_faults = field_faults(axis, faults)
         supply_V = axis.nominal_supply_V
         state = axis_state(faults, supply_V, axis.kind.own_faults)
         before = self._told.get(axis) or axis_state((), supply_V, axis.kind.own_faults)

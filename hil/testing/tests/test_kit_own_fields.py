@@ -14,6 +14,7 @@ from hil.sim.bench import BenchHooks
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
 from hil.vocab.address import DeviceParts
+from hil.vocab.faults import FaultRefused
 from hil.vocab.firmware import Board
 from hil.vocab.time import SimTimeNs
 
@@ -83,11 +84,13 @@ def tank(tmp_path: Path) -> Iterator[Made]:
         for name, text in {"firmware.py": FIRMWARE, "board.py": BOARD, "profile.yaml": profile}.items():
             (folder / name).write_text(text)
         others, bridges = device.pop("others", {}), device.pop("bridges", {})
+        faults = device.pop("faults", [])
         config = {
             "bench": "t",
             "profile_path": [str(tmp_path)],
             "devices": {**others, "t1": {"profile": "tank", **device}},
             "bridges": bridges,
+            "faults": faults,
         }
         around = BenchHooks(log=InputLogWriter(log, "test", config, {})) if log else BenchHooks()
         benches.append(Bench(config, around=around))
@@ -178,6 +181,38 @@ def test_pairs_of_extremes_have_them(tank: Made) -> None:
     bench.run(ms=120)
     rows = axis.take_rows(0, ["at_ns", "passes", "level_mm"])
     assert [row[1:] for row in rows] == [(0, 50.0), (4, 50.0), (5, 50.0), (9, 50.0)]
+
+
+def test_faults_of_fields_are_between_firmware_and_world(tank: Made) -> None:
+    log = StringIO()
+    bench = tank(log=log)
+    bench.run(ms=15)
+    with bench.fault("field_offset", "t1", field="level_mm", offset=200):
+        bench.run(ms=10)
+        assert (state(bench)["level_mm"], state(bench)["valve"]) == (50.0, 0)  # it reads 250
+    bench.run(ms=10)
+    assert state(bench)["valve"] == 1
+    reads = bench.fault("field_stuck", "t1", field="level_mm")
+    bench.axis("t1").set("level_mm", 900)
+    bench.run(ms=10)
+    assert (state(bench)["level_mm"], state(bench)["valve"]) == (900.0, 1)  # it reads 50
+    stuck = bench.fault("field_stuck", "t1", field="valve")
+    reads.clear()
+    bench.run(ms=10)
+    assert state(bench)["valve"] == 1
+    bench.device("t1").reset()
+    bench.run(ms=15)
+    assert state(bench)["valve"] == 1  # a welded contact stays closed without power
+    stuck.clear()
+    bench.run(ms=10)
+    assert state(bench)["valve"] == 0
+    assert replay(log.getvalue().splitlines(keepends=True)).difference() is None
+
+
+def test_faults_are_of_fields_that_are_there(tank: Made) -> None:
+    bench = tank()
+    with pytest.raises(FaultRefused, match=r"^field: t1 has no 'lvel_mm'"):
+        bench.fault("field_stuck", "t1", field="lvel_mm")
 
 
 def test_a_replay_gives_them_again(tank: Made) -> None:
@@ -273,6 +308,16 @@ def test_an_axis_may_have_no_room_for_all(tank: Made) -> None:
     fields = "\n".join(f"  f{i}: {{about: x}}" for i in range(30))
     with pytest.raises(ConfigError, match="there is no room for this field"):
         tank(SERVO[: SERVO.index("fields:")] + f"fields:\n{fields}\n" + SERVO[SERVO.index("law:") :])
+
+
+def test_faults_of_a_configuration_name_fields_that_are_there(tank: Made) -> None:
+    begun = {"fault": "field_offset", "target": "t1", "field": "level_mm", "offset": 5}
+    bench = tank(faults=[begun])
+    bench.axis("t1").set("level_mm", 97)
+    bench.run(ms=15)
+    assert state(bench)["valve"] == 0
+    with pytest.raises(ConfigError, match=r"faults\.0\.field: there is no field of t1.s own .lvel."):
+        tank(faults=[begun | {"field": "lvel"}])
 
 
 def test_mistakes_of_a_device_are_told_together(tank: Made) -> None:

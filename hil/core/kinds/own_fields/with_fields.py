@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from hil.core.axis_kind import AxisKind, NoRoom, Settable
 from hil.core.fields import FIELDS, INDEX, Field
+from hil.vocab.faults import OWN_FIELD
 from hil.vocab.own_fields import OwnField
 
 _DRAWN = 4
@@ -33,6 +34,7 @@ def kind_with_fields(kind: AxisKind, own: tuple[OwnField, ...]) -> AxisKind:
             **{each.name: Settable(each.low, each.high, is_around=True) for each in own if each.is_input},
         },
         board_fields={each.name: each for each in own},
+        fault_targets=kind.fault_targets | {OWN_FIELD},
     )
 
 
