@@ -65,10 +65,12 @@ def _place_differs(name: str, first: Any, other: Any) -> tuple[str, str] | None:
 def _make_drive(
     name: str, address: Any, device: object, own_map: Any, pace: "DrivePace", now_ns: Callable[[], int]
 ) -> "DriveControl":
+    from bridges.modbus.drives.map_control import MapControl
     from bridges.modbus.drives.register_control import RegisterControl
     from bridges.modbus.drives.register_drive import RegisterDrive, RegisterSpec
 
-    return RegisterControl(RegisterDrive(RegisterSpec(name, address, own_map, pace), now_ns))
+    control = RegisterControl if own_map.version == 1 else MapControl
+    return control(RegisterDrive(RegisterSpec(name, address, own_map, pace), now_ns))
 
 
 def _map_model() -> type[Any]:

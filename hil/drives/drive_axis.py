@@ -81,6 +81,8 @@ class DriveAxis:
         drive = self.drive
         if not drive.link.is_there:
             return f"it is a real drive, and not there: {drive.link.why}", "connect it, or leave it out"
+        if not drive.has_angle:
+            return "it only turns, and knows no angle", "leave it out; `hil axis NAME run` lets it turn"
         if drive.fault:
             return drive.fault, f"`hil axis {drive.name} clear-fault` first"
         if not drive.is_on:

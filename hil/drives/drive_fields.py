@@ -70,14 +70,19 @@ _OWN_NAMES = ("current_A", "fault_code", "enabled", "moving", "fault", *(row[0] 
 
 
 def drive_fields(
-    told: Collection[str], parameters: Collection[str] = (), own: Sequence[FieldRow] = ()
+    told: Collection[str],
+    parameters: Collection[str] = (),
+    own: Sequence[FieldRow] = (),
+    *,
+    has_position: bool = True,
 ) -> dict[str, AxisField]:
     """Fields of a drive, by name, in the order of their offsets. ``told``: names of what it tells beside its
     position; ``parameters``: of what can be set; ``own``: fields of its bus alone, whose order is a promise:
-    new ones go to the end."""
+    new ones go to the end; ``has_position``: it tells one at all."""
     rows = [("at_ns", "i64", "ns", "simulated time of the request that this state is from", False)]
-    rows.append(("position_deg", "f64", "deg", TOLD["position_deg"], False))
-    rows.append(("commanded_deg", "f64", "deg", TAKEN["set_point_deg"], False))
+    if has_position:
+        rows.append(("position_deg", "f64", "deg", TOLD["position_deg"], False))
+        rows.append(("commanded_deg", "f64", "deg", TAKEN["set_point_deg"], False))
     for name in ("velocity_rpm", "current_A", "fault_code"):
         if name in told:
             rows.append((name, "f64", _UNITS.get(name, ""), TOLD[name], False))

@@ -103,6 +103,11 @@ class RealDrive(ABC):
         """True if it takes a stream of set-points."""
 
     @property
+    def has_angle(self) -> bool:
+        """True if it can be sent to an angle; False: it only turns."""
+        return True
+
+    @property
     @abstractmethod
     def is_on(self) -> bool:
         """True if its loop is on."""
@@ -139,7 +144,7 @@ class RealDrive(ABC):
 
     @property
     def position_deg(self) -> float | None:
-        return self.reading.values["position_deg"] if self.reading else None
+        return self.reading.values.get("position_deg") if self.reading else None
 
     def values(self) -> dict[str, float]:
         """Values of its fields by name; NaN of what is not told."""
@@ -158,6 +163,6 @@ class RealDrive(ABC):
             told["at_ns"], told["age_ms"] = reading.at_ns, max(self.now_ns() - reading.at_ns, 0) / 1e6
             told["moving"] = int(reading.bits.get("status.moving", False))
             told["enabled"], told["fault"] = int(self.is_on), int(self.fault is not None)
-            if (commanded_deg := self.commanded_deg) is not None:
+            if (commanded_deg := self.commanded_deg) is not None and "commanded_deg" in told:
                 told["commanded_deg"] = commanded_deg
         return told

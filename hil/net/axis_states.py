@@ -46,10 +46,10 @@ SHOWN_STATES = {
         _TWIN | {"outputs_on": int, "microsteps": int},
         lambda shot: f"1/{shot['microsteps']}" if shot["outputs_on"] else "off",
     ),
-    "enabled": ShownState(  # a real drive, which tells only its own angle
-        {"position_deg": float, "enabled": int, "age_ms": float},
+    "enabled": ShownState(  # a real drive, which tells only its own angle, or none
+        {"enabled": int, "age_ms": float},
         lambda shot: "real" if shot["enabled"] else "real off",
-        lambda shot: shot["position_deg"],
+        lambda shot: shot.get("position_deg"),
         lambda shot: None,
     ),
 }

@@ -65,6 +65,10 @@ class DriveLine:
         """Echo of the line's adapter; None: it is no serial line."""
         return self._client.echo
 
+    def extend_pause(self, pause_s: float) -> None:
+        """Leave at least so much silence behind an answer from now on."""
+        self._gap_s = max(self._gap_s, pause_s)
+
     def extend_timeout(self, timeout_s: float) -> None:
         """Wait at least so long for answers from now on."""
         self.timeout_s = max(self.timeout_s, timeout_s)

@@ -100,7 +100,7 @@ class DrivePolls:
         at_ns = self._drive.now_ns()
         words = await self._words(self._drive.plan.state(gap=gap, has_kept=has_kept), session)
         reading = self._drive.plan.reading(at_ns, words)
-        if not math.isfinite(reading.values["position_deg"]):
+        if not math.isfinite(reading.values.get("position_deg", 0.0)):
             garbled = Garbled("its position is no number")
             self._link.counters.garbled += 1
             self._link.unanswered(str(garbled))
@@ -116,7 +116,7 @@ class DrivePolls:
 
     def _reader(self, span: Span) -> Callable[[ModbusClient], Awaitable[list[int]]]:
         async def read(client: ModbusClient) -> list[int]:
-            words = list(await client.read(self._drive.unit, span))
+            words = list(await client.read(self._drive.unit, self._drive.plan.asked(span)))
             if span.table is Table.HOLDING_REGISTERS:  # here, between the writes before and after
                 self._drive.holding |= enumerate(words, span.address)
             return words

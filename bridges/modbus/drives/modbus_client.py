@@ -137,13 +137,21 @@ class ModbusClient:
             raise Garbled(f"{asked} was answered with {len(words)}")
         return [int(word) for word in words[: span.count]]
 
-    async def write(self, unit: int, write: RegisterWrite) -> None:
-        """Write words or bits. Raises as ``read``: they may have been written, or not.
+    async def write(self, unit: int, write: RegisterWrite, functions: frozenset[int] | None = None) -> None:
+        """Write words or bits. Raises as ``read``: they may have been written, or not. ``functions``: those
+        that the drive has, None: all; without the one for several each word is written alone.
 
         A drive without the function for one of them (exception 01) is written by the one for several, from
         then on; many have one of the two alone.
         """
         one, several = (5, 15) if write.table in _BITS else (6, 16)
+        if functions is not None and several not in functions:
+            for at, word in enumerate(write.words, write.address):
+                await self._write(one, unit, RegisterWrite(write.table, at, (word,)))
+            return
+        if functions is not None and one not in functions:
+            await self._write(several, unit, write)
+            return
         if len(write.words) > 1 or (unit, one) in self._several_only:
             await self._write(several, unit, write)
             return

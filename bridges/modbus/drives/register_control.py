@@ -12,8 +12,11 @@ from hil.drives.drive_link import URGENT, SharedLines
 class RegisterControl(DriveControl):
     """Control of one drive."""
 
+    motion_type: type[RegisterMotion] = RegisterMotion
+    """Kind of its motion."""
+
     def __init__(self, drive: RegisterDrive) -> None:
-        self._registers, self._motion_of = drive, RegisterMotion(drive)
+        self._registers, self._motion_of = drive, self.motion_type(drive)
         super().__init__(DriveAxis(drive, self._motion_of))
 
     def begin(self, lines: SharedLines) -> None:

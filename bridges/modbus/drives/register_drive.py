@@ -34,15 +34,30 @@ def map_verbs(of: DriveMap) -> dict[str, Verb]:
     verbs = common_verbs(
         _ramps(of), "end all motion by the drive's own ramp, or where it is if it has no such bit"
     )
-    if "reset" in of.control:
+    if of.version > 1 and not _has_reset(of):
+        pass
+    elif "reset" in of.control or of.version > 1:
         verbs.append(drive_verb("clear_fault", "clear the drive's fault"))
         verbs.append(drive_verb("reset", "the same: the power of a real drive stays on"))
+    if {"set_velocity_rpm", "run_velocity_rpm"} & of.values.keys() and of.version > 1:
+        about = "turn at a speed until a stop; left out: as the drive has it"
+        speed = Parameter("velocity_rpm", "speed", "rpm", -MOST_RPM, MOST_RPM, is_optional=True)
+        own = [each for each in _ramps(of) if each.name == "acceleration_rpm_per_s"]
+        verbs.append(drive_verb("run", about, speed, *own))
     return {verb.name: verb for verb in verbs}
+
+
+def _has_reset(of: DriveMap) -> bool:
+    """True if the fault can be cleared: by a bit, by a value, or by the control word of CiA 402."""
+    commands = [part for _, part in of.parts.commands.values()]
+    by_value = any("reset" in words for part in commands for words in part.words.values())
+    return by_value or "reset" in of.control or any(part.standard for part in commands)
 
 
 def _ramps(of: DriveMap) -> tuple[Parameter, ...]:
     """Parameters of the ramps of a move: those that the drive has registers for, or that the daemon makes."""
-    is_ours = "start" not in of.control
+    is_ours = "start" not in of.control and of.version == 1
+    moves = {name for name in of.parts.moves.names}
     rows: list[tuple[str, str, str, str, float, float]] = [
         ("velocity_rpm", "set_velocity_rpm", "largest speed on the way", "rpm", MOST_RPM, FOLLOW_RPM),
         (
@@ -58,7 +73,7 @@ def _ramps(of: DriveMap) -> tuple[Parameter, ...]:
     for name, register, about, unit, most, default in rows:
         if is_ours:
             found.append(Parameter(name, about, unit, 0.01, most, default))
-        elif register in of.values:
+        elif register in of.values or register in moves:
             kept = f"{about}; left out: as the drive has it"
             found.append(Parameter(name, kept, unit, 0.01, most, is_optional=True))
     return tuple(found)
@@ -87,7 +102,10 @@ class RegisterDrive(RealDrive):
         super().__init__(spec.name, spec.address, spec.pace, now_ns)
         self.unit, self.place, self.map = spec.address.unit, spec.address.place, spec.map
         self.plan = PollPlan.of_map(spec.map)
-        self.fields, self.verbs = drive_fields(spec.map.values, spec.map.parameters), map_verbs(spec.map)
+        values = spec.map.values
+        has_position = "position_deg" in values
+        self.fields = drive_fields(values, spec.map.parameters, has_position=has_position)
+        self.verbs = map_verbs(spec.map)
         self.holding: dict[int, int] = {}
         """Words of the drive's holding registers, as they were read or written last."""
         self._told: dict[str, bool] = {}
@@ -105,6 +123,7 @@ class RegisterDrive(RealDrive):
     def start(self, join: Callable[["RegisterDrive"], DriveLine], polls: Coroutine[Any, Any, None]) -> None:
         """Begin to ask it, on the line that ``join`` gives. ``polls``: what polls it forever."""
         self._line = join(self)
+        self._line.extend_pause(self.map.parts.manners.pause_ns / 1e9)
         self._task = asyncio.get_running_loop().create_task(polls)
 
     async def close(self, leave: Callable[["RegisterDrive", DriveLine], Awaitable[None]]) -> None:
@@ -158,6 +177,30 @@ class RegisterDrive(RealDrive):
             if was_there:
                 self.note(was_there)
 
+    @property
+    def has_angle(self) -> bool:
+        return self.map.has_angle
+
+    def cell(self, name: str) -> float:
+        """Value of a cell of the map, as it was read last, or else as the map has it at first."""
+        if self.reading and (told := self.reading.values.get(f"cells.{name}")) is not None:
+            return told
+        return self.map.parts.cells[name][1].default if name in self.map.parts.cells else 1.0
+
+    @property
+    def tells_enabled(self) -> bool:
+        """True if its map has where it tells that its loop is on."""
+        return "status.enabled" in (self.reading.bits if self.reading else {})
+
+    def note_told(self, **bits: bool) -> None:
+        """Note what it was told by commands."""
+        self._told |= bits
+
+    async def write_all(self, writes: tuple[RegisterWrite, ...], session: int, order: int = IN_TURN) -> None:
+        """Write one after the other, once each: a command that is sent twice may be two. Raises
+        ``ASKING``."""
+        await self._write(lambda client: self._written(client, writes), order, session, 1)
+
     async def write_value(
         self, name: str, value: float, session: int, order: int = IN_TURN, tries: int = TRIES
     ) -> None:
@@ -194,7 +237,7 @@ class RegisterDrive(RealDrive):
 
     async def _written(self, client: ModbusClient, writes: tuple[RegisterWrite, ...]) -> None:
         for write in writes:
-            await client.write(self.unit, write)
+            await client.write(self.unit, write, self.map.parts.manners.functions)
             self.link.counters.writes += 1
             if write.table is Table.HOLDING_REGISTERS:
                 self.holding |= {write.address + at: word for at, word in enumerate(write.words)}
@@ -217,7 +260,12 @@ class RegisterDrive(RealDrive):
 
     @property
     def step_deg(self) -> float:
-        return abs(self.map.values["position_deg"].scale)
+        place = self.map.values.get("position_deg")
+        if place is None:
+            return 0.0
+        if (of := place.resolved(self.cell).conversion) is None:
+            return abs(place.scale)
+        return abs(of.value(place.scale) - of.value(0.0))
 
     @property
     def is_on(self) -> bool:
@@ -239,9 +287,11 @@ class RegisterDrive(RealDrive):
     def commanded_deg(self) -> float | None:
         told = self.reading.values.get("set_point_deg") if self.reading else None
         if self.sent is None:
-            return told
+            return self.position_deg if told is None and self.map.version > 1 else told
         if told is None or self.reading is None or self.reading.at_ns <= self.sent.at_ns:
             return self.sent.deg
-        place = self.map.values["set_point_deg"]
+        place = self.map.values.get("set_point_deg")
+        if place is None or not self._sent_words:
+            return self.sent.deg
         is_same = told == place.value(self._sent_words, is_low_first=self._low_first)
         return self.sent.deg if is_same else told

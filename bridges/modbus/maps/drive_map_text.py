@@ -15,6 +15,7 @@ from bridges.modbus.maps.map_part_findings import (
     part_findings,
     version_findings,
 )
+from bridges.modbus.maps.map_part_rows import as_given
 from bridges.modbus.maps.map_parts_text import parts_of
 from bridges.modbus.maps.map_places import OTHER, place_findings, place_of, quantity_of
 from bridges.modbus.maps.map_row_models import TABLES, PlaceText
@@ -109,7 +110,7 @@ def map_findings(
 
 def drive_map_of(of: MapText) -> DriveMap:
     """Map that a text without findings is."""
-    places = {path: _place(path, entry) for path, entry in _entries(of.model_dump(exclude_none=True))}
+    places = {path: _place(path, entry) for path, entry in _entries(as_given(of))}
 
     def room(name: str) -> dict[str, RegisterPlace]:
         return {str(path[1]): place for path, place in places.items() if path[0] == name and len(path) == 2}

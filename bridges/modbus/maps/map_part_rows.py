@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from bridges.modbus.maps.map_places import OTHER, place_of, quantity_of
 from bridges.modbus.maps.map_row_models import (
@@ -89,6 +89,24 @@ def part_rows(given: object) -> Iterator[PartRow]:
             yield from _move_rows(value)
 
 
+def as_given(of: BaseModel) -> dict[Any, Any]:
+    """Mapping of a text as it was written, whose rows are models: it need not be read twice."""
+    found: dict[Any, Any] = {}
+    for name in type(of).model_fields:
+        value = getattr(of, name)
+        if isinstance(value, PlaceText):
+            found[name] = value
+        elif isinstance(value, BaseModel):
+            found[name] = as_given(value)
+        elif isinstance(value, Mapping):
+            found[name] = {
+                key: as_given(each) if isinstance(each, BlockText) else each for key, each in value.items()
+            }
+        elif value is not None:
+            found[name] = value
+    return found
+
+
 def blocks_of(given: object) -> dict[str, BlockPart]:
     """Blocks that can be read, by name."""
     blocks = given.get("blocks") if isinstance(given, dict) else None
@@ -140,6 +158,8 @@ def _move_rows(moves: Mapping[Any, Any]) -> Iterator[PartRow]:
 
 
 def _read(model: type[PlaceText] | type[BlockText], value: object) -> Any:
+    if isinstance(value, model):
+        return value
     try:
         return model.model_validate(value)
     except ValidationError:

@@ -4,7 +4,7 @@ from math import inf
 from typing import Any
 
 from bridges.modbus.maps.drive_map_model import MapText
-from bridges.modbus.maps.map_part_rows import PartRow, blocks_of, part_rows
+from bridges.modbus.maps.map_part_rows import PartRow, as_given, blocks_of, part_rows
 from bridges.modbus.maps.map_row_models import (
     CellText,
     CommandText,
@@ -31,7 +31,7 @@ READ_ONLY = (Table.INPUT_REGISTERS, Table.DISCRETE_INPUTS)
 
 def parts_of(of: MapText) -> tuple[MapParts, list[tuple[str, RegisterPlace]]]:
     """Parts of a map of version 2, and values that are in blocks, in file order."""
-    given = of.model_dump(exclude_none=True)
+    given = as_given(of)
     cells: dict[str, tuple[RegisterPlace, CellPart]] = {}
     commands: dict[str, tuple[RegisterPlace, CommandPart]] = {}
     states: dict[str, tuple[RegisterPlace, StatePart]] = {}

@@ -165,7 +165,7 @@ class GuardedText(PlaceText):
 class CellText(GuardedText):
     """Plain cell."""
 
-    value: int | float | str | None = Field(
+    value: int | str | float | None = Field(
         default=None, description="Its value at first, for good where `access` is `r`; a text of a `text`."
     )
     minimum: float | None = Field(default=None, description="Lowest value that is taken.")

@@ -3,11 +3,13 @@
 import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import pytest
 import yaml
 
+from bridges.modbus.maps.drive_map_text import read_drive_map
 from hil.testing import Bench
 
 DRIVES = Path(__file__).parents[3] / "examples" / "drives"
@@ -246,3 +248,14 @@ def test_any_registers_read_one_by_one_answer_or_are_refused(plant: Plant, unit:
         for inputs in (False, True):
             answer = ask(unit, address, inputs=inputs)
             assert answer in (1, 2, 3) or len(answer) == 1
+
+
+def test_each_map_is_read_in_a_fraction_of_twenty_milliseconds() -> None:
+    def read_ms(name: str) -> float:
+        text = (DRIVES / f"{name}.yaml").read_text()
+        begun_s = process_time()
+        read_drive_map(text, name)
+        return (process_time() - begun_s) * 1000
+
+    for name in ("leadshine_pr", "mks_servo42d", "delta_vfd", "eastron_sdm630", "kinco_cia402"):
+        assert min(read_ms(name) for _ in range(5)) < 20
