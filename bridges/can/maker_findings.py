@@ -6,7 +6,14 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bridges.can.can_model import CanNodeConfig
-from bridges.can.canopen.cia402.maker_drive import FieldLine, Key, LikeLine, MakerLines, given_values
+from bridges.can.canopen.cia402.maker_drive import (
+    FieldLine,
+    Key,
+    LikeLine,
+    MakerLines,
+    given_values,
+    with_values,
+)
 from bridges.can.canopen.cia402.maker_units import contradictions, factors_of
 from bridges.can.canopen.cia402.motor_axis import CURRENT
 from bridges.can.canopen.cia402.objects import MODES, ROWS
@@ -14,6 +21,7 @@ from bridges.can.canopen.cia402_words import CONTROLWORD, STATUSWORD, mode_bit
 from bridges.can.canopen.master.drive_units import GivenUnits, UnitsUnknown
 from bridges.can.canopen.node.application import DataType, Entry, Value
 from bridges.can.canopen.node.data_types import REALS, bounds_of, size_of
+from bridges.can.canopen.node.eds_mappings import mapping_problems
 from bridges.can.canopen.node.eds_reader import EdsDevice, read_device
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
@@ -80,6 +88,7 @@ class _NodeCheck:
         for key, line in self._objects.items():
             yield from self._line(key, line)
         given = given_values(self._device, MakerLines(values=self._values))
+        yield from self._mappings()
         yield from self._units(given)
         yield from self._drive(given)
 
@@ -142,6 +151,14 @@ class _NodeCheck:
                 yield Finding((*here, "like"), message, "write the same as there")
 
     # ---- the whole ----
+
+    def _mappings(self) -> Iterator[Finding]:
+        """Findings about PDOs whose mapping the lines change."""
+        places = {key: name for name in self._objects if (key := key_of_line(name))}
+        for place, message, remedy in mapping_problems(with_values(self._device, self._values)):
+            name = places.get(place) or next((places[key] for key in places if key[0] == place[0]), None)
+            if name is not None:
+                yield Finding((*self._path, "objects", name), message, remedy)
 
     def _units(self, given: Mapping[Key, Value]) -> Iterator[Finding]:
         def number(index: int, subindex: int) -> int | None:

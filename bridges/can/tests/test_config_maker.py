@@ -57,6 +57,8 @@ def said(folder: Path, keys: str, head: str = HEAD) -> list[str]:
         ("  2011h: {like: 60F7h}", 'like: "60F7h" is no object that this one could be (write one of CiA 402'),
         ("  2011h: {}", "2011h: an object tells either a field of the axis or what another object has"),
         ("  1017h: {field: position_deg}", "1017h cannot tell what an axis does (leave it out)"),
+        ("  1601h:2: 0x60640020", "1601h:2': it receives 6064h:0, which is ro (map what can be written)"),
+        ("  1A02h:0: 3\n  1A02h:3: 0x60600010", "1A02h:3': it maps 16 bits of 6060h:0, which has 8"),
         ("  speed: 5", '"speed" is no object (write its index and sub-index, as in 6081h or 607Dh:1)'),
         ("  2011h: {likes: 6064h}", 'objects.2011h.likes: unknown key (did you mean "like"?)'),
     ],

@@ -65,6 +65,13 @@ def given_values(device: EdsDevice, lines: MakerLines) -> Mapping[Key, Value]:
     return found | dict(lines.values)
 
 
+def with_values(device: EdsDevice, values: Mapping[Key, Value]) -> dict[Key, Entry]:
+    """Entries of a file with first values of lines, which no node id is added to."""
+    return dict(device.entries) | {
+        key: replace(device.entries[key], default=value, adds_node_id=False) for key, value in values.items()
+    }
+
+
 def identity_of(device: EdsDevice, lines: MakerLines, serial: int) -> Identity:
     """Identity of a node of this file: 1018h, or else what it says of the device."""
     given, info = given_values(device, lines), device.info
@@ -111,10 +118,11 @@ def maker_objects(axis: MotorAxis, device: EdsDevice, lines: MakerLines, identit
         (entry.index, entry.subindex): entry for entry in communication_entries(objects.SERVO_DRIVE, identity)
     }
     base = common | own
-    ways = _default_ways(device)
+    own_entries = with_values(device, lines.values)
+    ways = _default_ways(own_entries)
     seen = {
         key: _entry(entry, base.get(key), given.get(key), ways.get(key, ""), is_bound=key in lines.bound)
-        for key, entry in device.entries.items()
+        for key, entry in own_entries.items()
     }
     _complete_counts(seen, given)
     hidden = base | {(each.index, each.subindex): each for each in _of_pdos(seen)}
@@ -190,10 +198,10 @@ def _within(entry: Entry, value: Value) -> Value:
     return value if entry.high is None else min(value, entry.high)
 
 
-def _default_ways(device: EdsDevice) -> Mapping[Key, str]:
+def _default_ways(entries: Mapping[Key, Entry]) -> Mapping[Key, str]:
     """PDOs of what is mapped at first, whatever its ``PDOMapping`` says: the maker's own drive does it."""
     ways: dict[Key, str] = {}
-    for _, target, is_received in mapped_by_default(device.entries):
+    for _, target, is_received in mapped_by_default(entries):
         way = "rpdo" if is_received else "tpdo"
         ways[target] = way if ways.get(target, way) == way else "both"
     return ways

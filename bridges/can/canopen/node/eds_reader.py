@@ -31,6 +31,8 @@ _MANDATORY = {0x1000: "Device type", 0x1001: "Error register", 0x1018: "Identity
 _LISTS = ("mandatoryobjects", "optionalobjects", "manufacturerobjects")
 _ARRAY, _RECORD, _DEFTYPE, _DEFSTRUCT = 8, 9, 5, 6
 _MOST_SUBINDICES = 254
+_MOST_ENTRIES = 30_000
+"""Number of entries of a file, ten times those of the largest drives: 64 bytes can make 254 of them."""
 _RATE = re.compile(r"baudrate_(\d+)")
 _K = 1000
 
@@ -92,6 +94,10 @@ class _DeviceReader:
                 self._read_object(index, fields)
             elif part >= 0:
                 self._read_entry(index, part, fields)
+            if len(self._entries) > _MOST_ENTRIES:
+                message = f"there are more than {_MOST_ENTRIES} objects and sub-indices"
+                self._add(self._place((index, part)), message, "leave those out that no drive has")
+                break
         for index, part in objects:
             if part >= 0 and index not in self._names:
                 self._names[index] = f"{index:04X}h"

@@ -113,6 +113,16 @@ def test_lines_give_first_values_and_bind_objects() -> None:
     assert master.sdo[0x2001].raw == 12_800, "a plain cell"
 
 
+def test_lines_change_pdos_too() -> None:
+    values = {(0x1802, 1): 0x123, (0x1802, 2): 1, (0x1A02, 0): 1, (0x1A02, 1): 0x6502_0020}
+    world, master = made(TEXT, replace(LINES, values=values))
+    assert master.sdo[0x1802][1].raw == 0x123
+    master.nmt.state = "OPERATIONAL"
+    world.heard.clear()
+    world.send_message(0x80, b"")
+    assert [frame.data for frame in world.heard if frame.id == 0x123] == [b"\x21\0\0\0"]
+
+
 def test_what_1010h_keeps_is_there_after_a_reset() -> None:
     world, master = made()
     master.sdo[0x2001].raw = 12_800

@@ -169,5 +169,11 @@ def test_a_file_of_2000_objects_is_read_in_little_time() -> None:
     assert eds_reader.read_device(f"{HEAD}{rows};4\n", "y.eds") is device, "the same text is read once"
 
 
+def test_a_file_of_endless_objects_is_refused() -> None:
+    rows = "".join(f"[{0x2000 + at:04X}]\nDataType=7\nCompactSubObj=254\n" for at in range(1000))
+    (found,) = problems(HEAD + rows)
+    assert "there are more than 30000 objects and sub-indices (leave those out" in found
+
+
 def test_types_that_no_processor_has_are_numbers() -> None:
     assert entry("DataType=0x18\nDefaultValue=0xFFFFFFFFFF").data_type is DataType.UNSIGNED40
