@@ -43,8 +43,10 @@ class RtuServer:
             port.tell_sole(lambda data: sole_of_frame(data, _answers_here), in_pieces=False)
         self._silence_ns = silence_ns(baud)
         self._held = bytearray()
-        self._frames: deque[tuple[Asker, bytes]] = deque()
-        self._wrote_s = 0.0
+        self._frames: deque[tuple[Asker, bytes, float]] = deque()
+        self._wrote_s = self._began_s = 0.0
+        self._deaf_until_s: dict[int, float] = {}
+        """Ends of the pauses behind answers of units whose maps have one."""
         self._diagnoses: dict[int, Diagnostics] = {}
         self._silence: SilenceTimer | None = None
         self._work: asyncio.Task[None] | None = None
@@ -83,6 +85,8 @@ class RtuServer:
         await self._port.close()
 
     def received(self, data: bytes) -> None:
+        if not self._held:
+            self._began_s = self._loop.time()
         self._held += data[: FRAME_BYTES_MAX + 1 - len(self._held)]
         if self._silence:
             self._silence.start(self._silence_ns)
@@ -119,16 +123,20 @@ class RtuServer:
         if len(self._frames) >= FRAMES:
             self._seen["overruns"] += 1
             return
-        self._frames.append((asker, raw))
+        self._frames.append((asker, raw, self._began_s))
         self._serve()
 
     def _serve(self) -> None:
         """Serve frames that wait, up to one that takes time: a read is answered in this pass of the loop."""
         while self._frames and self._work is None:
-            asker, raw = self._frames.popleft()
+            asker, raw, began_s = self._frames.popleft()
             address, pdu = raw[0], raw[1:-2]
             is_to_all = address == TO_ALL
-            units = [unit for unit in self._units.all() if is_to_all or unit.number == address]
+            units = [
+                unit
+                for unit in self._units.all()
+                if (is_to_all or unit.number == address) and began_s >= self._deaf_until_s.get(unit.number, 0)
+            ]
             later: list[tuple[Diagnostics, _Later]] = []
             for unit in units:
                 answer = self._begin(asker, unit, pdu, is_to_all=is_to_all)
@@ -156,6 +164,9 @@ class RtuServer:
         if address != TO_ALL and asker is self._asker:
             self._port.write(encode(address, answer[0], answer[1:]))
             self._seen["answers"] += 1
+            pauses = [each.registers.manners.pause_ns for each in self._units.all() if each.number == address]
+            if any(pauses):
+                self._deaf_until_s[address] = self._loop.time() + pauses[0] / 1e9
 
     def _begin(self, asker: Asker, unit: DoorUnit, pdu: bytes, *, is_to_all: bool) -> bytes | _Later | None:
         """Carry out a request, of a broadcast what is written; None: it gets no answer."""
@@ -175,12 +186,14 @@ class RtuServer:
     def _done(
         self, asker: Asker, unit: DoorUnit, diagnosis: Diagnostics, request: Request | None, pdu: bytes
     ) -> bytes | _Later | None:
-        if request and request.function == Function.DIAGNOSTICS:
+        functions = unit.registers.manners.functions
+        has_it = request and (functions is None or request.function in functions)
+        if request and has_it and request.function == Function.DIAGNOSTICS:
             try:
                 return diagnosis.answer(request)
             except Refused as error:
                 return exception(request.function, error.code)
-        if request and request.function == Function.REPORT_SERVER_ID:
+        if request and has_it and request.function == Function.REPORT_SERVER_ID:
             return report(unit.number, unit.info.profile.encode("ascii", "replace"), is_running=True)
         self._forget_old_halves(asker, request)
         return self._handler.answer_of(asker, unit, pdu)

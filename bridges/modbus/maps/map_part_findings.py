@@ -40,9 +40,8 @@ def axis_findings(given: object, parameters: Collection[str] | None) -> Iterator
     """Findings of a map at a board with an axis that it does not move, or the other way round."""
     if parameters is None or not isinstance(given, dict):
         return
-    of_axis = [
-        key for key in given if key in (*TOLD, *TAKEN, *MORE_TOLD, *MORE_TAKEN, "control", "moves", "mode")
-    ]
+    known = (*TOLD, *TAKEN, *MORE_TOLD, *MORE_TAKEN, "control", "moves", "mode")
+    of_axis = [key for key in given if key in known and given[key] is not None]  # a log has null for the rest
     if not parameters:
         for key in of_axis:
             yield Finding((key,), "this board has no axis", "write a plain cell, below cells", at_key=True)

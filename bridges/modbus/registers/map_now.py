@@ -85,7 +85,7 @@ class MapNow:
         look = self._look
         if name == "fault":
             return float(look is not None and look.failed is not None)
-        if look is None or not self._of.info.fields:
+        if look is None:
             return 0.0
         said = look.motion
         if name == "current_A":

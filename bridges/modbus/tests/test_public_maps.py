@@ -1,5 +1,6 @@
 """The maps of examples/drives, asked by pymodbus in memory, as their makers' manuals say they answer."""
 
+import json
 import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,6 +11,9 @@ import pytest
 import yaml
 
 from bridges.modbus.maps.drive_map_text import read_drive_map
+from hil.compose import find_catalogue
+from hil.compose.simulated_config import as_simulated
+from hil.config import from_dict, parse
 from hil.testing import Bench
 
 DRIVES = Path(__file__).parents[3] / "examples" / "drives"
@@ -259,3 +263,12 @@ def test_each_map_is_read_in_a_fraction_of_twenty_milliseconds() -> None:
 
     for name in ("leadshine_pr", "mks_servo42d", "delta_vfd", "eastron_sdm630", "kinco_cia402"):
         assert min(read_ms(name) for _ in range(5)) < 20
+
+
+def test_a_log_has_the_maps_themselves_and_a_replay_reads_them_back() -> None:
+    catalogue = find_catalogue()
+    config = parse((DRIVES / "bench.yaml").read_text(), str(DRIVES / "bench.yaml"), catalogue)
+    logged = from_dict(json.loads(json.dumps(as_simulated(config))), catalogue)
+    for name, device in config.devices.items():
+        profile = catalogue.profiles[device.profile]
+        assert catalogue.own_map(logged.devices[name], profile) == catalogue.own_map(device, profile)

@@ -18,6 +18,11 @@ from hil.config import ConfigError
 CASES = sorted((Path(__file__).parent / "drive_maps").glob("*.yaml"))
 PARAMETERS = ("pKp", "pKi", "pKd", "pLPF")
 INPUT, HOLDING, COILS = Table.INPUT_REGISTERS, Table.HOLDING_REGISTERS, Table.COILS
+PUBLIC = [
+    path.read_text()
+    for path in sorted((Path(__file__).parents[4] / "examples" / "drives").glob("*.yaml"))
+    if "modbus_map" in path.read_text()
+]
 WHOLE = (CASES[0].parent / "whole.yaml").read_text()
 
 
@@ -159,3 +164,31 @@ def test_any_slip_in_a_good_map_ends_in_problems_with_places(data: st.DataObject
         line, column = map(int, problem.split(":")[:2])
         assert 1 <= line <= lines + 1
         assert column >= 1
+
+
+@pytest.mark.long
+@given(st.data())
+@settings(max_examples=150)
+def test_any_slip_in_a_map_of_version_2_ends_in_problems_with_places(data: st.DataObject) -> None:
+    text = data.draw(st.sampled_from(PUBLIC))
+    at = data.draw(st.integers(0, len(text) - 1))
+    put = data.draw(st.text(alphabet='0129.-:{}[],"# \nabi~&*!+', max_size=3))
+    text = text[:at] + put + text[at + data.draw(st.integers(0, 4)) :]
+    lines = text.count("\n") + 1
+    for problem in problems(text, data.draw(st.sampled_from((None, (), PARAMETERS)))):
+        line, column = map(int, problem.split(":")[:2])
+        assert 1 <= line <= lines + 1
+        assert column >= 1
+
+
+def test_a_map_of_a_motor_is_none_of_a_board_without_one_and_the_other_way_round() -> None:
+    assert problems(WHOLE.replace("modbus_map: 1", "modbus_map: 2"), ())[0].endswith(
+        "this board has no axis (write a plain cell, below cells)"
+    )
+    (found,) = problems("modbus_map: 2\ncells: {a: {input: 0}}\n")
+    assert "nothing here is of a motor" in found
+
+
+def test_keys_of_version_2_are_none_of_version_1() -> None:
+    found = problems(WHOLE + "cells: {a: {input: 100}}\n")
+    assert found[0].endswith("version 1 of a map has no cells (write modbus_map: 2)")
