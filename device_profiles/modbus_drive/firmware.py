@@ -1,5 +1,6 @@
 """Program of the drive: its loop, its ramps, and what makes it give up."""
 
+from device_profiles.modbus_drive.home_search import HomeSearch
 from hil.firmware.closed_loop_drive import CURRENT, ENCODER, IDLE_NS, WATCH_NS, ClosedLoopDrive, DriveFault
 from hil.firmware.kept_cells import KeptCells
 from hil.firmware.set_point_paths import at, joined, trapezoid
@@ -39,6 +40,8 @@ class ModbusDrive(ClosedLoopDrive):
         self.repeats_start = False
         """True if a master has written the start bit again since, as one does that writes in a cycle."""
         self._changed_ns = self._following_ns = 0
+        self._search: HomeSearch | None = None
+        self._has_home = False
         self.deceleration_rpm_per_s: float | None = None
         """None: never written; ramps down as up."""
         self.run_velocity_rpm: float | None = None
@@ -162,6 +165,11 @@ class ModbusDrive(ClosedLoopDrive):
         """Let a master see the present angle of the shaft as 0."""
         self.origin_deg = self.here_deg()
 
+    def search_home(self, velocity_rpm: float) -> None:
+        """Search the home switch. ``velocity_rpm``: its sign is the direction. Raises VerbRefused."""
+        self._has_home = False
+        self._search = HomeSearch(self, velocity_rpm)
+
     @property
     def target_deg(self) -> float:
         """Angle at which a move that is under way will end, or the set-point."""
@@ -186,6 +194,8 @@ class ModbusDrive(ClosedLoopDrive):
             "reverse": float(self.is_reversed) or None,
             "running": float(self.is_running) or None,
             "running_rpm": self.running_rpm,
+            "homing": float(self._search is not None) or None,
+            "homed": float(self._has_home) or None,
         }
         for name, rare_value in rare.items():
             self._tell(name, rare_value)
@@ -209,12 +219,21 @@ class ModbusDrive(ClosedLoopDrive):
             self.running_rpm = None
             self._note("fault", f"fault {fault.code}: {fault.about}")
             self.tell()
+        if self._search:
+            self._search_on(self._search)
         if self.is_running and self._path_from_ns + TURNS_FOR_NS - self._now_ns < TURNS_AGAIN_NS:
             running_rpm, is_reversed = self.running_rpm or 0.0, self.is_reversed
             by_registers, self.is_reversed = self._runs_by_registers, False
             self.run(running_rpm)
             self._runs_by_registers, self.is_reversed = by_registers, is_reversed
         self._tell_motion()
+
+    def _search_on(self, search: HomeSearch) -> None:
+        if self.is_on:
+            search.step()
+        if search.is_over or not self.is_on:
+            self._search, self._has_home = None, search.has_found
+            self.tell()
 
     def _fault(self) -> DriveFault | None:
         if self._encoder_fails():

@@ -129,6 +129,14 @@ def run(
     board.tell()
 
 
+def search_home(board: ModbusDrive, velocity_rpm: float | None = None) -> None:
+    """Search the home switch at D3, and let the registers call its edge 0. Raises VerbRefused."""
+    board.must_be_on()
+    board.bits["follow"] = 0
+    board.search_home(-board.velocity_rpm if velocity_rpm is None else velocity_rpm)
+    board.tell()
+
+
 def origin(board: ModbusDrive) -> None:
     """Let the registers call the present angle 0. Raises VerbRefused: it moves."""
     board.must_be_ready()

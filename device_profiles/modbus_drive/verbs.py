@@ -190,5 +190,20 @@ VERBS = (
         registers.run,
         Effect.ENDS,
     ),
+    Verb(
+        "search_home",
+        "search the home switch at D3, which pulls it low, and let the registers call its edge 0",
+        (
+            Parameter(
+                "velocity_rpm",
+                "speed, whose sign is the direction; left out: the register's, towards smaller angles",
+                "rpm",
+                *SIGNED_RPM,
+                is_optional=True,
+            ),
+        ),
+        registers.search_home,
+        Effect.ENDS,
+    ),
     Verb("origin", "let the registers call the present angle 0", run=registers.origin),
 )

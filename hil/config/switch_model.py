@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hil.config.explain import OR_NULL, StrictModel
+from hil.config.explain import StrictModel
 from hil.vocab.address import owner_of, pin_of
 
 _Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -26,7 +26,7 @@ class AxisSwitchConfig(StrictModel):
     hysteresis_deg: float = Field(
         default=0.0, ge=0, le=360, description="How far beyond these angles the axis has to go to let it go."
     )
-    every_deg: Annotated[float, OR_NULL] | None = Field(
+    every_deg: float | None = Field(
         default=None,
         gt=0,
         le=1e6,

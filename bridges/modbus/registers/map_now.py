@@ -129,6 +129,10 @@ class MapNow:
             return bool(self._told.get("running", 0))
         if condition == "reversed":
             return bool(self._told.get("reverse", 0))
+        if condition in ("homing", "homed"):
+            return bool(self._told.get(condition, 0))
+        if condition == "home_switch":
+            return "pin_d3" in self._of.info.fields and not self._field("pin_d3")
         velocity_rpm = self.told("velocity_rpm")
         if condition == "backward":
             return velocity_rpm < -TURNS_RPM or (

@@ -30,6 +30,7 @@ COMMANDS_BY_WORD = {
     "halt": "stop at once",
     "reset": "clear the fault",
     "home": "move to 0",
+    "search_home": "search the home switch at D3 towards smaller angles, and let its edge be 0",
     "zero": "let the shaft's angle be 0",
     "store": "store the cells that are `stored: by_command`",
     "restore": "give all cells their defaults, and store them",
@@ -48,6 +49,9 @@ CONDITIONS = {
     "fault": "the drive has a fault, or its firmware has stopped",
     "sound": "it has none",
     "ready": "it has none, and the loop is off",
+    "home_switch": "the input D3 is low: the home switch is active",
+    "homing": "it searches the home switch",
+    "homed": "the last search has found it, since power-up",
 }
 """Conditions of states and refusals, with their meanings."""
 MODES = ("absolute", "relative", "velocity", "home")
