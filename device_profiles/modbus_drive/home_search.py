@@ -1,9 +1,9 @@
 """Search of the home switch: towards it, to a stand, and slowly off it again; its edge is 0."""
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from device_profiles.modbus_drive.firmware import ModbusDrive
+from hil.vocab.firmware import Axis
+from hil.vocab.path import Path
 
 SWITCH = "pin_d3"
 """Field of the input that the switch pulls low."""
@@ -11,7 +11,34 @@ SLOWLY = 0.1
 """Share of the speed of the search at which the switch is left."""
 
 
-def is_pressed(drive: "ModbusDrive") -> bool:
+class SearchingDrive(Protocol):
+    """Drive that searches its home switch."""
+
+    axis: Axis
+    acceleration_rpm_per_s: float
+    is_reversed: bool
+    running_rpm: float | None
+    origin_deg: float
+
+    @property
+    def is_moving(self) -> bool:
+        """True while a path is under way."""
+
+    @property
+    def target_deg(self) -> float:
+        """Angle at which it ends."""
+
+    def here_deg(self) -> float:
+        """Angle of the shaft now."""
+
+    def run(self, velocity_rpm: float | None = None) -> None:
+        """Turn at a speed until a stop."""
+
+    def ramp_down(self, acceleration_rpm_per_s: float) -> Path:
+        """Stop on a ramp."""
+
+
+def is_pressed(drive: SearchingDrive) -> bool:
     """True while the switch is active, or nothing drives its input, which is low then."""
     return not drive.axis.get(SWITCH)
 
@@ -19,7 +46,7 @@ def is_pressed(drive: "ModbusDrive") -> bool:
 class HomeSearch:
     """Search at a speed whose sign is the switch's direction. ``is_over``: found or not, it has ended."""
 
-    def __init__(self, drive: "ModbusDrive", velocity_rpm: float) -> None:
+    def __init__(self, drive: SearchingDrive, velocity_rpm: float) -> None:
         self._drive, self._velocity_rpm = drive, velocity_rpm
         self.is_over = self.has_found = False
         self._edge_deg = 0.0

@@ -5,6 +5,17 @@ from collections.abc import Mapping
 from hil.core.core_axis import CoreAxis
 from hil.vocab.axis_plan import FollowedSpeed
 
+STANDS_RPM = 1.0
+"""Speed below which a shaft stands; that of a servo that holds its place."""
+
+
+def blocked_note(shot: Mapping[str, float]) -> str:
+    """Note on a servo that pushes with its whole effort, and stands; empty: it does not, or its kind has no
+    effort."""
+    if not (shot.get("loop_on") and shot.get("U", 0) >= shot.get("uMAX", 0) > 0):
+        return ""
+    return "it pushes with its whole effort, and stands" if abs(shot["velocity_rpm"]) < STANDS_RPM else ""
+
 
 def stall_note(shot: Mapping[str, float], axis: CoreAxis) -> str:
     """Note on steps that a motor has lost since power-up; empty: none, or its kind tells none."""

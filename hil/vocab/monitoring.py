@@ -16,7 +16,7 @@ EVENT_KINDS = {
     "verbs": "what was asked of a device, and of the bench's time",
     "typed": "what was typed at a board by a request, not by a client of its port",
     "faults": "faults that began, and ended",
-    "motors": "motors that lost steps, at their times",
+    "motors": "motors that lost steps, at their times, and servos that push and stand",
     "runs": "runs that were submitted, began, ended",
     "refusals": "what was asked for and refused",
     "clients": "clients of ports, and connections of doors, that came and went",

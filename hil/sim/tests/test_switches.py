@@ -175,3 +175,15 @@ def test_a_motor_that_follows_has_no_stall():
     go(b, b"m1000v600a1", 8000)
     assert b.axis("s1").snapshot().stalls == 0
     assert dict(b.device("s1").notes) == {}
+
+
+def test_a_servo_that_pushes_and_stands_says_so():
+    b = bench({}, m1={"profile": "mechaduino", "flash": {"table": "identity"}})
+    b.run(ms=2500)
+    b.port("m1").write(b"xyr10\n")
+    b.run(ms=500)
+    assert "motor" not in b.device("m1").notes
+    b.fault("shaft_jam", "m1")
+    b.port("m1").write(b"r90\n")
+    b.run(ms=1500)
+    assert b.device("m1").notes["motor"] == "it pushes with its whole effort, and stands"
