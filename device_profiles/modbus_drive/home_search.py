@@ -53,7 +53,7 @@ class HomeSearch:
         self._stand_deg: float | None = None
         """Angle at which it comes to a stand between two legs; None: it turns."""
         self._was_pressed = self._leaves = is_pressed(drive)
-        """Whether the switch was active in the leg off it, and whether this is that leg."""
+        """State of the switch at the last look in the leg off it, and whether this is that leg."""
         self._turn()
 
     def step(self) -> None:
