@@ -481,3 +481,12 @@ def _(session: Session, command: str) -> str:
     assert [len(re.findall(r"-?\d+(?:\.\d+)?", line)) for line in states[1:3]] == [2, 2], states
     assert session.program("What is there") == session.text("What is there", "text")
     return said
+
+
+@before("dialogue", "A board by a table")
+def _(session: Session) -> None:
+    for each in blocks(session.page):
+        if named := re.match(r"# (\S+\.yaml)\n", each.text):
+            file = session.folder / named[1]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(each.text)

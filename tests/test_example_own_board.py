@@ -1,4 +1,4 @@
-"""``examples/own_board`` and ``examples/relay_board``: their own tests pass, without a compiler."""
+"""``examples/own_board``, ``relay_board`` and ``instruments``: their own tests pass, without a compiler."""
 
 import re
 import subprocess
@@ -11,7 +11,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("example", ["own_board", "relay_board"])
+@pytest.mark.parametrize("example", ["own_board", "relay_board", "instruments"])
 def test_all_pass(example: str) -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", EXAMPLES / example]
     done = subprocess.run(command, capture_output=True, text=True, timeout=170, check=False)

@@ -4,8 +4,8 @@ captures into words.
 Finds profiles, ports and bridges by the name that a configuration gives, and imports them by that name
 alone.
 
-May import: hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.sim, hil.sketch, hil.vocab,
-hil.wire, the standard library, pydantic.
+May import: hil.config, hil.core, hil.discovery, hil.firmware, hil.host, hil.instruments, hil.sim, hil.sketch,
+hil.vocab, hil.wire, the standard library, pydantic.
 
 Tests may import too: bridges.modbus.protocol, hil.runs, hil.testing.
 """

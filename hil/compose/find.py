@@ -61,7 +61,11 @@ class ProfileInfos(Mapping[str, ProfileInfo]):
         return tuple(info.uarts), tuple(info.named_axes)
 
     def programmed(self, name: str) -> Profile | None:
-        """Profile of a board that its processor alone makes one; None: it has no processor."""
+        """Profile of a board that its processor or its table alone makes one; None: it has neither."""
+        if (table := self[name].dialogue) is not None:
+            from hil.compose.instrument_profile import instrument_profile
+
+            return instrument_profile(self[name].first_uart, table)
         if self[name].processor is None:
             return None
         from hil.compose.programmed_profile import programmed_profile

@@ -6,8 +6,8 @@ profiles and ports (``Catalogue``), and which motors the core refuses. Of hil.si
 hil.wire it takes rules without state, so that a fault, a load or an address is refused here with a
 running bench's words.
 
-May import: hil.core, hil.sim, hil.sketch, hil.vocab, hil.wire, the pure standard library, difflib, pathlib,
-posixpath, pydantic, pydantic_core, yaml.
+May import: hil.core, hil.instruments, hil.sim, hil.sketch, hil.vocab, hil.wire, the pure standard library,
+difflib, pathlib, posixpath, pydantic, pydantic_core, yaml.
 
 Tests may import too: bridges.modbus.maps, hil.cli, hil.compose, hil.live, hil.runs, hil.testing,
 hil.toolpath.

@@ -90,6 +90,9 @@ class ProfileInfo(StrictModel):
     drive: str | None = None
     """Protocol of the real drives that it stands for, ``profile_drive`` of a ``DriveKind``, as ``canopen``;
     None: they have a ``map``, or real ones have a terminal."""
+    dialogue: Any = None
+    """Table of commands and answers, ``DialogueInfo``, of a board that needs no Python; once it is read, the
+    ``InstrumentTable``. None: its Python says what it does."""
     fields: dict[str, FieldInfo] = Field(default={})
     """Fields of the board's own, by name, beside those of its first axis, or of a board without a motor."""
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
@@ -308,10 +311,18 @@ def profile_from_yaml(
         raise document.error([*findings, *wrong])
     if isinstance(document.value, dict) and document.value.get("map") is not None:
         findings += _map_findings(document, maps)
+    table = None
+    if isinstance(document.value, dict) and document.value.get("dialogue") is not None:
+        from hil.config.dialogue_key import read_dialogue
+
+        table, more = read_dialogue(document)
+        findings += more
     try:
         info = ProfileInfo.model_validate(with_fields_axis(with_processors_axis(document.value)))
     except ValidationError as error:
         raise document.error(findings + findings_of(error, ProfileInfo, (), document)) from None
+    if table:
+        info = info.model_copy(update={"dialogue": table})
     if info.map is not None and maps and not findings:
         info = info.model_copy(update={"map": maps.model().model_validate(info.map)})
     if info.name != (name or folder.name):

@@ -61,6 +61,7 @@ def reference(catalogue: Catalogue) -> str:
     for name in sorted(catalogue.profiles):
         sections += _profile(catalogue.profiles[name])
     sections += [
+        *_tables(),
         "## Bounds of motors and loads",
         "What a motor holds is its torque constant times the largest current of a coil. The reasons are in"
         " [decision 0034](decisions/0034-bounds-of-motors.md).",
@@ -74,6 +75,15 @@ def reference(catalogue: Catalogue) -> str:
         *_motors(),
     ]
     return "\n\n".join(sections) + "\n"
+
+
+def _tables() -> Iterable[str]:
+    """Sections on boards by a table, whose model no bench needs."""
+    from hil.config.dialogue_model import SECTIONS
+
+    for title, model in SECTIONS:
+        yield f"## {title}"
+        yield keys_table(model.model_json_schema())
 
 
 def _motors() -> Iterable[str]:
