@@ -6,6 +6,7 @@ from robot.api import Failure
 
 from hil.operations.table import OPERATIONS
 from hil.robot.bench_kind import AtBench, refusals
+from hil.testing.waiting import state_test
 
 _SECOND = timedelta(seconds=1)
 LOOK_S = 0.001
@@ -58,6 +59,25 @@ class AxisKeywords(AtBench):
                     f" not {value:g} within {tolerance:g}"
                 )
             self._kind.pass_time(LOOK_S)
+
+    def wait_until(self, axis: str, condition: str, within: timedelta = _SECOND) -> None:
+        """Wait until fields of an axis, or a board's own, are so, as `hil wait` has it.
+
+        Time passes no further than to there.
+
+        | Wait Until    m1    position_deg > 89 and loop_on == 1    within=2 s
+        | Wait Until    r1    heater == 0
+        """
+        with refusals():
+            holds = state_test(axis, condition)
+            end_s = self._kind.now_s + within.total_seconds()
+            while not holds(state := self._kind.ask(OPERATIONS["state"], axis, {})):
+                if self._kind.now_s >= end_s:
+                    told = ", ".join(f"{name} {value}" for name, value in state.items() if name in condition)
+                    raise Failure(
+                        f"{axis}: {condition} did not hold within {within.total_seconds():g} s; {told}"
+                    )
+                self._kind.pass_time(LOOK_S)
 
     def _field(self, axis: str, field: str) -> float:
         with refusals():

@@ -1,6 +1,6 @@
 """Waits of tests for a condition, on any kind of bench."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from hil.net.condition import parse_condition
@@ -43,6 +43,18 @@ def wait_until(
             raise NotInTime(f"{what} did not hold within {within_ms:g} ms{told()}")
         bench.run(min(left_ms, LOOK_MS))
     return bench.now_ns
+
+
+def state_test(axis: str, text: str) -> Callable[[Mapping[str, float | None]], bool]:
+    """Make a function that answers whether a condition on an axis's fields, as `hil wait` has it, holds with
+    these fields. Raises ValueError: there is no such condition; or, when it is called, no such field."""
+    wanted = parse_condition(text)
+
+    def holds(state: Mapping[str, float | None]) -> bool:
+        wanted.check(axis, [name for name in state if name != "at_ns"])
+        return wanted.holds(state)
+
+    return holds
 
 
 def _of_axis(bench: "AnyBench", axis: str, text: str) -> tuple[Callable[[], bool], Callable[[], str]]:

@@ -137,6 +137,11 @@ def test_an_axis_reaches_or_does_not(suite: Suite) -> None:
         "m1: position_deg is 6."
     )
     assert suite.failure("Field Should Be    m1    position_deg    90").startswith("m1: position_deg is 6.")
+    suite.passes(go + "Wait Until    m1    position_deg > 89 and loop_on == 1    within=1 s")
+    assert suite.failure(jam + go + "Wait Until    m1    position_deg > 89    within=0.2 s").startswith(
+        "m1: position_deg > 89 did not hold within 0.2 s; position_deg 6."
+    )
+    assert suite.failure("Wait Until    m1    speed > 3").startswith("m1 has no field 'speed'")
     suite.passes(jam + go + "Pass Time    1 s\nClear Fault    ${fault}\nAxis Should Reach    m1    90")
 
 
