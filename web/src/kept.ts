@@ -30,7 +30,7 @@ export class Kept<T> {
   private readonly ofBenches = new Map<string, Signal<T>>();
 
   constructor(
-    private readonly name: string,
+    protected readonly name: string,
     private readonly initial: () => T,
     private readonly read: (raw: unknown) => T | undefined,
   ) {}
@@ -42,11 +42,25 @@ export class Kept<T> {
   set value(next: T) {
     const bench = keptFor.peek();
     this.of(bench).value = next;
-    if (bench) later(this.key(bench), next);
+    if (bench) this.write(this.key(bench), next);
   }
 
   peek(): T {
     return this.of(keptFor.peek()).peek();
+  }
+
+  protected write(key: string, next: T): void {
+    later(key, next);
+  }
+
+  protected stores(): (Storage | null)[] {
+    return [own(), shared()];
+  }
+
+  /** Take what is kept in the place of what is known. */
+  protected readAgain(text: string | null): void {
+    const found = this.readText(text);
+    if (found !== undefined) this.of(keptFor.peek()).value = found;
   }
 
   private of(bench: string): Signal<T> {
@@ -56,7 +70,7 @@ export class Kept<T> {
   }
 
   private kept(bench: string): T {
-    for (const store of stores()) {
+    for (const store of this.stores()) {
       const found = this.readText(getItem(store, this.key(bench)));
       if (found !== undefined) return found;
     }
@@ -71,8 +85,26 @@ export class Kept<T> {
     }
   }
 
-  private key(bench: string): string {
+  protected key(bench: string): string {
     return `${PREFIX}/${encodeURIComponent(bench.replace(/\p{Surrogate}/gu, "\ufffd"))}/${this.name}`;
+  }
+}
+
+/** What all tabs have together, such as a list that each may add to: a change is there at once in all of them. */
+export class KeptTogether<T> extends Kept<T> {
+  constructor(name: string, initial: () => T, read: (raw: unknown) => T | undefined) {
+    super(name, initial, read);
+    globalThis.addEventListener?.("storage", ({ key, newValue }: StorageEvent) => {
+      if (key === this.key(keptFor.peek())) this.readAgain(newValue);
+    });
+  }
+
+  protected override write(key: string, next: T): void {
+    put(key, next, [shared(), own()]);
+  }
+
+  protected override stores(): (Storage | null)[] {
+    return [shared(), own()];
   }
 }
 
@@ -119,7 +151,12 @@ export class KeptForms {
   }
 
   of(form: string): Readonly<Record<string, string>> {
-    return this.kept.value[form] ?? NOTHING;
+    return ownOf(this.kept.value, form) ?? NOTHING;
+  }
+
+  /** Text of a field of a form, and what puts another one. */
+  field(form: string, name: string, initial = ""): [string, (text: string) => void] {
+    return [ownOf(this.of(form), name) ?? initial, (text) => this.put(form, { ...this.of(form), [name]: text })];
   }
 
   put(form: string, texts: Readonly<Record<string, string>>): void {
@@ -241,16 +278,20 @@ function later(key: string, value: unknown): void {
 export function flush(): void {
   clearTimeout(timer);
   timer = undefined;
-  const failed = new Set(notKept.peek());
-  for (const [key, value] of waiting) {
-    const text = JSON.stringify(value);
-    lengths.set(key, text.length);
-    setItem(own(), key, text);
-    if (setItem(shared(), key, text)) failed.delete(key);
-    else failed.add(key);
-  }
-  if (waiting.size) notKept.value = failed;
+  for (const [key, value] of waiting) put(key, value, [own(), shared()]);
   waiting.clear();
+}
+
+/** Write a value into stores, and note whether it is in the one of all tabs. */
+function put(key: string, value: unknown, into: (Storage | null)[]): void {
+  const text = JSON.stringify(value);
+  lengths.set(key, text.length);
+  const isThere = into.map((store) => setItem(store, key, text))[into.indexOf(shared())] === true;
+  if (isThere !== notKept.peek().has(key)) return;
+  const failed = new Set(notKept.peek());
+  if (isThere) failed.delete(key);
+  else failed.add(key);
+  notKept.value = failed;
 }
 
 /** Put a text into a store; false: it has no room. The text before goes in any case: it would come back as the
@@ -261,10 +302,18 @@ function setItem(store: Storage | null, key: string, text: string): boolean {
       store?.setItem(key, text);
       return store !== null;
     } catch {
-      store?.removeItem(key);
+      removeItem(store, key);
     }
   }
   return false;
+}
+
+function removeItem(store: Storage | null, key: string): void {
+  try {
+    store?.removeItem(key);
+  } catch {
+    // A store that refuses this has nothing of the page.
+  }
 }
 
 function getItem(store: Storage | null, key: string): string | null {
@@ -273,11 +322,6 @@ function getItem(store: Storage | null, key: string): string | null {
   } catch {
     return null;
   }
-}
-
-/** The tab's own store first. */
-function stores(): (Storage | null)[] {
-  return [own(), shared()];
 }
 
 function own(): Storage | null {

@@ -16,11 +16,15 @@ class Store {
 
 const tab = new Store();
 const shared = new Store();
+const originals = new Map([tab, shared].map((store) => [store, { ...store }]));
 vi.stubGlobal("sessionStorage", tab);
 vi.stubGlobal("localStorage", shared);
+/** What the page does when another tab has written. */
+const heard: ((event: { key: string; newValue: string }) => void)[] = [];
+vi.stubGlobal("addEventListener", (_: string, listener: (typeof heard)[number]) => void heard.push(listener));
 afterAll(() => vi.unstubAllGlobals());
 
-const { Kept, KeptForms, flush, isDraft, keptFor, keptText, notKept, unsaved } = await import("../src/kept");
+const { Kept, KeptForms, KeptTogether, flush, isDraft, keptFor, keptText, notKept, unsaved } = await import("../src/kept");
 
 /** A kind of state as a page has it that was loaded just now. */
 const windowOf = () =>
@@ -90,6 +94,54 @@ describe("what is kept", () => {
     expect(keptText("run").value).toBe("mine");
     tab.texts.clear();
     expect(keptText("run").value).toBe("theirs");
+  });
+});
+
+describe("what all tabs have together", () => {
+  const listOf = () =>
+    new KeptTogether<readonly string[]>(
+      "list",
+      () => [],
+      (raw) => (Array.isArray(raw) ? raw.map(String) : undefined),
+    );
+  const KEY = "hil.kept.1/demo/list";
+
+  it("is written at once, and taken from the store of all tabs", () => {
+    listOf().value = ["a"];
+    expect(shared.getItem(KEY)).toBe('["a"]');
+    shared.setItem(KEY, '["a","b"]');
+    expect(listOf().value).toEqual(["a", "b"]);
+  });
+
+  it("follows another tab, and nothing that is none of it", () => {
+    const list = listOf();
+    const tell = heard.at(-1)!;
+    list.value = ["a"];
+    tell({ key: KEY, newValue: '["a","b"]' });
+    expect(list.value).toEqual(["a", "b"]);
+    tell({ key: KEY, newValue: "{" });
+    tell({ key: "hil.kept.1/other/list", newValue: '["c"]' });
+    expect(list.value).toEqual(["a", "b"]);
+  });
+});
+
+describe("a store that refuses everything", () => {
+  it("is as none, and what was not kept is known", () => {
+    const refuse = () => {
+      throw new DOMException("refused", "SecurityError");
+    };
+    for (const store of [tab, shared]) Object.assign(store, { getItem: refuse, setItem: refuse, removeItem: refuse });
+    try {
+      const first = windowOf();
+      first.value = 60;
+      keptText("name").value = "a";
+      flush();
+      expect(first.value).toBe(60);
+      expect(notKept.value.size).toBe(2);
+    } finally {
+      for (const store of [tab, shared]) Object.assign(store, originals.get(store));
+      notKept.value = new Set();
+    }
   });
 });
 

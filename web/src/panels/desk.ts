@@ -1,7 +1,7 @@
 /** The layout that is shown, where it came from, and those that are saved. It is kept by the bench's name. */
 
 import { computed, signal } from "@preact/signals";
-import { Kept } from "../kept";
+import { Kept, KeptTogether } from "../kept";
 import { emptyLayout, type Layout, MOST_PANELS, type PanelRow, panelsOf, readLayout, Unreadable } from "../model/layout";
 import { isAlike, isFull, numbered, withPanel } from "../model/layout_change";
 import { isLayoutText, layoutOfText, textOfLayout } from "../model/layout_text";
@@ -50,7 +50,7 @@ const MOST_RECENT = 5;
 
 const current = new Kept<Current | null>("layout.current", () => null, readCurrent);
 /** Layouts with names. */
-export const saved = new Kept<Layout[]>("layout.saved", () => [], readAll);
+export const saved = new KeptTogether<Layout[]>("layout.saved", () => [], readAll);
 /** Layouts that were changed and not saved when another was opened, the newest first. */
 export const recent = new Kept<Layout[]>("layout.recent", () => [], readAll);
 

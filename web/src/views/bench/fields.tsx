@@ -1,7 +1,7 @@
 /** All fields of an axis with their values, now. */
 
 import { useEffect, useId, useState } from "preact/hooks";
-import { keptText } from "../../kept";
+import { KeptForms, keptText, ownOf } from "../../kept";
 import { shown } from "../../model/numbers";
 import type { DeviceRow, FieldRow } from "../../model/door";
 import { askPast, LANE, pastAt } from "../../past";
@@ -11,6 +11,8 @@ import { check } from "../../model/parameters";
 
 const EVERY_MS = 500;
 const filter = keptText("bench.fields.filter");
+/** Values that were typed and not sent, by axis and field. */
+const unsent = new KeptForms("bench.fields");
 
 /** All fields of an axis, now or at a time of the past. */
 async function stateOf(axis: string, at_s: number | null): Promise<Record<string, number | null> | null> {
@@ -92,7 +94,12 @@ function valueText(field: FieldRow, value: number | null | undefined): string {
 
 /** A value that can be set: Enter sends it, Escape takes it back; else what was typed stays, and says that it is not sent. */
 function SetField({ device, field, value }: { device: string; field: string; value: number | null | undefined }) {
-  const [typed, setTyped] = useState<string | null>(null);
+  const typed = ownOf(unsent.of(device), field) ?? null;
+  const setTyped = (text: string) => unsent.put(device, { ...unsent.of(device), [field]: text });
+  const putAway = () => {
+    const { [field]: _, ...others } = unsent.of(device);
+    unsent.put(device, others);
+  };
   const id = useId();
   const checked = check({ name: field }, typed ?? "");
   const problem = typed === null || "value" in checked ? "" : "problem" in checked ? checked.problem : "write a number";
@@ -100,7 +107,7 @@ function SetField({ device, field, value }: { device: string; field: string; val
     if (typed === null || !("value" in checked)) return;
     try {
       await link.ask("set", device, { field, value: checked.value });
-      setTyped(null);
+      if (ownOf(unsent.of(device), field) === typed) putAway();
     } catch (error) {
       notifyError(error);
     }
@@ -118,7 +125,7 @@ function SetField({ device, field, value }: { device: string; field: string; val
         onInput={(event) => setTyped(event.currentTarget.value)}
         onKeyDown={(event) => {
           if (event.key === "Enter") void send();
-          if (event.key === "Escape") setTyped(null);
+          if (event.key === "Escape") putAway();
         }}
       />
       {typed !== null && (

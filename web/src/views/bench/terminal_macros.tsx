@@ -1,12 +1,12 @@
 /** Texts that are sent by a button, kept for each profile of a board. */
 
 import { useState } from "preact/hooks";
-import { Kept, ownOf } from "../../kept";
+import { KeptTogether, ownOf } from "../../kept";
 import { bytesOfMacro, ENDING_NAMES, type Ending, type Macro, moved, NEW_MACRO, readMacros, titleOf } from "../../model/sent_lines";
 import { endingOf } from "./terminal_line";
 import type { TerminalPort } from "./terminal_port";
 
-const kept = new Kept<Readonly<Record<string, readonly Macro[]>>>(
+const kept = new KeptTogether<Readonly<Record<string, readonly Macro[]>>>(
   "terminal.macros",
   () => ({}),
   (raw) =>

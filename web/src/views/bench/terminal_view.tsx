@@ -2,7 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
-import { keptTexts } from "../../kept";
+import { keptTexts, ownOf } from "../../kept";
 import { savedText, VIEWS, type ViewName } from "../../model/terminal_views";
 import { saveFile } from "../../parts/files";
 import { devices } from "../../store";
@@ -16,6 +16,7 @@ import "./terminal.css";
 
 /** View of each place with a terminal. */
 const views = keptTexts("terminal.views");
+const searches = keptTexts("terminal.searches");
 
 export interface TerminalProps {
   port: string;
@@ -48,7 +49,7 @@ export function TerminalView({ port: name, place = "", children }: TerminalProps
             ))}
           </select>
         </label>
-        {view !== "plot" && <Find find={(text, isBack) => screen.current?.find(text, isBack)} />}
+        {view !== "plot" && <Find place={key} find={(text, isBack) => screen.current?.find(text, isBack)} />}
         <button type="button" title="Save what is kept of it, as it is shown" onClick={() => save(port, view)}>
           Save
         </button>
@@ -109,11 +110,13 @@ function Typing({ port }: { port: TerminalPort }) {
 }
 
 interface FindProps {
+  place: string;
   find(text: string, isBack: boolean): Promise<boolean> | undefined;
 }
 
-function Find({ find }: FindProps) {
-  const [text, setText] = useState("");
+function Find({ place, find }: FindProps) {
+  const text = ownOf(searches.value, place) ?? "";
+  const setText = (to: string) => (searches.value = { ...searches.peek(), [place]: to });
   const [isMissing, setMissing] = useState(false);
   const search = async (isBack: boolean) => {
     const found = text ? await find(text, isBack) : true;

@@ -1,8 +1,8 @@
 /** Stop, next, loops, continuous motion, soft_ops, calibration: what the original has as buttons. */
 
-import { useState } from "preact/hooks";
 import type { BoardSession } from "./board_session";
 import { CALIBRATION_RPM, CALIBRATION_S, factorText } from "./calibration";
+import { boardForms } from "./kept_board";
 import { stepAtOneRpm_us } from "./queue_row";
 
 interface Props {
@@ -87,9 +87,9 @@ function GapSwitch({ session, isDisabled }: Props) {
 
 /** Start and finish are registered one by one, by a double click or Enter in their box, or both by Start. */
 function LoopBox({ session, isDisabled }: Props) {
-  const [start, setStart] = useState("1");
-  const [finish, setFinish] = useState("2");
-  const [passes, setPasses] = useState("0");
+  const [start, setStart] = boardForms.field(session.port, "start", "1");
+  const [finish, setFinish] = boardForms.field(session.port, "finish", "2");
+  const [passes, setPasses] = boardForms.field(session.port, "loop passes", "0");
   const { loop } = session.motion.value;
   const isRow = (text: string) => /^\d+$/.test(text) && Number(text) >= 1 && Number(text) <= 30;
   const isGood = isRow(start) && isRow(finish) && Number(start) !== Number(finish);
@@ -150,9 +150,9 @@ function LoopBox({ session, isDisabled }: Props) {
 
 /** Rows at once, and lists of rows: xRef. */
 function RunRow({ session, isDisabled }: Props) {
-  const [row, setRow] = useState("1");
-  const [list, setList] = useState("");
-  const [passes, setPasses] = useState("1");
+  const [row, setRow] = boardForms.field(session.port, "row", "1");
+  const [list, setList] = boardForms.field(session.port, "list");
+  const [passes, setPasses] = boardForms.field(session.port, "list passes", "1");
   const isRow = /^\d+$/.test(row) && Number(row) >= 1 && Number(row) <= 30;
   const rows = list
     .split(/[\s,]+/)
@@ -220,13 +220,14 @@ function RunRow({ session, isDisabled }: Props) {
 
 /** Continuous motion: the slider retargets it, by the RPM or finely by the cycle. */
 function Continuous({ session, isDisabled }: Props) {
-  const [rpm, setRpm] = useState(100);
-  const [trim_us, setTrim] = useState(0);
+  const [rpmText, setRpm] = boardForms.field(session.port, "rpm", "100");
+  const [trimText, setTrim] = boardForms.field(session.port, "trim_us", "0");
+  const [rpm, trim_us] = [Math.max(Number(rpmText) || 100, 1), Number(trimText) || 0];
   const isOn = session.motion.value.running === "continuous";
   const cycle_us = Math.max(Math.floor(stepAtOneRpm_us(session.queue.value.steps_per_rev) / rpm) + trim_us, 2);
   const slide = (nextRpm: number, nextTrim_us: number) => {
-    setRpm(nextRpm);
-    setTrim(nextTrim_us);
+    setRpm(String(nextRpm));
+    setTrim(String(nextTrim_us));
     if (!isOn || isDisabled) return;
     const cycle = Math.max(Math.floor(stepAtOneRpm_us(session.queue.value.steps_per_rev) / nextRpm) + nextTrim_us, 2);
     session.retarget(nextTrim_us ? `vc${cycle}` : `v${nextRpm}`);

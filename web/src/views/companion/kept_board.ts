@@ -1,7 +1,7 @@
 /** What was typed for a board and is not in it: rows that were not sent, texts of cells that are no numbers, one-shots.
  * It outlives the page. */
 
-import { Kept } from "../../kept";
+import { Kept, KeptForms } from "../../kept";
 import { ONE_SHOTS } from "./oneshot_file";
 import { newQueue, unsent, type QueueState } from "./queue_model";
 import { ROWS, seedRow, WORD, type QueueRow } from "./queue_row";
@@ -23,6 +23,9 @@ export interface CellText {
 
 const MOST_CELL_CHARACTERS = 200;
 const MOST_LINE_CHARACTERS = 2000;
+
+/** What is typed into the boxes beside the queue, by port. */
+export const boardForms = new KeptForms("companion.forms");
 
 export class KeptBoard {
   readonly oneShots: Kept<OneShots>;

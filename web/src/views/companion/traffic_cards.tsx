@@ -2,6 +2,7 @@
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { BoardSession } from "./board_session";
+import { boardForms } from "./kept_board";
 import { lineFault } from "./oneshot_file";
 import { recalled } from "./text_log";
 
@@ -24,7 +25,7 @@ export function TrafficCard({ session, isDisabled }: Props) {
 }
 
 function CommandLine({ session, isDisabled }: Props) {
-  const [text, setText] = useState("");
+  const [text, setText] = boardForms.field(session.port, "command");
   const [back, setBack] = useState(-1);
   const fault = lineFault(text);
   const send = () => {

@@ -1,7 +1,6 @@
 /** The form of one kind of fault at one place, and what is kept of such forms. */
 
-import { useState } from "preact/hooks";
-import { Kept, KeptForms } from "../../kept";
+import { KeptForms, KeptTogether } from "../../kept";
 import type { FaultKindRow } from "../../model/door";
 import { checkAll, type ParameterRow } from "../../model/parameters";
 import { notify, notifyError } from "../../parts/notices";
@@ -12,7 +11,8 @@ import { FaultDrawing } from "./fault_drawing";
 import { familyOf, type Preset, readPresets, withPreset } from "./fault_places";
 
 const forms = new KeptForms("faults.forms");
-const presets = new Kept<readonly Preset[]>("faults.presets", () => [], readPresets);
+const names = new KeptForms("faults.names");
+const presets = new KeptTogether<readonly Preset[]>("faults.presets", () => [], readPresets);
 /** Kinds that happen once are never listed as active: their marks are made here, and last a moment. */
 let onceNumber = -1;
 
@@ -52,7 +52,7 @@ function markOnce(kind: string, target: string): void {
 }
 
 export function FaultForm({ kind, place }: { kind: FaultKindRow; place: string }) {
-  const [name, setName] = useState("");
+  const [name, setName] = names.field(kind.name, "preset");
   const why = may("admin") ? "" : "This needs the role admin.";
   const keep = () => {
     presets.value = withPreset(presets.peek(), { name: name.trim() || `${kind.title} on ${place}`, kind: kind.name, place, texts: forms.of(kind.name) });

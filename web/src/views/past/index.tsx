@@ -3,6 +3,7 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { agoText, markBeside, type PastMark, timeText } from "../../model/past";
+import { keptText } from "../../kept";
 import { notifyError } from "../../parts/notices";
 import { askPast, end_s, followOverview, LANE, live, lookAt, marks, pace, pastAt, ready_s, trouble } from "../../past";
 import { hello } from "../../store";
@@ -13,7 +14,7 @@ import "./past.css";
 /** Times that are in sight: from a time to another, or all of the run. */
 const window_s = signal<[number, number] | null>(null);
 const said = signal("");
-const condition = signal("");
+const condition = keptText("past.condition");
 const PACES = [0.01, 0.1, 0.5, 1, 2, 10, 100];
 const chosenPace = signal(1);
 const LEAST_s = 0.05;

@@ -1,18 +1,20 @@
 /** Sends frames on a CAN bus, from a node of the page's own, which is put there with the first frame. */
 
-import { useState } from "preact/hooks";
+import { KeptForms } from "../../kept";
 import { notify, notifyError } from "../../parts/notices";
 import { link, status } from "../../store";
 import { canFrame } from "./can_text";
 
 /** Name of the node on the bus, which all pages share. */
 const NODE = "page";
+const forms = new KeptForms("wire.can_send");
 
 export function CanSend({ bus, isDisabled }: { bus: string; isDisabled: boolean }) {
-  const [id, setId] = useState("");
-  const [data, setData] = useState("");
-  const [isExtended, setExtended] = useState(false);
-  const [isRemote, setRemote] = useState(false);
+  const [id, setId] = forms.field(bus, "id");
+  const [data, setData] = forms.field(bus, "data");
+  const [extended, setExtended] = forms.field(bus, "extended");
+  const [remote, setRemote] = forms.field(bus, "remote");
+  const [isExtended, isRemote] = [extended === "true", remote === "true"];
   const label = `${bus}.${NODE}`;
   const isThere = status.value.buses?.some((each) => each.bus === bus && each.nodes.some(({ node, state }) => node === label && state !== "off")) ?? false;
   const made = canFrame({ id, data, isExtended, isRemote });
@@ -45,10 +47,10 @@ export function CanSend({ bus, isDisabled }: { bus: string; isDisabled: boolean 
         />
       </label>
       <label>
-        <input type="checkbox" checked={isExtended} onChange={(event) => setExtended(event.currentTarget.checked)} /> 29 bits
+        <input type="checkbox" checked={isExtended} onChange={(event) => setExtended(String(event.currentTarget.checked))} /> 29 bits
       </label>
       <label>
-        <input type="checkbox" checked={isRemote} onChange={(event) => setRemote(event.currentTarget.checked)} /> remote
+        <input type="checkbox" checked={isRemote} onChange={(event) => setRemote(String(event.currentTarget.checked))} /> remote
       </label>
       <label class="grow">
         <span class="out-of-sight">{isRemote ? "Number of bytes" : "Data, hexadecimal"}</span>

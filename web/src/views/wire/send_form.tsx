@@ -1,11 +1,12 @@
 /** Sends a packet onto a segment: bytes, or the data of a framing that is known here. */
 
-import { useState } from "preact/hooks";
+import { KeptForms } from "../../kept";
 import { notify, notifyError } from "../../parts/notices";
 import { hello, link } from "../../store";
 import { hexOf, hexPairs, modbusCrc, readHex, sacPacket } from "./packet_text";
 
 type Form = "hex" | "sac" | "modbus";
+const forms = new KeptForms("wire.send");
 /** Form of what is sent first, by a segment's framing. */
 const FORMS: Record<string, Form> = { sac: "sac", modbus_rtu: "modbus" };
 
@@ -25,10 +26,11 @@ function bytesOf(form: Form, text: string, to: string, from: string): Uint8Array
 }
 
 export function SendForm({ segment, isDisabled }: { segment: string; isDisabled: boolean }) {
-  const [form, setForm] = useState<Form>(FORMS[hello.peek()?.lines.get(segment)?.framing ?? ""] ?? "hex");
-  const [text, setText] = useState("");
-  const [to, setTo] = useState("85");
-  const [from, setFrom] = useState("1");
+  const [chosen, setForm] = forms.field(segment, "form", FORMS[hello.peek()?.lines.get(segment)?.framing ?? ""] ?? "hex");
+  const form: Form = chosen === "sac" || chosen === "modbus" ? chosen : "hex";
+  const [text, setText] = forms.field(segment, "text");
+  const [to, setTo] = forms.field(segment, "to", "85");
+  const [from, setFrom] = forms.field(segment, "from", "1");
   const bytes = bytesOf(form, text, to, from);
   const fault = bytes instanceof Uint8Array ? "" : bytes.fault;
   const send = async () => {
@@ -46,7 +48,7 @@ export function SendForm({ segment, isDisabled }: { segment: string; isDisabled:
     <form class="row send" onSubmit={(event) => (event.preventDefault(), void send())} noValidate>
       <label>
         Send{" "}
-        <select value={form} onChange={(event) => setForm(event.currentTarget.value as Form)}>
+        <select value={form} onChange={(event) => setForm(event.currentTarget.value)}>
           <option value="sac">SAC packet</option>
           <option value="modbus">Modbus RTU, with its CRC</option>
           <option value="hex">bytes as they are</option>
