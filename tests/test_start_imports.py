@@ -36,8 +36,9 @@ OF_SOME_BENCHES = {
     *("bridges.modbus.maps.drive_map_model", "bridges.can.drives", "bridges.modbus.drives"),
     *("hil.vocab.bridge_protocol",),
     *("bridges.modbus.registers", "bridges.modbus.protocol", "device_profiles.sac"),
+    *("hil.instruments", "hil.config.dialogue_model"),
 }
-"""What a bench of one Mechaduino has not: bridges, real drives, maps, wires, segments, CAN buses."""
+"""What a bench of one Mechaduino has not: bridges, real drives, maps, tables, wires, segments, CAN buses."""
 
 
 def imported(folder: Path, *arguments: str) -> set[str]:

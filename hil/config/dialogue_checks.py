@@ -1,6 +1,6 @@
 """Checks of a whole table: commands that can never come, answers that take longer than there is time."""
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from itertools import zip_longest
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from hil.config.document import Finding, KeyPath, Spot
 from hil.instruments.instrument_table import DialogueRow, InstrumentTable
 from hil.instruments.matching import resolved, row_match, slots_of
 from hil.instruments.patterns import Found, Literal, Slot, samples
-from hil.instruments.scpi import ScpiCommand, TypedUnit, read_typed, sample_header
+from hil.instruments.scpi import Mnemonic, ScpiCommand, TypedUnit, read_typed, sample_header
 from hil.vocab.time import NS_PER_MS
 
 Rows = dict[int, DialogueRow]
@@ -83,7 +83,7 @@ def _form_findings(
 
 def _unreached(table: InstrumentTable, rows: Rows, spots: dict[KeyPath, Spot]) -> Iterator[Finding]:
     """Rows that never come: those before take all that fits."""
-    before: dict[str, list[_Seen]] = {}
+    before = _Before()
     for index, row in rows.items():
         path: KeyPath = (DIALOGUE, "commands", index, "asks")
         texts = _all_samples(table, row)
@@ -92,7 +92,7 @@ def _unreached(table: InstrumentTable, rows: Rows, spots: dict[KeyPath, Spot]) -
             yield Finding(path, "no command fits this", "look at the limits of its values")
             continue
         taken = [
-            next((seen for seen in _near(before, text) if _takes(table, seen.row, row, text)), None)
+            next((seen for seen in before.near(row, text) if _takes(table, seen.row, row, text)), None)
             for text in own
         ]
         if all(taken) and (first := taken[0]):
@@ -100,26 +100,42 @@ def _unreached(table: InstrumentTable, rows: Rows, spots: dict[KeyPath, Spot]) -
             message = f"this never comes: {where} takes all that fits it"
             yield Finding(path, message, "write the more special one first, or give one a when:")
         line = spots.get(path, Spot(0, 0)).line
-        for key in _keys(row):
-            before.setdefault(key, []).append(_Seen(row, line))
+        before.add(_Seen(row, line))
 
 
-def _near(before: dict[str, list[_Seen]], text: str) -> Iterator[_Seen]:
-    """Rows before that may take a text."""
-    yield from before.get(_first(text), ())
-    yield from before.get("", ())
+class _Before:
+    """Rows that come before another: those that may take a text of its are found by how they begin."""
+
+    def __init__(self) -> None:
+        self._rows: dict[Hashable, list[_Seen]] = {}
+        self._lengths: set[int] = set()
+
+    def add(self, seen: _Seen) -> None:
+        """Add a row."""
+        command = seen.row.command
+        if isinstance(command, ScpiCommand):
+            for header in command.headers:
+                self._rows.setdefault(_header_key(header, command), []).append(seen)
+            return
+        part = command.parts[0]
+        text = part.text if isinstance(part, Literal) else ""
+        self._lengths.add(len(text))
+        self._rows.setdefault(text, []).append(seen)
+
+    def near(self, row: DialogueRow, text: str) -> Iterator[_Seen]:
+        """Rows that may take a text, which is one of a row's."""
+        command = row.command
+        if isinstance(command, ScpiCommand):
+            for header in (command.headers[0], command.headers[-1]):
+                yield from self._rows.get(_header_key(header, command), ())
+            return
+        compared = text if command.has_cases else text.upper()
+        for length in sorted(self._lengths):
+            yield from self._rows.get(compared[:length], ())
 
 
-def _first(text: str) -> str:
-    return text.lstrip(":*")[:1].upper()
-
-
-def _keys(row: DialogueRow) -> set[str]:
-    """Characters with which its commands may begin; empty: any."""
-    if isinstance(row.command, ScpiCommand):
-        return {_first(header[0].long) for header in row.command.headers}
-    part = row.command.parts[0]
-    return {_first(part.text) if isinstance(part, Literal) else ""}
+def _header_key(header: tuple[Mnemonic, ...], command: ScpiCommand) -> Hashable:
+    return (*(word.short for word in header), command.is_query)
 
 
 def _takes(table: InstrumentTable, earlier: DialogueRow, row: DialogueRow, text: str) -> bool:

@@ -1,7 +1,9 @@
 """Boards by a table in a bench in memory: bytes in, bytes out, at what time."""
 
 from collections.abc import Callable, Iterator
+from functools import reduce
 from io import StringIO
+from operator import xor
 from pathlib import Path
 from typing import Any
 
@@ -250,3 +252,37 @@ def test_a_line_that_is_too_long_is_unknown(made: Made) -> None:
 def test_it_passes_the_checks_of_all_boards(made: Made, tmp_path: Path) -> None:
     made(METER)
     check_profile(tmp_path / "meter")
+
+
+LINE = """
+prefix: "#{=address:02d}"
+answer_prefix: "!{address:02d}"
+answer_after_ms: 3
+checksum: {kind: xor}
+variables:
+  address: {type: whole, value: 1, minimum: 1, maximum: 99, kept: true, about: address}
+  count: {type: whole, minimum: 0, maximum: 999, about: count}
+commands:
+  - {asks: "C?", answers: "{count:03d}"}
+  - {asks: "C{count}"}
+  - {asks: "A{address:02d}", answers: OK}
+"""
+
+
+def test_boards_with_addresses_share_a_line(made: Made, tmp_path: Path) -> None:
+    made(LINE)
+    meters = {"a": {"profile": "meter"}, "b": {"profile": "meter", "fields": {"address": 2}}}
+    segment = {"stations": ["a.main", "b.main"], "taps": {"master": {"port": "memory"}}}
+    with Bench(
+        {"bench": "l", "profile_path": [str(tmp_path)], "devices": meters, "segments": {"bus": segment}}
+    ) as bench:
+        tap = bench.tap("bus.master")
+        said = []
+        for text in ("#01C7", "#02C8", "#01C?", "#02C?", "#03C?", "#02A05", "#05C?"):
+            tap.write(f"{text}{reduce(xor, text.encode()):02X}\r".encode())
+            bench.run(ms=60)
+            said.append(tap.read())
+        tap.write(b"#01C?00\r")
+        bench.run(ms=60)
+        assert tap.read() == b""
+    assert said == [b"", b"", b"!0100717\r\n", b"!020081B\r\n", b"", b"!05OK20\r\n", b"!050081C\r\n"]
