@@ -5,7 +5,7 @@ from itertools import combinations
 from typing import Any
 
 from bridges.modbus.maps.map_part_rows import PartRow, blocks_of
-from bridges.modbus.maps.map_row_models import CommandText, ModeText, StateText
+from bridges.modbus.maps.map_row_models import ByValueText, ModeText, StateRowText
 from bridges.modbus.registers.drive_map import lowest_bit
 from bridges.modbus.registers.map_parts import COMMANDS_BY_WORD, CONDITIONS
 from hil.config.document import Finding, KeyPath
@@ -41,7 +41,7 @@ def command_findings(given: Mapping[Any, Any], rows: Sequence[PartRow]) -> Itera
     for row in rows:
         if row.move:
             continue
-        if isinstance(row.text, CommandText):
+        if isinstance(row.text, ByValueText):
             yield from _values_findings(row, row.text, values, count, stored=stored)
         elif isinstance(row.text, ModeText):
             yield from _number_findings(row, row.text.values)
@@ -54,7 +54,7 @@ def command_findings(given: Mapping[Any, Any], rows: Sequence[PartRow]) -> Itera
         )
 
 
-def state_findings(row: PartRow, text: StateText) -> Iterator[Finding]:
+def state_findings(row: PartRow, text: StateRowText) -> Iterator[Finding]:
     """Findings of a register that tells states."""
     path = row.path
     if text.standard and text.values:
@@ -73,7 +73,7 @@ def _condition_findings(path: KeyPath, condition: str) -> Iterator[Finding]:
 
 
 def _values_findings(
-    row: PartRow, text: CommandText, values: Collection[str], moves: int, *, stored: bool
+    row: PartRow, text: ByValueText, values: Collection[str], moves: int, *, stored: bool
 ) -> Iterator[Finding]:
     path = row.path
     if text.standard and text.values:

@@ -9,15 +9,15 @@ from pydantic_core import PydanticCustomError
 from bridges.modbus.maps.map_row_models import (
     AS_TUPLE,
     BlockText,
+    ByValueText,
     CellText,
-    CommandText,
     ModeText,
     MovesText,
     PartName,
     PlaceText,
     ProtocolText,
     ReservedText,
-    StateText,
+    StateRowText,
 )
 from bridges.modbus.protocol.identification import OBJECT_BYTES_MAX
 from bridges.modbus.registers.drive_map import CONTROL, STATUS
@@ -136,11 +136,11 @@ class MapText(StrictModel):
         description="Plain cells by name: constants, and what a master keeps there. It needs `modbus_map: 2`,"
         " as all keys below.",
     )
-    commands: Mapping[PartName, CommandText] = Field(
+    commands: Mapping[PartName, ByValueText] = Field(
         default={}, description="Registers of which each value is a command, by name."
     )
     mode: ModeText | None = Field(default=None, description="Register whose values choose what `start` does.")
-    states: Mapping[PartName, StateText] = Field(
+    states: Mapping[PartName, StateRowText] = Field(
         default={}, description="Registers whose value says the state, by name."
     )
     blocks: Mapping[PartName, BlockText] = Field(

@@ -10,7 +10,14 @@ from bridges.modbus.maps.factor_findings import factor_findings
 from bridges.modbus.maps.map_part_rows import PartRow, blocks_of, part_rows
 from bridges.modbus.maps.map_parts_text import READ_ONLY, cell_part
 from bridges.modbus.maps.map_places import is_new, place_findings
-from bridges.modbus.maps.map_row_models import TABLES, CellText, CommandText, ModeText, PlaceText, StateText
+from bridges.modbus.maps.map_row_models import (
+    TABLES,
+    ByValueText,
+    CellText,
+    ModeText,
+    PlaceText,
+    StateRowText,
+)
 from bridges.modbus.protocol.pdu import ADDRESSES, Table
 from bridges.modbus.registers.cells import REGISTERS
 from bridges.modbus.registers.drive_map import RegisterPlace
@@ -115,7 +122,7 @@ def _row_findings(row: PartRow) -> Iterator[Finding]:
         yield Finding((*path, "on_write"), f"{row.name} is no bit of control", "remove it", at_key=True)
     if isinstance(text, CellText):
         yield from _cell_findings(row, text)
-    elif isinstance(text, StateText):
+    elif isinstance(text, StateRowText):
         yield from state_findings(row, text)
 
 
@@ -133,10 +140,10 @@ def _value_findings(row: PartRow) -> Iterator[Finding]:
 
 
 def _allowed(row: PartRow) -> list[str]:
-    if isinstance(row.text, StateText):
+    if isinstance(row.text, StateRowText):
         return ["input", "holding"]
-    if isinstance(row.text, CommandText | ModeText):
-        return ["holding", "coil"] if isinstance(row.text, CommandText) else ["holding"]
+    if isinstance(row.text, ByValueText | ModeText):
+        return ["holding", "coil"] if isinstance(row.text, ByValueText) else ["holding"]
     return ["holding"] if row.path[0] == "moves" else list(TABLES)
 
 

@@ -9,16 +9,16 @@ from pydantic import BaseModel, ValidationError
 from bridges.modbus.maps.map_places import OTHER, place_of, quantity_of
 from bridges.modbus.maps.map_row_models import (
     TABLES,
+    AtByValueText,
     AtCellText,
-    AtCommandText,
     AtPlaceText,
-    AtStateText,
+    AtStateRowText,
     BlockText,
+    ByValueText,
     CellText,
-    CommandText,
     ModeText,
     PlaceText,
-    StateText,
+    StateRowText,
 )
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.drive_map import RegisterPlace
@@ -26,12 +26,12 @@ from bridges.modbus.registers.map_parts import BlockPart
 from hil.config.document import KeyPath
 
 MOVE_NAMES = ("mode", "position_deg", "set_velocity_rpm", "acceleration_rpm_per_s", "deceleration_rpm_per_s")
-_ROOMS: Mapping[str, type[PlaceText]] = {"cells": CellText, "commands": CommandText, "states": StateText}
+_ROOMS: Mapping[str, type[PlaceText]] = {"cells": CellText, "commands": ByValueText, "states": StateRowText}
 _AT_ROOMS: Mapping[str, type[PlaceText]] = {
     "values": AtPlaceText,
     "cells": AtCellText,
-    "commands": AtCommandText,
-    "states": AtStateText,
+    "commands": AtByValueText,
+    "states": AtStateRowText,
 }
 _BIT_TABLES = ("discrete", "coil")
 

@@ -6,11 +6,11 @@ from typing import Any
 from bridges.modbus.maps.drive_map_model import MapText
 from bridges.modbus.maps.map_part_rows import PartRow, as_given, blocks_of, part_rows
 from bridges.modbus.maps.map_row_models import (
+    ByValueText,
     CellText,
-    CommandText,
     GuardedText,
     ModeText,
-    StateText,
+    StateRowText,
     by_number,
 )
 from bridges.modbus.protocol.pdu import ADDRESSES, Table
@@ -19,10 +19,10 @@ from bridges.modbus.registers.map_parts import (
     FREE,
     CellPart,
     CommandPart,
-    Guard,
     Manners,
     MovesPart,
     StatePart,
+    WriteGuard,
 )
 from hil.vocab.time import NS_PER_MS
 
@@ -45,9 +45,9 @@ def parts_of(of: MapText) -> tuple[MapParts, list[tuple[str, RegisterPlace]]]:
             cells[row.name] = place, cell_part(row.text, place)
         elif isinstance(row.text, ModeText):
             commands[row.name] = place, _mode(row.text)
-        elif isinstance(row.text, CommandText):
+        elif isinstance(row.text, ByValueText):
             commands[row.name] = place, _command(row.text)
-        elif isinstance(row.text, StateText):
+        elif isinstance(row.text, StateRowText):
             states[row.name] = place, _state(row.text)
         else:
             values.append((row.name, place))
@@ -125,11 +125,11 @@ def number_of(text: CellText, place: RegisterPlace) -> float:
     return float(value) if isinstance(value, float) else int(value)
 
 
-def _guard(text: GuardedText) -> Guard:
+def _guard(text: GuardedText) -> WriteGuard:
     lock = text.locked_by
     if lock is None and not text.refuse_while:
         return FREE
-    return Guard(
+    return WriteGuard(
         lock.cell if lock else None,
         lock.value if lock else 0.0,
         lock.exception if lock else None,
@@ -137,7 +137,7 @@ def _guard(text: GuardedText) -> Guard:
     )
 
 
-def _command(text: CommandText) -> CommandPart:
+def _command(text: ByValueText) -> CommandPart:
     words = {number: tuple(each.split("+")) for number, each in by_number(text.values).items()}
     about = text.about or ", ".join(f"{number:X}h {' and '.join(each)}" for number, each in words.items())
     is_kept = text.reads == "written"
@@ -154,7 +154,7 @@ def _mode(text: ModeText) -> CommandPart:
     )  # fmt: skip
 
 
-def _state(text: StateText) -> StatePart:
+def _state(text: StateRowText) -> StatePart:
     numbers = tuple(text.values.items())
     said = ", ".join(f"{number:X}h {condition}" for condition, number in numbers)
     about = text.about or (f"{said}, else {text.otherwise:X}h" if said else "status word of CiA 402")

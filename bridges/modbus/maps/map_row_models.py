@@ -181,7 +181,7 @@ class CellText(GuardedText):
     )
 
 
-class CommandText(GuardedText):
+class ByValueText(GuardedText):
     """Register of which each value is a command."""
 
     values: Mapping[str, _Numbers] = Field(
@@ -214,7 +214,7 @@ class ModeText(GuardedText):
     )
 
 
-class StateText(PlaceText):
+class StateRowText(PlaceText):
     """Register whose value says the state."""
 
     values: Mapping[str, _Number] = Field(
@@ -239,13 +239,13 @@ class AtCellText(CellText):
     at: Annotated[int, Field(ge=0, le=122)] = Field(description="Register of the block; the first is 0.")
 
 
-class AtCommandText(CommandText):
+class AtByValueText(ByValueText):
     """Command in a block."""
 
     at: Annotated[int, Field(ge=0, le=122)] = Field(description="Register of the block; the first is 0.")
 
 
-class AtStateText(StateText):
+class AtStateRowText(StateRowText):
     """State in a block."""
 
     at: Annotated[int, Field(ge=0, le=122)] = Field(description="Register of the block; the first is 0.")
@@ -264,8 +264,8 @@ class BlockText(StrictModel):
         default={}, description="Values of the drive, by name, as at the top of a map."
     )
     cells: Mapping[PartName, AtCellText] = Field(default={}, description="Plain cells.")
-    commands: Mapping[PartName, AtCommandText] = Field(default={}, description="Commands by value.")
-    states: Mapping[PartName, AtStateText] = Field(default={}, description="States.")
+    commands: Mapping[PartName, AtByValueText] = Field(default={}, description="Commands by value.")
+    states: Mapping[PartName, AtStateRowText] = Field(default={}, description="States.")
 
 
 class MovesText(StrictModel):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from bridges.modbus.protocol.pdu import Refused, Span, Table
 from bridges.modbus.registers.cells import Cell
 from bridges.modbus.registers.drive_map import CONTROL, STATUS, DriveMap, RegisterPlace
-from bridges.modbus.registers.map_parts import FREE, BlockPart, CellPart, CommandPart, Guard, StatePart
+from bridges.modbus.registers.map_parts import FREE, BlockPart, CellPart, CommandPart, StatePart, WriteGuard
 from bridges.modbus.registers.register_map import crc_of
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.drive_words import MORE_TAKEN, MORE_TOLD, TAKEN, TOLD
@@ -28,7 +28,7 @@ class MapRow(NamedTuple):
     is_read: bool
     is_taken: bool
     part: CellPart | CommandPart | StatePart | None = None
-    guard: Guard = FREE
+    guard: WriteGuard = FREE
 
     @property
     def about(self) -> str:

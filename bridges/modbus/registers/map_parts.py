@@ -120,9 +120,9 @@ class Conversion:
 
 
 @dataclass(frozen=True)
-class Guard:
-    """Guard of writes. ``locked_by``: name of the cell that must have ``unlocked`` meanwhile; ``refused``:
-    exceptions by the conditions under which a write is refused; ``locked``: the exception of the lock."""
+class WriteGuard:
+    """Conditions of a write. ``locked_by``: name of the cell that must have ``unlocked`` meanwhile;
+    ``refused``: exceptions by the conditions under which a write is refused; ``locked``: that of the lock."""
 
     locked_by: str | None = None
     unlocked: float = 0.0
@@ -130,7 +130,7 @@ class Guard:
     refused: Mapping[str, int] = field(default_factory=dict)
 
 
-FREE = Guard()
+FREE = WriteGuard()
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ class CellPart:
     waits: bool = False
     unit: str = ""
     about: str = ""
-    guard: Guard = FREE
+    guard: WriteGuard = FREE
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class CommandPart:
     standard: str = ""
     sets_mode: Mapping[int, str] = field(default_factory=dict)
     default: int = 0
-    guard: Guard = FREE
+    guard: WriteGuard = FREE
     about: str = ""
 
 

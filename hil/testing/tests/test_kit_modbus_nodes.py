@@ -10,6 +10,7 @@ from bridges.modbus.protocol.frame import Frame, encode
 from bridges.modbus.protocol.identification import ReadDeviceId
 from bridges.modbus.protocol.pdu import Code, Refused, Table
 from bridges.modbus.registers import layout
+from bridges.modbus.registers.map_parts import USUAL
 from hil.core.fields import OFFSETS
 from hil.testing import Bench
 from hil.wire.serial_line import character_ns, silence_ns
@@ -229,6 +230,9 @@ def test_a_board_that_has_stopped_still_tells_so(line: Line) -> None:
 
 def test_registers_that_raise_stop_their_board_alone() -> None:
     class Broken:
+        manners = USUAL
+        looks_before_writes = False
+
         def needs_look(self, span: object) -> bool:
             return False
 
