@@ -1,6 +1,7 @@
 """Places of a map's rows: which units and types they may have, and what they are."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from bridges.modbus.maps.map_row_models import NEW_KEYS, PlaceText
 from bridges.modbus.protocol.pdu import Table
@@ -57,7 +58,17 @@ def _conversion(text: PlaceText, quantity: str) -> Conversion | None:
         factor,
         text.to_rpm if text.unit in _TIMES and quantity == RAMP else None,
     )
-    return None if found == Conversion() else found
+    if found == Conversion():
+        return None
+    parts = [text.unit or {ANGLE: "deg", SPEED: "rpm", RAMP: "rpm/s"}.get(quantity, "")]
+    parts += [f"x {_said(text.times)}"] if text.times is not None else []
+    parts += [f"/ {_said(text.per)}"] if text.per is not None else []
+    parts += [f"to {_said(text.to_rpm)} rpm"] if text.to_rpm is not None else []
+    return replace(found, shown=" ".join(parts).strip())
+
+
+def _said(factor: float | str) -> str:
+    return factor if isinstance(factor, str) else f"{factor:g}"
 
 
 def place_findings(path: KeyPath, text: PlaceText, *, is_bit: bool, quantity: str) -> Iterator[Finding]:

@@ -144,6 +144,8 @@ class MapEntries:
         unit = field.unit if field else "" if place.is_bit else _UNITS.get(row.name.rpartition("_")[2], "")
         if isinstance(row.part, CellPart):
             unit = row.part.unit
+        elif place.conversion is not None:
+            unit = place.conversion.shown
         if place.scale != 1:
             unit = f"{place.scale:g} {unit}".rstrip()
         about = field.meaning if field else row.about

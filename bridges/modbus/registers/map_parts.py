@@ -83,6 +83,8 @@ class Conversion:
     offset: float = 0.0
     factor: float = 1.0
     time_to: Factor | None = None
+    shown: str = ""
+    """Unit of the number, for people."""
 
     def resolved(self, look: Look) -> "Conversion":
         """Conversion with the numbers of now in place of names."""
