@@ -20,6 +20,7 @@ from bridges.can.canopen.cia402.objects import MODES, ROWS
 from bridges.can.canopen.cia402_words import CONTROLWORD, STATUSWORD, mode_bit
 from bridges.can.canopen.master.drive_units import GivenUnits, UnitsUnknown
 from bridges.can.canopen.node.application import DataType, Entry, Value
+from bridges.can.canopen.node.communication_entries import Identity, communication_entries
 from bridges.can.canopen.node.data_types import REALS, bounds_of, size_of
 from bridges.can.canopen.node.eds_mappings import mapping_problems
 from bridges.can.canopen.node.eds_reader import EdsDevice, read_device
@@ -184,8 +185,13 @@ class _NodeCheck:
             if (index, 0) not in self._device.entries and (index, 0) not in likes:
                 remedy = f"add it to the file, or a line of its own object, as 2000h: {{like: {index:04X}h}}"
                 message = f"it has no {index:04X}h, {name}, which a drive of CiA 402 has"
-                yield Finding(here, message, remedy, spot=None)
+                yield Finding(here, message, remedy)
                 return
+        for key, own in _known().items():
+            entry = self._device.entries.get(key)
+            if entry and size_of(own.data_type) and not size_of(entry.data_type):
+                message = f"{_shown(key)} is {entry.data_type.name}, and {own.data_type.name} in the standard"
+                yield Finding((*here, _shown(key)), message, "correct its DataType")
         bits = given.get((_MODES_OF_DRIVE, 0))
         if isinstance(bits, int) and bits and not any(bits & mode_bit(mode) for mode in (*MODES, 7)):
             message = f"6502h is {bits:#x}: it has no mode of operation that hil's drives have"
@@ -202,6 +208,12 @@ class _NodeCheck:
             )
             message = f"the software limits 607Dh are reversed: {low} is above {high}"
             yield Finding(at, message, "write the lower one into 607Dh:1")
+
+
+def _known() -> dict[Key, Entry]:
+    """Entries that node and drive have a use for."""
+    own = communication_entries(0, Identity(0, 0, 0, 0, ""))
+    return {(each.index, each.subindex): each for each in own} | _OWN
 
 
 def lines_of(config: CanNodeConfig) -> MakerLines:

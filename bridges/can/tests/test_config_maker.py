@@ -122,6 +122,16 @@ def test_a_drive_without_a_controlword_is_none(folder: Path) -> None:
     parse(HEAD + indented, str(folder / "b.yaml"), CATALOGUE)
 
 
+def test_an_object_of_the_drive_is_a_number(folder: Path) -> None:
+    head = "[6081]\nParameterName=Profile velocity\nObjectType=0x7\nDataType=0x000"
+    text = SD11.replace(f"{head}7", f"{head}9").replace("0x60810020", "0").replace("DefaultValue=2\n", "", 1)
+    (folder / "sd11.eds").write_text(text.replace("0x607A0020", "0x607A0020", 1))
+    found = said(folder, "eds: sd11.eds")
+    assert any(
+        "6081h is VISIBLE_STRING, and UNSIGNED32 in the standard (correct its" in each for each in found
+    )
+
+
 def test_a_bus_has_a_bit_rate_that_the_drive_knows(folder: Path) -> None:
     head = HEAD.replace("  c:\n", "  c:\n    bit_rate: 800000\n")
     (found,) = said(folder, "eds: sd11.eds", head)

@@ -22,7 +22,7 @@ from bridges.can.canopen.node.communication_entries import (
     communication_entries,
     mapping_entries,
 )
-from bridges.can.canopen.node.data_types import REALS, bounds_of, size_of
+from bridges.can.canopen.node.data_types import REALS, bounds_of, of_sign, size_of
 from bridges.can.canopen.node.eds_mappings import mapped_by_default
 from bridges.can.canopen.node.eds_reader import EdsDevice
 from bridges.can.canopen.node.pdos import RPDOS, TPDOS
@@ -148,6 +148,9 @@ def _interpolates(axis: MotorAxis, seen: Mapping[Key, Entry]) -> bool:
 
 def _entry(entry: Entry, base: Entry | None, given: Value | None, way: str, *, is_bound: bool) -> Entry:
     """Entry of the file as the node has it. ``base``: hil's own of the same key."""
+    if base is not None and base.data_type is not entry.data_type:
+        entry = _with_sign(entry, base.data_type)
+        given = of_sign(entry.data_type, given) if isinstance(given, int) else given
     is_writable = entry.access in (Access.RW, Access.WO)
     default, adds_node_id = entry.default, entry.adds_node_id
     is_alike = base is not None and isinstance(base.default, bytes) == isinstance(entry.default, bytes)
@@ -161,7 +164,7 @@ def _entry(entry: Entry, base: Entry | None, given: Value | None, way: str, *, i
         is_stored = base.is_stored
     else:
         is_stored = is_writable and entry.index >= _PROFILE and entry.index not in _COMMANDED
-    is_live = is_bound or (base is not None and base.is_live) or _is_told(entry)
+    is_live = is_bound or (base is not None and base.is_live and is_alike) or _is_told(entry)
     low = entry.low
     if entry.index in _FACTORS and entry.subindex:
         low = max(low or 1, 1)
@@ -175,6 +178,16 @@ def _entry(entry: Entry, base: Entry | None, given: Value | None, way: str, *, i
         is_stored=is_stored and not is_bound,
         is_live=is_live,
     )
+
+
+def _with_sign(entry: Entry, data_type: DataType) -> Entry:
+    """Entry with the sign that CiA has for it, where a file has the same length without one, or with one."""
+    low, high = bounds_of(data_type)
+    if low == high or size_of(entry.data_type) != size_of(data_type) or entry.data_type in REALS:
+        return entry
+    least = None if entry.low is None or not low <= entry.low <= high else entry.low
+    most = None if entry.high is None or not low <= entry.high <= high else entry.high
+    return replace(entry, data_type=data_type, low=least, high=most)
 
 
 def _is_told(entry: Entry) -> bool:

@@ -82,6 +82,15 @@ def _bounds(data_type: DataType) -> tuple[int, int]:
 _BOUNDS = {each: _bounds(each) for each in DataType}
 
 
+def of_sign(data_type: DataType, value: int) -> int:
+    """Number with the same bits that a type of integers can have, if there is one; else unchanged."""
+    low, high = bounds_of(data_type)
+    span = high - low + 1
+    if high < value <= high - low:
+        return value - span
+    return value + span if low == 0 and -(span >> 1) <= value < 0 else value
+
+
 def real_of_bits(data_type: DataType, bits: int) -> float:
     """Real number that these bits are. Raises OverflowError: there are more than the type has."""
     layout = STRUCTS[data_type]

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from bridges.can.canopen.eds_sections import EdsFields, number_of, without_comment
 from bridges.can.canopen.node.application import Access, DataType, Entry, Value
-from bridges.can.canopen.node.data_types import REALS, bounds_of, real_of_bits, size_of
+from bridges.can.canopen.node.data_types import REALS, bounds_of, of_sign, real_of_bits, size_of
 
 DOMAIN = 2
 """``ObjectType`` of an object that has no other type."""
@@ -22,6 +22,9 @@ _WAYS = {
 }
 """Access and PDOs by an ``AccessType``."""
 _TEXTS = (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)
+_NOTHING = ("n/a", "n.a.", "-", "none")
+"""Words of tools in place of a value."""
+_BOOLEANS = {"true": "1", "false": "0"}
 _BYTES = (DataType.OCTET_STRING, DataType.DOMAIN)
 Key = tuple[int, int]
 """Index and sub-index."""
@@ -79,7 +82,7 @@ class EntryReader:
         """First value, and whether the node's id is added to it."""
         for name in ("parametervalue", "defaultvalue"):
             text, at = fields.get(name, ("", 0))
-            if text:
+            if text and text.lower() not in _NOTHING:
                 break
         else:
             return (0 if size_of(data_type) else b""), False
@@ -93,6 +96,7 @@ class EntryReader:
             self.given.add(key)
             return real, False
         plain = without_comment(text)
+        plain = _BOOLEANS.get(plain.lower(), plain) if data_type is DataType.BOOLEAN else plain
         value = number_of(plain, 0)
         with_id = number_of(plain, 1) if "$" in plain else value
         if value is None or with_id is None:
@@ -102,7 +106,7 @@ class EntryReader:
                 return 0, False
             value = with_id = int(real)  # tools of some makers write 0.0
         low, high = bounds_of(data_type)
-        signed = value - 2 * (high + 1) if low < 0 and high < value <= 2 * high + 1 else value
+        signed = of_sign(data_type, value)
         if not low <= signed <= high:
             remedy = f"write {low} to {high}, or the type that it has"
             self._add(at, f"{shown_key(key)} is {data_type.name}, which cannot be {plain}", remedy)
@@ -138,8 +142,7 @@ class EntryReader:
         else:
             value = number_of(plain, 0)
             least, most = bounds_of(data_type)
-            if value is not None and least < 0 and most < value <= 2 * most + 1:
-                value -= 2 * (most + 1)
+            value = None if value is None else of_sign(data_type, int(value))
             if value is not None and not least <= value <= most:
                 return None  # a limit that no value of the type can reach
         if value is None:

@@ -86,6 +86,7 @@ class _DeviceReader:
         self._entries: dict[Key, Entry] = {}
         self._names: dict[int, str] = {}
         self._reader = EntryReader(self._add)
+        self._with_parts = {index for index, part in text.objects if part > 0}
 
     def read(self) -> EdsDevice:
         objects = self._text.objects
@@ -134,7 +135,7 @@ class _DeviceReader:
         if count > 0:
             self._names[index] = name
             self._read_compact(index, name, min(count, _MOST_SUBINDICES), fields)
-        elif kind in (_ARRAY, _RECORD) or ("datatype" not in fields and (index, 0) in self._text.objects):
+        elif kind in (_ARRAY, _RECORD) or ("datatype" not in fields and index in self._with_parts):
             self._names[index] = name
         elif kind not in (_DEFTYPE, _DEFSTRUCT):
             self._names[index] = ""

@@ -113,6 +113,14 @@ def test_lines_give_first_values_and_bind_objects() -> None:
     assert master.sdo[0x2001].raw == 12_800, "a plain cell"
 
 
+def test_an_object_of_the_wrong_sign_has_the_right_one() -> None:
+    head = "[607A]\nParameterName=Target position\nObjectType=0x7\nDataType=0x0004"
+    assert head in TEXT
+    world, master = made(TEXT.replace(head, head.replace("0x0004", "0x0007")))
+    enable(world, master, 1)
+    assert move_to(world, master, -1024 & 0xFFFF_FFFF) == -1024
+
+
 def test_lines_change_pdos_too() -> None:
     values = {(0x1802, 1): 0x123, (0x1802, 2): 1, (0x1A02, 0): 1, (0x1A02, 1): 0x6502_0020}
     world, master = made(TEXT, replace(LINES, values=values))

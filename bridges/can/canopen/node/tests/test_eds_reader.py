@@ -66,6 +66,9 @@ def problems(text: str) -> list[str]:
         ("DataType=7\nDefaultValue=5\nParameterValue=6", 6),
         ("DataType=0x0C", 0),
         ("ObjectType=2", b""),
+        ("DataType=7\nDefaultValue=-1", 2**32 - 1),
+        ("DataType=7\nDefaultValue=N/A", 0),
+        ("DataType=1\nDefaultValue=TRUE", 1),
     ],
 )
 def test_first_values_in_all_forms(fields: str, default: object) -> None:
