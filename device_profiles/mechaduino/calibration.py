@@ -1,4 +1,4 @@
-"""Calibration: the look-up table that ``c`` makes from the encoder's readings at 200 full steps. Pure.
+"""Calibration: the look-up table that ``c`` makes from readings at the full steps of a turn. Pure.
 
 Source: firmware 0.1.5's behaviour, checked against tables that it wrote (float32 to the bit).
 """
@@ -9,9 +9,7 @@ from collections.abc import Sequence
 from device_profiles.mechaduino.encoder import AVERAGED
 from hil.firmware.arduino import float32
 
-STEPS_PER_REV = 200
 COUNTS_PER_REV = 16384
-_STEP_DEG = float32(360.0 / STEPS_PER_REV)
 _ROW_ANGLES = 64
 """Angles in a 256-byte row of the SAMD21's flash: what is written at once."""
 
@@ -35,7 +33,7 @@ def average(readings: Sequence[int]) -> int:
 
 def _ticks(means: Sequence[int], step: int) -> int:
     """Counts from a step to the next."""
-    ticks = means[(step + 1) % STEPS_PER_REV] - means[step % STEPS_PER_REV]
+    ticks = means[(step + 1) % len(means)] - means[step % len(means)]
     if ticks < -15000:
         return ticks + COUNTS_PER_REV
     return ticks - COUNTS_PER_REV if ticks > 15000 else ticks
@@ -44,9 +42,9 @@ def _ticks(means: Sequence[int], step: int) -> int:
 def _zero_crossing(means: Sequence[int]) -> tuple[int, int]:
     """Step after which the encoder passes its zero, and the number of counts after it."""
     found = (0, 0)
-    for step in range(STEPS_PER_REV):
+    for step in range(len(means)):
         ticks = _ticks(means, step)
-        start = means[step] if ticks > 1 else means[STEPS_PER_REV - 1 - step]
+        start = means[step] if ticks > 1 else means[len(means) - 1 - step]
         counts = range(ticks) if ticks > 1 else range(-ticks, 0, -1) if ticks < 1 else range(0)
         for j in counts:
             if (start + j) % COUNTS_PER_REV == 0:
@@ -54,26 +52,28 @@ def _zero_crossing(means: Sequence[int]) -> tuple[int, int]:
     return found
 
 
-def _angle(step: int, part: int, ticks: int) -> float:
+def _angle(step_deg: float, step: int, part: int, ticks: int) -> float:
     """Angle of a count, in the firmware's float32 and int arithmetic, degrees."""
-    fraction = float32(float32(_STEP_DEG * part) / ticks)
-    thousandths = int(float32(1000 * float32(float32(_STEP_DEG * step) + fraction)))
+    fraction = float32(float32(step_deg * part) / ticks)
+    thousandths = int(float32(1000 * float32(float32(step_deg * step) + fraction)))
     return 0.001 * (thousandths % 360000)
 
 
 def angles(means: Sequence[int]) -> "array[float]":
     """Calibrated angle of each encoder count from 0 up, as many as the readings cover: 16,384 after a turn
-    that went well, none when the encoder did not move."""
+    that went well, none when the encoder did not move, half or twice as many when the firmware is built for
+    another motor. ``means``: of the full steps that it takes for a turn."""
+    step_deg, steps = float32(360.0 / len(means)), len(means)
     first, first_count = _zero_crossing(means)
     out = array("f")
-    for step in range(first, first + STEPS_PER_REV + 1):
+    for step in range(first, first + steps + 1):
         ticks = _ticks(means, step)
         low = first_count if step == first else 0
-        high = first_count if step == first + STEPS_PER_REV else abs(ticks)
+        high = first_count if step == first + steps else abs(ticks)
         if ticks > 1:
-            out.extend(_angle(step, j, ticks) for j in range(low, high))
+            out.extend(_angle(step_deg, step, j, ticks) for j in range(low, high))
         elif ticks < 1:
-            out.extend(_angle(step, ticks + j, ticks) for j in range(high, low, -1))
+            out.extend(_angle(step_deg, step, ticks + j, ticks) for j in range(high, low, -1))
     return out
 
 

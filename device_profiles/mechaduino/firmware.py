@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from device_profiles.mechaduino import calibration, encoder, routines, text
+from device_profiles.mechaduino.firmware_build import FirmwareBuild
 from device_profiles.mechaduino.lookup_table import LookupTable
 from device_profiles.mechaduino.menus import edit_parameters
 from device_profiles.mechaduino.serial_usb import SerialUSB, Steps, delay_ms
@@ -16,7 +17,6 @@ from hil.firmware.arduino import float32
 from hil.vocab.firmware import Board, CoreEvent, Main
 from hil.vocab.path import Path
 
-STEP_DEG = float32(1.8)
 DEFAULT_LOOKUP_ADDRESS = 0xB900
 """Default address of the look-up table, which the linker sets; it depends on the build."""
 
@@ -34,6 +34,7 @@ class Mechaduino:
 
     def __init__(self, board: Board) -> None:
         self.axis = board.axis
+        self.build = FirmwareBuild(board)
         self.serial = SerialUSB(board.uart)
         address = board.facts.get("lookup_address", DEFAULT_LOOKUP_ADDRESS)
         self.table = LookupTable(board.axis, board.nvm, address)
@@ -47,6 +48,7 @@ class Mechaduino:
     # ---- setup() and loop() ----
 
     def main(self) -> Main:
+        self.build.set_up()
         self.axis.set("dir", 0)  # whatever the level at D0 is
         self.table.load()
         yield delay_ms(3000)
@@ -55,6 +57,7 @@ class Mechaduino:
         yield delay_ms(1000)
         if not self.table.is_written:
             self.serial.println(text.EMPTY_TABLE)
+        self.build.start_loop()
         while True:
             self.is_busy = False
             yield from self.serial.wait()
@@ -84,7 +87,7 @@ class Mechaduino:
         self.serial.println(f", raw encoder: {encoder.read_count(self.axis)}")
 
     def calibrate(self) -> Steps:
-        """Step through all 200 full steps and store the table made from the readings."""
+        """Step through all full steps of a turn and store the table made from the readings."""
         self.serial.println(text.CALIBRATION_BEGIN)
         before = encoder.read_count(self.axis)
         self.axis.set("dir", 1)
@@ -99,14 +102,15 @@ class Mechaduino:
             yield delay_ms(100)
         self.axis.set("dir", 1)
         means = []
-        for step in range(calibration.STEPS_PER_REV):
+        spr = self.build.spr
+        for step in range(spr):
             yield delay_ms(20)
             readings = []
             for _ in range(encoder.AVERAGED):
                 readings.append(encoder.read_count(self.axis))
                 yield delay_ms(10)
             means.append(calibration.average(readings))
-            self.serial.print(f"\r\n{step // 2}% " if step % 20 == 0 else ".")
+            self.serial.print(f"\r\n{100 * step // spr}% " if step % 20 == 0 else ".")
             yield from self._one_step()
         yield from self.table.store(calibration.angles(means), self.serial)
         self.serial.println(*text.CALIBRATION_DONE)
@@ -114,7 +118,7 @@ class Mechaduino:
     def _one_step(self) -> Steps:
         self._step_number += -1 if self.axis.get("dir") else 1
         effort = int(0.33 * self.axis.get("uMAX"))
-        self.axis.output(float32(STEP_DEG * self._step_number), effort)
+        self.axis.output(float32(self.build.step_deg * self._step_number), effort)
         yield delay_ms(10)
 
     def set_mode(self, letter: str) -> None:
@@ -140,7 +144,7 @@ class Mechaduino:
         self.serial.println("")
 
     def print_menu(self) -> None:
-        self.serial.println(*text.BANNER)
+        self.serial.println(*text.BANNER, f"Identifier: {self.build.identifier}", *text.MENU_HEAD)
         for command in COMMANDS:
             if command.label is None:
                 continue

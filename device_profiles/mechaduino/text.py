@@ -4,7 +4,8 @@ Titles, prompts, labels and everything else that a program could look for are th
 lines of plain explanation are our own words, one for each of the board's.
 """
 
-BANNER = ("", "", "----- Mechaduino 0.X -----", "Firmware: 0.1.5", "Identifier: x", "", "Main menu", "")
+BANNER = ("", "", "----- Mechaduino 0.X -----", "Firmware: 0.1.5")
+MENU_HEAD = ("", "Main menu", "")
 SPI_START = "Beginning SPI communication with AS5047 encoder..."
 EMPTY_TABLE = "WARNING: Lookup table is empty! Run calibration"
 

@@ -4,6 +4,7 @@ that the firmware itself does not know: the core moves the set-point along a pat
 from collections.abc import Callable, Mapping
 
 from device_profiles.mechaduino.firmware import Mechaduino
+from device_profiles.mechaduino.firmware_build import GAINS
 from hil.firmware.set_point_paths import at, length_ns, to_rest, trapezoid
 from hil.vocab.axis import CONTROL_MODES
 from hil.vocab.parameters import Parameter
@@ -19,7 +20,6 @@ _ANGLE_DEG = 1e6
 _POSITION = ord("x")
 _DIR_NS = 1000
 """Time in which the direction is told before the first pulse: chosen."""
-GAINS = ("pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF")
 
 Answer = Mapping[str, float | str | int]
 

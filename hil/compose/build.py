@@ -10,6 +10,7 @@ from hil.compose.find import make_segment
 from hil.compose.framings import framing_of
 from hil.compose.lanes import choose_lanes
 from hil.config import BenchConfig, Catalogue, DeviceConfig
+from hil.config.board_parameters import built
 from hil.config.port_model import USUAL_BAUD
 from hil.config.processor_model import FieldVoltage, measured
 from hil.config.station_names import station_uart
@@ -122,6 +123,7 @@ def make_device(
             "wall_second_ns": round(speed * NS_PER_S),
             **({"bootloader_baud": profile.processor.bootloader_baud or 0} if profile.processor else {}),
         },
+        build=built(profile.parameters, config.parameters),
         verbs=board.table,
         time_out=time_out,
         follow=board.follow,

@@ -38,11 +38,14 @@ class AxisParameter(StrictModel):
 
 
 class HardwareVersion(StrictModel):
-    """Version of the board. ``inputs_5V`` are the pins that take 5 V logic."""
+    """Version of the board. ``inputs_5V`` are the pins that take 5 V logic; of a board that names none nobody
+    knows."""
 
     supply_min_V: float
     supply_max_V: float
     inputs_5V: list[str]
+    outputs_V: float | None = None
+    """High level of its outputs; None: it has none, or its processor's supply."""
 
 
 ANY_SUPPLY = HardwareVersion.model_construct(supply_min_V=0.0, supply_max_V=1000.0, inputs_5V=[])

@@ -17,6 +17,7 @@ from hil.config.board_fields import (
 )
 from hil.config.board_interfaces import UartNumbers, UsbDeviceInfo
 from hil.config.board_numbers import ANY_SUPPLY, AxisParameter, HardwareVersion
+from hil.config.board_parameters import BuildParameter, own_value_findings
 from hil.config.board_processor import (
     ProcessorKey,
     processor_findings,
@@ -95,6 +96,8 @@ class ProfileInfo(StrictModel):
     ``InstrumentTable``. None: its Python says what it does."""
     fields: dict[str, FieldInfo] = Field(default={})
     """Fields of the board's own, by name, beside those of its first axis, or of a board without a motor."""
+    parameters: dict[str, BuildParameter] = Field(default={})
+    """Constants in its firmware's sources that a device may change, by their names there."""
     named_axes: dict[PartName, AxisInfo] = Field(default={}, alias="axes", max_length=MOST_AXES)
     """Axes of a board with several, by name; instead of ``law``, ``axis`` and ``registers``."""
 
@@ -331,7 +334,7 @@ def profile_from_yaml(
     if info.default_hardware not in info.hardware:
         remedy = suggestion(info.default_hardware, info.hardware)
         findings.append(Finding(("default_hardware",), "there is no such version", remedy))
-    findings += _axes_findings(info)
+    findings += [*_axes_findings(info), *own_value_findings(info.parameters)]
     if info.fields:
         findings += field_findings(info.fields, *info.first_law)
     for key in ("usb", "greeting") if not info.uarts else ():

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from hil.config.board_fields import FIELDS_KEY, start_findings
+from hil.config.board_parameters import PARAMETERS_KEY, build_findings
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_axis import AXIS_KEYS, AxisCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
@@ -86,6 +87,8 @@ class DeviceCheck:
                 self._uarts(profile)
             self._axes(profile, result)
             self.findings += start_findings(self.path, self.raw.get(FIELDS_KEY), profile.fields)
+            given = self.raw.get(PARAMETERS_KEY)
+            self.findings += build_findings(self.path, given, profile.parameters, profile.name)
             self._hardware(profile, result["hardware"])
             self._table(profile)
             programs = ProgramCheck(self.path, self.raw, self.document, profile, self._catalogue.read_bytes)

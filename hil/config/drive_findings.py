@@ -16,6 +16,7 @@ EMULATED_KEYS = (
     "bootloader",
     "voltages",
     "fields",
+    "parameters",
     "rs485",
     "magnet",
     "hardware",

@@ -8,6 +8,7 @@ from typing import Any
 from hil.config.catalogue import ProfileInfo
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import shown, suggestion
+from hil.config.level_findings import level_findings
 from hil.config.station_names import station_uart
 from hil.core.abi import WIRES
 from hil.core.axis_kind import CLOCK_IN, CLOCK_OUT, AxisKind
@@ -21,6 +22,7 @@ Devices = Mapping[str, ProfileInfo]
 def joint_findings(value: Mapping[str, object], devices: Devices, real: Collection[str]) -> Iterator[Finding]:
     """Findings about the wires and segments of a configuration."""
     yield from _wire_findings(value.get("wires"), devices, real)
+    yield from level_findings(value, devices, real)
     yield from _segment_findings(value, devices, real)
 
 

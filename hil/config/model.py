@@ -4,13 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    Field,
-    SerializeAsAny,
-)
+from pydantic import BaseModel, BeforeValidator, Field, SerializeAsAny
 
+from hil.config.board_parameters import BuildValues
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.device_parts_model import AxisConfig, FieldStarts, FlashConfig, Register, SetpointsConfig
 from hil.config.device_program import ProgramKey
@@ -119,6 +115,7 @@ class DeviceConfig(DefaultsModel):
         " `{A0: 2.5, A1: {of: m1.current_a_A, gain: 0.5}}`.",
     )
     fields: FieldStarts = Field(default={})
+    parameters: BuildValues = Field(default={})
     rs485: DriverPins | None = Field(
         default=None, description="Driver of the line that the processor's serial interface is on."
     )

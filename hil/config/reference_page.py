@@ -1,10 +1,11 @@
 """The reference page of all configuration keys, written from the schema."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hil.config.board_numbers import ANY_SUPPLY
+from hil.config.board_parameters import BuildParameter
 from hil.config.catalogue import AxisInfo, Catalogue, ProfileInfo
 from hil.config.motor_bounds import BOUNDS
 from hil.config.motors import MEANINGS, MOTORS
@@ -160,7 +161,19 @@ def _profile(profile: ProfileInfo) -> list[str]:
     )
     axes = (_axis(name if len(profile.axes) > 1 else "", info) for name, info in profile.axes.items())
     supplies = [hardware] if [*profile.hardware.values()] != [ANY_SUPPLY] else []
-    return [f"### `{profile.name}`: {profile.title}", *supplies, *(table for each in axes for table in each)]
+    build = [_build(profile.parameters)] if profile.parameters else []
+    tables = (table for each in axes for table in each)
+    return [f"### `{profile.name}`: {profile.title}", *supplies, *build, *tables]
+
+
+def _build(parameters: Mapping[str, BuildParameter]) -> str:
+    return _table(
+        ("`parameters`", "Default", "Values", "Unit", "Meaning", "Source"),
+        (
+            (f"`{name}`", item.shown_default(), item.values(), item.unit, item.about, item.source)
+            for name, item in parameters.items()
+        ),
+    )
 
 
 def _axis(name: str, info: AxisInfo) -> list[str]:

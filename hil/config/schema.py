@@ -92,6 +92,10 @@ def _profile(profile: ProfileInfo) -> dict[str, Any]:
                 },
                 **_axis(next(iter(profile.axes.values()), None)),
                 **_no_uarts(profile),
+                "parameters": {
+                    "properties": {name: each.json_values() for name, each in profile.parameters.items()},
+                    "additionalProperties": False,
+                },
                 "axes": {
                     "properties": {name: {"properties": _axis(info)} for name, info in profile.axes.items()},
                     "additionalProperties": False,

@@ -125,6 +125,10 @@ class Event(IntEnum):
     """the output that enables the driver of a processor's line has changed; value: its level"""
     halted = 14
     """a program stands for who debugs it; value: the byte address of its next instruction"""
+    control = 15
+    """a control interrupt of a firmware that has a controller of its own; value: yw"""
+    step = 16
+    """a rising edge at the step input of a firmware that has an interrupt of its own for it; value: 1"""
 
 
 class ProcessorMemory(IntEnum):
@@ -169,6 +173,10 @@ class AxisFault(IntEnum):
     """pins of a processor that are stuck at 0, a bit each"""
     stuck_high = 14
     """pins of a processor that are stuck at 1, a bit each"""
+    swapped_a = 15
+    """1: coil A's two wires are swapped"""
+    swapped_b = 16
+    """1: coil B's two wires are swapped"""
     silent_rate = 11
     """part of the readings that a joint's encoder or servo does not answer, 0 to 1"""
 
@@ -354,6 +362,21 @@ class Call(IntEnum):
     """1: the encoder changes the speed"""
     report = 13
     """1: commands' beginnings and ends are events; off after a power-up"""
+
+
+class ServoCall(IntEnum):
+    """Calls of a servo's firmware, with what they take."""
+
+    spr = 0
+    """steps a turn of the motor that the firmware was compiled for, 1 to 1000; 200 after a power-up"""
+    own_law = 1
+    """1: control interrupts measure, and are events; off after a power-up"""
+    own_step = 2
+    """1: rising edges at the step input are events, and nothing else; off after a power-up"""
+    u = 3
+    """what a controller of its own has made: the effort"""
+    e = 4
+    """and the error"""
 
 
 class WalterCall(IntEnum):

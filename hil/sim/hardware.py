@@ -36,6 +36,8 @@ class DeviceSpec:
     nvm: Mapping[str, bytes]
     power_up: Mapping[str, Mapping[str, int]]
     facts: Mapping[str, int]
+    build: Mapping[str, float | str] = field(default_factory=dict)
+    """Parameters of the firmware's build, by their names in its sources."""
     verbs: Mapping[str, Verb] = field(default_factory=dict)
     time_out: TimeOut | None = None
     follow: Callable[..., None] | None = None
@@ -141,6 +143,7 @@ class Hardware:
             reset_cause=lambda: self._reset_cause,
             nvm=self.memory.content,
             facts=spec.facts,
+            build=spec.build,
             note=self.note,
             tell=self.tell,
             fields=self.fields,

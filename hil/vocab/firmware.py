@@ -273,7 +273,15 @@ class ArmJoint(Axis, Protocol):
         Raises KeyError for another name."""
 
 
-MOTION, PINS, JOINT = "motion", "pins", "joint"
+class ServoAxis(Axis, Protocol):
+    """Axis with a loop and an encoder, whose firmware may be of another build than the stock one."""
+
+    def do(self, call: str, value: float = 0.0) -> float:
+        """Carry out a call by its name in ``hil.core.abi.ServoCall``, which says what it takes. Raises
+        KeyError for another name."""
+
+
+MOTION, PINS, JOINT, SERVO_LOOP = "motion", "pins", "joint", "servo_loop"
 """Faces of axes that are more than ``Axis``: ``Motion``, ``Pins``, ``ArmJoint``."""
 
 
@@ -289,6 +297,9 @@ class Board:
     """Named contents of the non-volatile memory; follows each ``Commit`` that was answered True."""
     facts: Mapping[str, int] = field(default_factory=dict)
     """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
+    build: Mapping[str, float | str] = field(default_factory=dict)
+    """Parameters of the firmware's build, as ``parameters`` of its ``profile.yaml`` and of the device have
+    them, by their names."""
     faces: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Axes that are more than ``Axis``, by their face and their names."""
     note: Callable[[str, str | None], None] = lambda about, text: None
@@ -348,6 +359,12 @@ class Board:
     def joints(self) -> Mapping[str, ArmJoint]:
         """Joints by the names of their axes, on a board that drives an arm."""
         return self.faces.get(JOINT, {})
+
+    @property
+    def servo(self) -> ServoAxis:
+        """The first axis, which is a servo. Raises KeyError: it is none."""
+        servo: ServoAxis = self.faces[SERVO_LOOP][self.axes.first]
+        return servo
 
     @property
     def uart(self) -> Uart:

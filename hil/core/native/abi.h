@@ -86,6 +86,12 @@ typedef enum hil_motion_call {
 #include "abi.def"
 } hil_motion_call;
 
+/* Of a servo's firmware (law/servo.c). */
+typedef enum hil_servo_call {
+#define SERVO_CALL(name, value, python, meaning) HIL_SERVO_CALL_##name = value,
+#include "abi.def"
+} hil_servo_call;
+
 /* Of the board of a joint (law/walter.c), which tells them apart by their order: the loop's, a joint's, of its motion, of its bus. */
 typedef enum hil_walter_call {
 #define WALTER_CALL(name, value, python, meaning) HIL_WALTER_##name = value,

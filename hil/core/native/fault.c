@@ -43,6 +43,8 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
         break;
     case HIL_FAULT_OPEN_A: f->is_open_a = value != 0; break;
     case HIL_FAULT_OPEN_B: f->is_open_b = value != 0; break;
+    case HIL_FAULT_SWAPPED_A: f->is_swapped_a = value != 0; break;
+    case HIL_FAULT_SWAPPED_B: f->is_swapped_b = value != 0; break;
     case HIL_FAULT_SLIP: f->slip_counts = (int32_t)fmin(fmax(value, -16383), 16383); break;
     case HIL_FAULT_NOISE: f->noise_counts = fmin(fmax(value, 0), 16384); break;
     case HIL_FAULT_NOISE_SEED: f->noise_key = full_hash((uint64_t)fmin(fmax(value, 0), 0x1p53)); break;
@@ -72,7 +74,7 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
     case HIL_FAULT_STUCK_HIGH: return pin_bank_fault(c, a, what, value, now_ns);
     default: return -1;
     }
-    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->slip_counts || f->noise_counts > 0 ||
+    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->is_swapped_a || f->is_swapped_b || f->slip_counts || f->noise_counts > 0 ||
                    f->is_frozen || f->is_line_open;
     a->law->drive(a);
     return 0;

@@ -29,8 +29,12 @@ static inline void shaft_set_currents(hil_axis *a, double a_A, double b_A)
 {
     a->fault.told_a_A = a_A;
     a->fault.told_b_A = b_A;
-    if (a->fault.is_open_a) a_A = 0;
-    if (a->fault.is_open_b) b_A = 0;
+    if (a->is_faulty) {
+        if (a->fault.is_open_a) a_A = 0;
+        if (a->fault.is_open_b) b_A = 0;
+        if (a->fault.is_swapped_a) a_A = -a_A;
+        if (a->fault.is_swapped_b) b_A = -b_A;
+    }
     if (a->is_full) full_set_currents(&a->full, a_A, b_A);
     else plant_set_currents(&a->plant, a_A, b_A);
 }

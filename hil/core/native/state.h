@@ -28,7 +28,7 @@ typedef struct switch_list switch_list; /* switches.h */
 
 /* What is wrong with an axis; all zeros: nothing. */
 typedef struct axis_fault {
-    int is_jammed, is_open_a, is_open_b;
+    int is_jammed, is_open_a, is_open_b, is_swapped_a, is_swapped_b;
     int32_t slip_counts; /* how far the magnet has slipped on the shaft */
     double noise_counts; /* standard deviation of a reading */
     double load_Nm;      /* beside the axis's own; no matter of is_faulty */

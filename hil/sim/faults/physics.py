@@ -22,7 +22,11 @@ def axis_state(
     as one of its kind is.
     """
     state = dict.fromkeys(
-        ("jam", "open_a", "open_b", "noise_seed", "noise_counts", "freeze", "open_line"), 0.0
+        (
+            *("jam", "open_a", "open_b", "swapped_a", "swapped_b"),
+            *("noise_seed", "noise_counts", "freeze", "open_line"),
+        ),
+        0.0,
     )
     state |= {told: 0.0 for each in own.values() for told in each}
     if supply_V:
@@ -36,7 +40,9 @@ def axis_state(
                 state["jam"] = 1
             case "phase_open":
                 state["open_a" if fault.parameters["coil"] == "A" else "open_b"] = 1
-            case "thermal_trip" | "node_brown_out":
+            case "phase_swapped":
+                state["swapped_a" if fault.parameters["coil"] == "A" else "swapped_b"] = 1
+            case "thermal_trip" | "motor_unplugged" | "motor_power_off" | "node_brown_out":
                 state |= {"open_a": 1, "open_b": 1}
             case "supply_sag":
                 state["supply_V"] = fault.number("supply_V")

@@ -3,12 +3,13 @@
 from fractions import Fraction
 
 from hil.core._native import axis_bytes
-from hil.core.abi import Kind, Law, ServoInput
+from hil.core.abi import Kind, Law, ServoCall, ServoInput
 from hil.core.axis_kind import ANGLE, AROUND, LOAD, MOTOR, AxisKind, Settable, numbers
 from hil.core.core_axis import CoreAxis
 from hil.core.fields import INDEX, Snapshot, fields_of
 from hil.vocab.axis import TURNS_RPM, AxisState
 from hil.vocab.faults import SERVO, SHAFT
+from hil.vocab.firmware import SERVO_LOOP
 from hil.vocab.time import SimTimeNs
 
 FULL_SCALE_V = 0.33
@@ -19,6 +20,16 @@ _REGISTER = Settable(0.0, float(0x7FFF), is_around=True)
 _AT, _LOOP_ON, _FOLLOWING, _MODE, _R, _YW, _VELOCITY = (
     INDEX[name] for name in ("at_ns", "loop_on", "following", "mode", "r", "yw", "velocity_rpm")
 )
+
+
+_SERVO_CALLS = {name: int(call) for name, call in ServoCall.__members__.items()}
+
+
+class CoreServo(CoreAxis):
+    """Servo; a firmware sees it as ``hil.vocab.firmware.ServoAxis``."""
+
+    def do(self, call: str, value: float = 0.0) -> float:
+        return self._native.do(self.id, _SERVO_CALLS[call], value, 0.0, 0.0)
 
 
 def _servo_motion(said: Snapshot) -> AxisState:
@@ -64,5 +75,6 @@ KIND = AxisKind(
     board_angles=("yw", "y", "r"),
     encoder_counts=16384,
     control_step_ns=Fraction(7385 * 10**9, 48_000_000),  # native/control/mechaduino.h
-    make=CoreAxis,
+    make=CoreServo,
+    seen_as=SERVO_LOOP,
 )

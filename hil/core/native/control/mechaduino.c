@@ -4,8 +4,6 @@
 #include <string.h>
 
 static const float Fs = 6500.0f;
-static const float aps = 360.0f / 200;    /* angle per full step */
-static const float stepangle = 1.8f / 32; /* of the step input: 1/32 step */
 
 /* The M0+'s float-to-int: truncates, saturates, and makes 0 of a NaN; C leaves the last two undefined. */
 static int32_t to_int(float x)
@@ -33,6 +31,13 @@ void mechaduino_sine(int16_t sine[MECHADUINO_SINE_LEN])
         sine[a] = (int16_t)lround(1024 * sin(a * 3.1415 / 1800));
 }
 
+void mechaduino_set_spr(mechaduino *m, int32_t spr)
+{
+    m->phase = (float)(10 * spr / 4);
+    m->aps = (float)(360.0 / spr);
+    m->stepangle = (float)(m->aps / 32.0);
+}
+
 void mechaduino_set_pLPF(mechaduino *m, float hz)
 {
     m->pLPF = hz;
@@ -58,7 +63,8 @@ void mechaduino_power_up(mechaduino *m)
     m->vKi = 0.001f;
     m->vKd = 0.0f;
     mechaduino_set_vLPF(m, 100.0f);
-    m->PA = 1.8f;
+    mechaduino_set_spr(m, 200);
+    m->PA = m->aps;
     m->uMAX = 115;
     m->pins.vref1 = m->pins.vref2 = 37; /* (int)(0.33 uMAX) */
     m->pins.in2 = m->pins.in4 = 1;
@@ -66,17 +72,17 @@ void mechaduino_power_up(mechaduino *m)
 
 void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int32_t effort)
 {
-    int32_t a = wrapping_mul(effort, sine[modulo(to_int(500.0f * theta_deg), 3600)]) / 1024;
-    int32_t b = wrapping_mul(effort, sine[modulo(to_int(500.0f * theta_deg + 900.0f), 3600)]) / 1024;
+    int32_t a = wrapping_mul(effort, sine[modulo(to_int(m->phase * theta_deg), 3600)]) / 1024;
+    int32_t b = wrapping_mul(effort, sine[modulo(to_int(m->phase * theta_deg + 900.0f), 3600)]) / 1024;
     mechaduino_drive(m, a, b);
 }
 
 void mechaduino_step_pin(mechaduino *m)
 {
     if (m->dir)
-        m->r += stepangle;
+        m->r += m->stepangle;
     else
-        m->r -= stepangle;
+        m->r -= m->stepangle;
 }
 
 void mechaduino_dir_pin(mechaduino *m, int level) { m->dir = !level; }
@@ -107,9 +113,9 @@ static void velocity_control(mechaduino *m)
 
 static void hybrid_control(mechaduino *m, const int16_t *sine)
 {
-    if (m->yw < m->r - aps)
+    if (m->yw < m->r - m->aps)
         m->missed_steps = wrapping_add(m->missed_steps, -1);
-    else if (m->yw > m->r + aps)
+    else if (m->yw > m->r + m->aps)
         m->missed_steps = wrapping_add(m->missed_steps, 1);
     /* 69 counts: 255/3.3 * (0.6 A * 10 * 0.15 ohm) */
     mechaduino_output(m, sine, (float)(0.1125 * -(m->r - (float)m->missed_steps)), 69);
@@ -130,15 +136,27 @@ static void commutate(mechaduino *m, const int16_t *sine)
     mechaduino_output(m, sine, -m->y, m->U);
 }
 
-int mechaduino_step(mechaduino *m, const int16_t *sine, const float *table, int raw, float *y_measured)
+static inline void measure(mechaduino *m, float y)
 {
-    m->y = *y_measured = table[raw];
+    m->y = y;
     float d = m->y - m->y_1;
     if (d < -180.0f)
         m->wrap_count = wrapping_add(m->wrap_count, 1);
     else if (d > 180.0f)
         m->wrap_count = wrapping_add(m->wrap_count, -1);
     m->yw = (float)(m->y + 360.0 * m->wrap_count);
+}
+
+void mechaduino_measure(mechaduino *m, const float *table, int raw)
+{
+    m->yw_1 = m->yw;
+    measure(m, table[raw]);
+    m->y_1 = m->y;
+}
+
+int mechaduino_step(mechaduino *m, const int16_t *sine, const float *table, int raw, float *y_measured)
+{
+    measure(m, *y_measured = table[raw]);
 
     switch (m->mode) {
     case 'h':

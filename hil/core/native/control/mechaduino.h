@@ -24,6 +24,8 @@ typedef struct mechaduino {
     int32_t uMAX;
     int32_t print_yw, print_counter;
     int32_t dir; /* 1: a step at the input is towards larger counts, a step by letter towards smaller ones */
+    /* Of the motor that it was compiled for: counts of the sine a degree, degrees of a full step and of a pulse. */
+    float phase, aps, stepangle;
     mechaduino_pins pins;
 } mechaduino;
 
@@ -31,6 +33,8 @@ typedef struct mechaduino {
 void mechaduino_sine(int16_t sine[MECHADUINO_SINE_LEN]);
 /* RAM as after power-up, and the pins as setup() leaves them. */
 void mechaduino_power_up(mechaduino *m);
+/* As if it were compiled for a motor of so many steps a turn, 1 to 1000. At power-up: 200. */
+void mechaduino_set_spr(mechaduino *m, int32_t spr);
 void mechaduino_set_pLPF(mechaduino *m, float hz);
 void mechaduino_set_vLPF(mechaduino *m, float hz);
 /* The pins for coil currents in counts. */
@@ -46,6 +50,8 @@ static inline void mechaduino_drive(mechaduino *m, int32_t a, int32_t b)
 void mechaduino_output(mechaduino *m, const int16_t *sine, float theta_deg, int32_t effort);
 /* One control interrupt. Returns 1 when the step response print is due. y_measured: the calibrated angle. */
 int mechaduino_step(mechaduino *m, const int16_t *sine, const float *table, int raw, float *y_measured);
+/* The first part of it alone, for a controller of one's own: y, yw and wrap_count; yw_1 is yw as it was before. */
+void mechaduino_measure(mechaduino *m, const float *table, int raw);
 /* Interrupts of the step and dir inputs: a rising edge, and an edge to a level. */
 void mechaduino_step_pin(mechaduino *m);
 void mechaduino_dir_pin(mechaduino *m, int level);

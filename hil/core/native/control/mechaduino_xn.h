@@ -16,7 +16,7 @@ typedef int64_t law_l __attribute__((vector_size(8 * LANES), may_alias));
 #define LAW_INLINE static inline __attribute__((always_inline))
 
 typedef struct law_xn {
-    law_f r, y_1, yw_1, ITerm, DTerm, pKp, pKi, pKd, pLPFa, pLPFb, PA, most_u;
+    law_f r, y_1, yw_1, ITerm, DTerm, pKp, pKi, pKd, pLPFa, pLPFb, PA, most_u, phase;
     law_i wrap_count;
     law_f y, yw, e, u; /* results */
     law_i U, led, a, b; /* a, b: counts of the coils, signed */
@@ -36,6 +36,7 @@ LAW_INLINE void law_xn_get(law_xn *l, const mechaduino *m, int i)
     l->pLPFb[i] = m->pLPFb;
     l->PA[i] = m->PA;
     l->most_u[i] = (float)m->uMAX;
+    l->phase[i] = m->phase;
     l->wrap_count[i] = m->wrap_count;
 }
 
@@ -88,7 +89,7 @@ LAW_INLINE int law_xn_step(law_xn *l, const int16_t *sine, law_f y)
     law_i forward = u > 0.0f;
     law_f excite = LAW_PICK(forward, y + l->PA, y - l->PA);
     law_f limited = LAW_PICK(forward, LAW_PICK(u > l->most_u, l->most_u, u), LAW_PICK(u < -l->most_u, -l->most_u, u));
-    law_f size = (law_f)((law_i)limited & INT32_MAX), angle = 500.0f * -excite;
+    law_f size = (law_f)((law_i)limited & INT32_MAX), angle = l->phase * -excite;
     law_i fits = (size < 0x1p30f) & ((law_f)((law_i)angle & INT32_MAX) < 0x1p30f);
     int32_t all = -1;
     for (int i = 0; i < LANES; i++) all &= fits[i];

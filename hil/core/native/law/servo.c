@@ -49,10 +49,16 @@ static void control_step(hil_core *c, hil_axis *a, servo *s)
     shaft_node(a, at_ns);
     if (s->follow.n) follow_step(&s->follow, at_ns, &s->law.r);
     int raw = shaft_raw_at_node(a, at_ns);
-    float y;
-    int print = mechaduino_step(&s->law, c->sine, s->table, encoder_exchange(&a->encoder, 0xFFFF, raw) & 16383, &y);
-    drive(a);
-    if (print) core_post(c, (int)(a - c->axes), at_ns, HIL_EVENT_STEP_RESPONSE, (double)(s->law.yw * 1024));
+    int count = encoder_exchange(&a->encoder, 0xFFFF, raw) & 16383;
+    if (s->is_own_law) {
+        mechaduino_measure(&s->law, s->table, count);
+        core_post(c, (int)(a - c->axes), at_ns, HIL_EVENT_CONTROL, (double)s->law.yw);
+    } else {
+        float y;
+        int print = mechaduino_step(&s->law, c->sine, s->table, count, &y);
+        drive(a);
+        if (print) core_post(c, (int)(a - c->axes), at_ns, HIL_EVENT_STEP_RESPONSE, (double)(s->law.yw * 1024));
+    }
     s->control_steps++;
     a->law_next_ns = step_time_ns(s, ++s->loop_steps + 1);
 }
@@ -88,6 +94,7 @@ static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
     servo *s = a->own;
     shaft_node(a, now_ns);
     mechaduino_power_up(&s->law);
+    s->is_own_law = s->is_own_step = 0;
     mechaduino_dir_pin(&s->law, s->pins.dir); /* by the level, unless a firmware has it otherwise */
     a->is_telling = 0;
     set_loop(a, s, 0, now_ns);
@@ -113,7 +120,10 @@ static void set_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
         s->pins.dir = level;
         break;
     case HIL_SERVO_IN_STEP:
-        if (level && !s->pins.step) mechaduino_step_pin(&s->law);
+        if (level && !s->pins.step) {
+            if (s->is_own_step) core_post(c, (int)(a - c->axes), at_ns, HIL_EVENT_STEP, 1);
+            else mechaduino_step_pin(&s->law);
+        }
         s->pins.step = level;
         break;
     case HIL_SERVO_IN_ENABLE:
@@ -210,8 +220,27 @@ static int set(hil_axis *a, hil_field field, double value, int64_t now_ns)
     default:
         if (field == HIL_FIELD_mode || field == HIL_FIELD_r) follow_end(&s->follow);
         if (servo_set(&s->law, field, value)) return -1;
-        a->is_telling = s->law.print_yw;
+        a->is_telling = s->law.print_yw || s->is_own_law;
         return 0;
+    }
+}
+
+static double act(hil_core *c, hil_axis *a, int call, double x, double y, double z)
+{
+    (void)c;
+    (void)y;
+    (void)z;
+    servo *s = a->own;
+    switch (call) {
+    case HIL_SERVO_CALL_SPR: mechaduino_set_spr(&s->law, to_i32(x)); return 0;
+    case HIL_SERVO_CALL_OWN_LAW:
+        s->is_own_law = x != 0;
+        a->is_telling = s->law.print_yw || s->is_own_law;
+        return 0;
+    case HIL_SERVO_CALL_OWN_STEP: s->is_own_step = x != 0; return 0;
+    case HIL_SERVO_CALL_U: s->law.u = (float)x; return 0;
+    case HIL_SERVO_CALL_E: s->law.e = (float)x; return 0;
+    default: return -1;
     }
 }
 
@@ -226,5 +255,6 @@ const law mechaduino_law = {
     .step = control_steps,
     .drive = drive,
     .pin = set_pin,
+    .act = act,
     .set = set,
 };

@@ -13,6 +13,7 @@ typedef struct servo {
     double amps_per_count;
     int64_t loop_since_ns, loop_steps, control_steps; /* control step k is at since + k * 7385 / 48 MHz */
     follow follow;
+    int32_t is_own_law, is_own_step; /* the firmware has a controller, or a step interrupt, of its own: it is told */
     float table[];
 } servo;
 
