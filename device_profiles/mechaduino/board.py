@@ -3,12 +3,14 @@
 from device_profiles.mechaduino import dialogues, verbs
 from device_profiles.mechaduino.firmware import Mechaduino
 from device_profiles.mechaduino.lookup_table import TABLE_FILE
+from device_profiles.mechaduino.own_sketch import with_sketch
 from device_profiles.mechaduino.sessions import is_own_words, session_plan
 from hil.vocab.firmware import MAIN
 from hil.vocab.profile import Example, Profile, UartSpec
 
 PROFILE = Profile(
     firmware=Mechaduino,
+    sketch=with_sketch,
     uarts={MAIN: UartSpec(about="menu, over USB")},
     verbs=verbs.VERBS,
     starve=verbs.starve,

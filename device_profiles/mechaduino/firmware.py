@@ -48,24 +48,39 @@ class Mechaduino:
     # ---- setup() and loop() ----
 
     def main(self) -> Main:
-        self.build.set_up()
-        self.axis.set("dir", 0)  # whatever the level at D0 is
-        self.table.load()
-        yield delay_ms(3000)
-        self.print_menu()
-        self.serial.println(text.SPI_START)
-        yield delay_ms(1000)
-        if not self.table.is_written:
-            self.serial.println(text.EMPTY_TABLE)
-        self.build.start_loop()
+        self._begin()
+        yield from self.boot()
         while True:
             self.is_busy = False
             yield from self.serial.wait()
             self.is_busy = True
-            command = COMMANDS_BY_LETTER.get(self.serial.read())
-            steps = command.run(self) if command else None
-            if steps:
-                yield from steps
+            yield from self.command(self.serial.read())
+
+    def _begin(self) -> None:
+        """Initialise variables and pins."""
+        self.build.set_up()
+        self.axis.set("dir", 0)  # whatever the level at D0 is
+        self.table.load()
+
+    def boot(self) -> Steps:
+        """Run setup(), from the wait for a terminal on."""
+        yield delay_ms(3000)
+        self.print_menu()
+        yield from self.set_up_encoder()
+        if not self.table.is_written:
+            self.serial.println(text.EMPTY_TABLE)
+        self.build.start_loop()
+
+    def set_up_encoder(self) -> Steps:
+        self.serial.println(text.SPI_START)
+        yield delay_ms(1000)
+
+    def command(self, letter: int) -> Steps:
+        """Carry out the command of a byte; any other is none."""
+        command = COMMANDS_BY_LETTER.get(letter)
+        steps = command.run(self) if command else None
+        if steps:
+            yield from steps
 
     def interrupt(self, event: CoreEvent) -> None:
         if event.kind == "step_response":
@@ -74,7 +89,7 @@ class Mechaduino:
     # ---- the commands, in the order of the menu ----
 
     def step(self) -> Steps:
-        yield from self._one_step()
+        yield from self.one_step()
         yield from self.print_angle()
 
     def toggle_dir(self) -> None:
@@ -91,14 +106,14 @@ class Mechaduino:
         self.serial.println(text.CALIBRATION_BEGIN)
         before = encoder.read_count(self.axis)
         self.axis.set("dir", 1)
-        yield from self._one_step()
+        yield from self.one_step()
         yield delay_ms(500)
         if encoder.read_count(self.axis) - before < 0:
             self.serial.println(text.WIRED_BACKWARDS)
             return
         while self._step_number != 0:
             self.axis.set("dir", self._step_number > 0)
-            yield from self._one_step()
+            yield from self.one_step()
             yield delay_ms(100)
         self.axis.set("dir", 1)
         means = []
@@ -111,11 +126,12 @@ class Mechaduino:
                 yield delay_ms(10)
             means.append(calibration.average(readings))
             self.serial.print(f"\r\n{100 * step // spr}% " if step % 20 == 0 else ".")
-            yield from self._one_step()
+            yield from self.one_step()
         yield from self.table.store(calibration.angles(means), self.serial)
         self.serial.println(*text.CALIBRATION_DONE)
 
-    def _one_step(self) -> Steps:
+    def one_step(self) -> Steps:
+        """Take a full step in open loop."""
         self._step_number += -1 if self.axis.get("dir") else 1
         effort = int(0.33 * self.axis.get("uMAX"))
         self.axis.output(float32(self.build.step_deg * self._step_number), effort)

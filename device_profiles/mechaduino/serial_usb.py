@@ -32,6 +32,9 @@ class SerialUSB:
     def print_float(self, value: float, digits: int = 2) -> None:
         self.print(print_float(value, digits))
 
+    def available(self) -> int:
+        return self._uart.available()
+
     def wait(self) -> Steps:
         """Wait for input: ``while (SerialUSB.available() == 0) {}``"""
         yield _A_BYTE

@@ -1,7 +1,7 @@
 """Builder of devices, axes and firmware for a validated configuration."""
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,7 @@ from hil.sim.twin import Twin
 from hil.sketch.chip_program import BOOT_SECTION, SECTION
 from hil.vocab.address import Address, pin_of
 from hil.vocab.bus import NodeLine
+from hil.vocab.firmware import Board, Firmware
 from hil.vocab.line_format import FORMATS
 from hil.vocab.profile import MemoryFile, Profile
 from hil.vocab.time import NS_PER_S
@@ -114,7 +115,7 @@ def make_device(
     spec = DeviceSpec(
         name=name,
         profile=profile.name,
-        firmware=board.firmware or Idle,
+        firmware=_firmware(config, board),
         bauds=config.uart_bauds(profile),
         nvm=sections,
         power_up=config.power_up(profile),
@@ -136,6 +137,13 @@ def make_device(
     device = bench.make(spec, config.axis_plans(profile, seed), group)
     _equip(device, config)
     return device
+
+
+def _firmware(config: DeviceConfig, board: Profile) -> Callable[[Board], Firmware]:
+    """Maker of the board's program, with the user's sketch if there is one."""
+    if config.sketch and board.sketch:
+        return board.sketch(config.sketch.file, config.sketch.text)
+    return board.firmware or Idle
 
 
 def axis_seed(config: BenchConfig, index: int) -> int:

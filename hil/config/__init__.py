@@ -7,7 +7,7 @@ hil.wire it takes rules without state, so that a fault, a load or an address is 
 running bench's words.
 
 May import: hil.core, hil.instruments, hil.sim, hil.sketch, hil.vocab, hil.wire, the pure standard library,
-difflib, pathlib, posixpath, pydantic, pydantic_core, yaml.
+ast, difflib, pathlib, posixpath, pydantic, pydantic_core, yaml.
 
 Tests may import too: bridges.modbus.maps, hil.cli, hil.compose, hil.live, hil.runs, hil.testing,
 hil.toolpath.

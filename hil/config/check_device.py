@@ -10,6 +10,7 @@ from hil.config.check_axis import AXIS_KEYS, AxisCheck
 from hil.config.check_ports import DEFAULT_PORT, PortsCheck
 from hil.config.device_parts_model import BUILT_IN_TABLES
 from hil.config.device_program import ProgramCheck
+from hil.config.device_sketch import SKETCH, SketchCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.drive_findings import EMULATED_KEYS, ONLY_OF_DRIVES, drive_findings
 from hil.config.explain import no_such, suggestion
@@ -35,8 +36,11 @@ REAL_BAUD = 115200
 
 
 class DeviceCheck:
-    """Check of one device's mapping. ``completed`` has the defaults that its profile gives, ``findings`` the
-    mistakes, ``problems`` those in a file that it names; ``profile`` is None if there is none of its name."""
+    """Check of one device's mapping.
+
+    Long because each key has its check in one place. ``completed`` has the defaults that its profile gives,
+    ``findings`` the mistakes, ``problems`` those in a file that it names; ``profile`` is None if there is
+    none of its name."""
 
     def __init__(
         self, name: str, raw: dict[str, Any], document: Document, catalogue: Catalogue, ports: PortsCheck
@@ -89,6 +93,7 @@ class DeviceCheck:
             self.findings += start_findings(self.path, self.raw.get(FIELDS_KEY), profile.fields)
             given = self.raw.get(PARAMETERS_KEY)
             self.findings += build_findings(self.path, given, profile.parameters, profile.name)
+            self._sketch(profile, result)
             self._hardware(profile, result["hardware"])
             self._table(profile)
             programs = ProgramCheck(self.path, self.raw, self.document, profile, self._catalogue.read_bytes)
@@ -96,6 +101,14 @@ class DeviceCheck:
             self.findings += programs.findings
             self.problems += programs.problems
         return result
+
+    def _sketch(self, profile: ProfileInfo, result: dict[str, Any]) -> None:
+        """Read the sketch of its user."""
+        if (given := self.raw.get(SKETCH)) is not None:
+            check = SketchCheck(self.path, given, self.document, self._catalogue.read_text)
+            result[SKETCH] = check.read(profile.name, takes=bool(self.board and self.board.sketch))
+            self.findings += check.findings
+            self.problems += check.problems
 
     def _map(self, result: dict[str, Any]) -> None:
         """Read the map of the board's own registers."""

@@ -17,6 +17,7 @@ EMULATED_KEYS = (
     "voltages",
     "fields",
     "parameters",
+    "sketch",
     "rs485",
     "magnet",
     "hardware",

@@ -10,6 +10,7 @@ from hil.config.board_parameters import BuildValues
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.device_parts_model import AxisConfig, FieldStarts, FlashConfig, Register, SetpointsConfig
 from hil.config.device_program import ProgramKey
+from hil.config.device_sketch import SketchKey
 from hil.config.explain import OR_NULL, DefaultsModel, LazyModel, StrictModel
 from hil.config.fault_model import FaultConfig
 from hil.config.magnet_model import MagnetKey
@@ -98,6 +99,11 @@ class DeviceConfig(DefaultsModel):
         description="Compiled program of the board's processor, a `.hex` or an `.elf` file; a relative path"
         " is looked up from this file. It is in the board's flash at each start, instead of what was"
         " uploaded; null: what was uploaded last. Only of boards with a `processor`.",
+    )
+    sketch: SketchKey = Field(
+        default=None,
+        description="Sketch of your own in Python, beside the stock firmware: a file with `setup(board)` and"
+        " `loop(board)`; null: the stock one alone. Only of a Mechaduino.",
     )
     bootloader: ProgramKey = Field(
         default=None,

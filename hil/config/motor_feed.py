@@ -12,6 +12,8 @@ from hil.sim.load_limit import AS_SHOWN
 if TYPE_CHECKING:
     from hil.config.model import DeviceConfig
 
+STEPS = "spr"
+"""Parameter of a build that says for which motor it is: any other can be put on as well, as on the desk."""
 TOO_MUCH = 1.5
 """Share of the rated current that a motor bears for some seconds; QSH5718 data sheet, table 6.1."""
 
@@ -21,14 +23,13 @@ def unfed(device: "DeviceConfig", profile: ProfileInfo, axis: str) -> Iterator[B
     own, info = device.axis_config(profile, axis), profile.axes[axis]
     teeth = device.axis_parameters(profile, axis).get("rotor_teeth")
     kind = KINDS[info.law]
-    if kind.steps_per_turn and teeth is not None and 4 * teeth != kind.steps_per_turn:
+    steps = kind.steps_per_turn if STEPS not in profile.parameters else 0
+    if steps and teeth is not None and 4 * teeth != steps:
         key = ("axis", "rotor_teeth") if "rotor_teeth" in own.axis else ("motor",)
-        of = f"motors of {kind.steps_per_turn} steps a turn"
+        of = f"motors of {steps} steps a turn"
         what = f"a {profile.name} commutates {of}, and this one has {4 * teeth:g}"
-        fitting = [name for name, each in MOTORS.items() if each.steps == kind.steps_per_turn]
-        remedy = (
-            f"write {kind.steps_per_turn // 4}" if key[0] == "axis" else f"write one of {', '.join(fitting)}"
-        )
+        fitting = [name for name, each in MOTORS.items() if each.steps == steps]
+        remedy = f"write {steps // 4}" if key[0] == "axis" else f"write one of {', '.join(fitting)}"
         yield Beyond(key, what, remedy)
     if own.motor is None:
         return

@@ -7,5 +7,5 @@ for a user's program (``programmed_board.py``, with ``bootloader.py`` and ``chip
 
 Everything here is pure: bytes and simulated time come in as arguments or as answers to a ``yield``.
 
-May import: hil.sketch, hil.vocab, hil.wire, the pure standard library.
+May import: hil.sketch, hil.vocab, hil.wire, the pure standard library, inspect, sys.
 """

@@ -28,8 +28,10 @@ def _is_boards(file: str) -> bool:
 
 
 def place_of(error: BaseException) -> str:
-    """Answer file and line as " (firmware.py:31)": of the innermost call in a board's code, if there is one;
-    "" without a traceback."""
+    """Answer file and line as " (firmware.py:31)": those that the error itself knows, or of the innermost
+    call in a board's code, if there is one; "" without a traceback."""
+    if place := getattr(error, "place", ""):
+        return f" ({place})"
     places: list[tuple[str, int]] = []
     call = error.__traceback__
     while call:

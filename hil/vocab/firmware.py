@@ -277,8 +277,7 @@ class ServoAxis(Axis, Protocol):
     """Axis with a loop and an encoder, whose firmware may be of another build than the stock one."""
 
     def do(self, call: str, value: float = 0.0) -> float:
-        """Carry out a call by its name in ``hil.core.abi.ServoCall``, which says what it takes. Raises
-        KeyError for another name."""
+        """Carry out a call of ``hil.core.abi.ServoCall``, by its name. Raises KeyError for another one."""
 
 
 MOTION, PINS, JOINT, SERVO_LOOP = "motion", "pins", "joint", "servo_loop"
@@ -298,8 +297,7 @@ class Board:
     facts: Mapping[str, int] = field(default_factory=dict)
     """Numbers that the build of a firmware fixes, such as ``lookup_address``."""
     build: Mapping[str, float | str] = field(default_factory=dict)
-    """Parameters of the firmware's build, as ``parameters`` of its ``profile.yaml`` and of the device have
-    them, by their names."""
+    """Parameters of the firmware's build, by their names in ``profile.yaml``."""
     faces: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Axes that are more than ``Axis``, by their face and their names."""
     note: Callable[[str, str | None], None] = lambda about, text: None

@@ -85,6 +85,8 @@ class Profile:
     firmware: Callable[[Board], Firmware] | None = None
     """Maker of the board's program, one for each power-up; most often the program's class. None: the board
     does nothing, and closes no loop."""
+    sketch: Callable[[str, str], Callable[[Board], Firmware]] | None = None
+    """``sketch(file, text)`` makes the maker of its program with a user's sketch; None: it takes none."""
     uarts: Mapping[str, UartSpec] = field(default_factory=lambda: {MAIN: UartSpec(about="terminal")})
     """Serial interfaces by name; ``{}``: it has none."""
     axes: Mapping[str, AxisSpec] = field(default_factory=dict)

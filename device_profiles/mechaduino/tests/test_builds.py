@@ -32,8 +32,9 @@ def _goes_to_90(bench, port):
     return abs(now.e) < 0.2 and now.position_deg - begun.position_deg == pytest.approx(90, abs=0.3)
 
 
-def test_a_motor_of_400_steps_with_its_build_is_calibrated_and_holds_angles():
-    bench, port, _ = _bench(axis=NINE_TENTHS, parameters={"spr": 400}, flash={"table": "empty"})
+@pytest.mark.parametrize("motor", [{"axis": NINE_TENTHS}, {"motor": "nema17-2A-400"}])
+def test_a_motor_of_400_steps_with_its_build_is_calibrated_and_holds_angles(motor):
+    bench, port, _ = _bench(**motor, parameters={"spr": 400}, flash={"table": "empty"})
     said = _calibrated(bench, port)
     assert said.count(b"%") == 20
     assert b"\r\n95% " in said

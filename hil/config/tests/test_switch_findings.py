@@ -15,7 +15,7 @@ devices:
 wires: [{from: s1.clk, to: m1.step}]
 """
 
-COMMUTATES = "a mechaduino commutates motors of 200 steps a turn, and this one has 400"
+COMMUTATES = "a modbus_drive commutates motors of 200 steps a turn, and this one has 400"
 
 
 def problems(text: str) -> list[str]:
@@ -110,8 +110,8 @@ devices:
   s3: {profile: sac, motor: nema17-0.33A, axis: {phase_current_A: 1.0}}
   s4: {profile: sac, motor: nema23-2.8A, axis: {phase_current_A: 2.4}}
   s5: {profile: sac, plant: full, motor: nema14-0.5A, axis: {supply_V: 8, phase_current_A: 0.6}}
-  m1: {profile: mechaduino, motor: nema17-2A-400}
-  m2: {profile: mechaduino, axis: {rotor_teeth: 100}}
+  m1: {profile: modbus_drive, motor: nema17-2A-400}
+  m2: {profile: modbus_drive, axis: {rotor_teeth: 100}}
   m3: {profile: mechaduino, motor: nema14-0.5A}
 switches: {a: {axis: s1}}
 """)
@@ -124,8 +124,8 @@ switches: {a: {axis: s1}}
         "b.yaml:6:66: devices.s4.axis.phase_current_A: the driver gives 2 A at most, and 2.4 A are written"
         " here",
         "b.yaml:7:72: devices.s5.axis.supply_V: 8 V drive 0.533 A through 15 ohm, and 0.6 A are set",
-        f"b.yaml:8:36: devices.m1.motor: {COMMUTATES}",
-        f"b.yaml:9:49: devices.m2.axis.rotor_teeth: {COMMUTATES}",
+        f"b.yaml:8:38: devices.m1.motor: {COMMUTATES}",
+        f"b.yaml:9:51: devices.m2.axis.rotor_teeth: {COMMUTATES}",
         "b.yaml:10:36: devices.m3.motor: the driver gives it 2.2 A, and nema14-0.5A is rated for 0.5 A",
         "b.yaml:11:12: switches.a: the switch has no place",
     ]
