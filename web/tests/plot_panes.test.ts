@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import type { DeviceRow } from "../src/model/door";
-import { fieldAt, fieldsBeside, neededFields, panesOf } from "../src/views/bench/axis_fields";
+import { fieldAt, fieldsBeside, neededFields, panesOf, usualFields } from "../src/views/bench/axis_fields";
 
 const field = (name: string, unit: string) => ({ name, unit, type: "f64", meaning: "", is_settable: false, is_state: false });
 const fields = [field("position_deg", "deg"), field("velocity_rpm", "rpm"), field("current_a_A", "A"), field("current_b_A", "A")];
@@ -43,4 +43,12 @@ it("finds a field by its address, and what to watch of an axis without one", () 
   expect(fieldAt(devices, "w1.arm.velocity_rpm")?.field.unit).toBe("rpm");
   for (const address of ["velocity_rpm", "w1.velocity_rpm", "w1.arm.nothing", ""]) expect(fieldAt(devices, address)).toBeNull();
   expect(neededFields(drive, [])).toEqual(["position_deg"]);
+});
+
+it("draws a board's own fields where it has no motor and no pins", () => {
+  const own = ["at_ns", "temperature_degC", "heater"].map((name) => ({ ...field(name, ""), is_state: true }));
+  const board = { ...drive, fields: own };
+  expect(usualFields(board)).toEqual(["temperature_degC", "heater"]);
+  expect(usualFields({ ...board, inputs: { D2: "" } })).toEqual([]);
+  expect(usualFields({ ...drive, fields: [...fields, ...own] })).toEqual(all);
 });

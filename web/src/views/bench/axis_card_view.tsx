@@ -1,5 +1,6 @@
 /** Card of an axis: where it is, where it should be, what it does, and a strip of the last seconds. */
 
+import { Fragment } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { type AxisCard, errorShare, words } from "../../model/axis_card";
 import { byteRate, digitsOf, shown } from "../../model/numbers";
@@ -8,6 +9,7 @@ import { href } from "../../router";
 import { devices, isPast } from "../../store";
 import { theme } from "../../theme";
 import { feedOf } from "./axis_feed";
+import { ownFields } from "./axis_fields";
 import { Strip } from "./strip";
 
 /** Errors from here on are drawn as bad, by their units. */
@@ -110,6 +112,45 @@ function ErrorBar({ error, unit }: { error: number; unit: string }) {
   );
 }
 
+const MOST_READINGS = 8;
+const READ_MS = 200;
+
+/** Fields of a board without a motor as numbers. */
+function Readings({ name, fields }: { name: string; fields: readonly string[] }) {
+  const list = useRef<HTMLDListElement>(null);
+  useEffect(() => {
+    const feed = feedOf(name);
+    const end = feed.want([...fields]);
+    const say = () => {
+      list.current?.querySelectorAll("dd").forEach((place, at) => {
+        const field = fields[at] ?? "";
+        const digits = devices.value
+          .get(name)
+          ?.fields.find((each) => each.name === field)
+          ?.type.startsWith("i")
+          ? 0
+          : 2;
+        write(place, shown(feed.ring.at(feed.column(field), feed.ring.total - 1), digits));
+      });
+    };
+    const timer = setInterval(say, READ_MS);
+    return () => {
+      clearInterval(timer);
+      end();
+    };
+  }, [name, fields.join(" ")]);
+  return (
+    <dl class="card-facts" ref={list}>
+      {fields.map((field) => (
+        <Fragment key={field}>
+          <dt>{field}</dt>
+          <dd class="mono" />
+        </Fragment>
+      ))}
+    </dl>
+  );
+}
+
 /** Position and speed of an axis as numbers, and a strip of its position. */
 function Live({ name }: { name: string }) {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -138,6 +179,9 @@ function Live({ name }: { name: string }) {
       end();
     };
   }, [name, wanted.join(" "), theme.value]);
+  const device = devices.value.get(name);
+  const own = device && !wanted.length ? ownFields(device).slice(0, MOST_READINGS) : [];
+  if (own.length) return <Readings name={name} fields={own} />;
   if (!wanted.length) return <p class="soft strip-none">no shaft that could be watched</p>;
   return (
     <>

@@ -37,7 +37,16 @@ export function setpointOf(device: DeviceRow): string | undefined {
 
 export function usualFields(device: DeviceRow): string[] {
   const setpoint = setpointOf(device);
-  return device.fields.map((field) => field.name).filter((name) => name === setpoint || USUAL.includes(name));
+  const usual = device.fields.map((field) => field.name).filter((name) => name === setpoint || USUAL.includes(name));
+  return usual.length ? usual : ownFields(device).slice(0, MOST_OWN);
+}
+
+const MOST_OWN = 4;
+
+/** Fields of a board without a motor and without pins: its own. */
+export function ownFields(device: DeviceRow): string[] {
+  if (Object.keys(device.inputs).length || device.fields.some(({ name }) => name === "position_deg")) return [];
+  return device.fields.filter((field) => field.is_state && field.name !== "at_ns").map(({ name }) => name);
 }
 
 /** Fields that can be drawn: all but the time itself. */
