@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from browser_pages import Bench, fits, in_layout, served, violations
+from browser_pages import Bench, Between, fits, in_layout, served, violations
 from e2e_support import READY_NS
 from playwright.sync_api import Browser, Page, expect
 
@@ -92,6 +92,41 @@ def test_a_place_is_for_everybody_and_whole(pages: Bench, where: str, theme: str
         expect(page.locator(".panel")).to_have_count(len(PANELS))
     fits(page, width)
     assert violations(page) == []
+
+
+BELOW = """lower => {
+  const line = document.querySelector("section.time-line")?.getBoundingClientRect();
+  const above = document.querySelector(lower)?.getBoundingClientRect();
+  return line && above && above.height > 0 && above.bottom <= line.top;
+}"""
+
+
+def test_the_time_line_covers_neither_the_axis_of_time_nor_the_line_to_send(pages: Bench) -> None:
+    page = pages.open("bench/m1", viewport={"width": 1440, "height": 900})
+    page.wait_for_function(BELOW, arg=".pane.has-times")
+    page.get_by_role("button", name="Event before").click()
+    expect(page.get_by_text("what you see is from then")).to_be_visible()
+    page.wait_for_function(BELOW, arg=".pane.has-times")
+    page.get_by_role("button", name="Back to live").click()
+    page.set_viewport_size({"width": 1600, "height": 1000})
+    page.get_by_role("tab", name="Terminal", exact=True).click()
+    page.wait_for_function(BELOW, arg=".terminal-line")
+
+
+def test_a_reason_in_the_head_moves_nothing(pages: Bench) -> None:
+    made: list[Between] = []
+    size = {"width": 1440, "height": 900}
+    page = pages.open("bench/m1", viewport=size, prepare=lambda page: made.append(Between(page)))
+    top = "document.querySelector('main').getBoundingClientRect().top"
+    expect(page.locator(".pill.is-open")).to_be_visible()
+    before_px = page.evaluate(top)
+    problem = '{"kind":"device","about":"m1","what":"stopped: it hung, and did not say why","remedy":""}'
+    made[0].change = lambda said: (
+        re.sub(r'("problems":)\[.*?\](?=\})', rf"\1[{problem}]", said) if isinstance(said, str) else said
+    )
+    expect(page.locator(".health-reason")).to_contain_text("it hung")
+    assert page.evaluate(top) == before_px
+    fits(page, 1440)
 
 
 STRANGE = ("%E0%A4%A", "__proto__", "x" * 5000)

@@ -2,7 +2,7 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { VERSION } from "./build";
-import { flush, keptFor, rememberByTab, rememberedByTab, unsaved } from "./kept";
+import { flush, keptFor, notKept, rememberByTab, rememberedByTab, unsaved } from "./kept";
 import type { ActiveFault, FaultMark } from "./model/fault_marks";
 import { type RunProgress, readRun, withRun } from "./model/run_progress";
 import { NO_STATUS, type Status } from "./model/status";
@@ -18,6 +18,7 @@ export const otherVersion = signal("");
 const MOST_UNTOLD_s = 1;
 
 const RELOADED_FOR = "hil.reloaded-for";
+const LAST_BENCH = "hil.last-bench";
 
 /** Load the page again where nobody writes in it. Once for a version of the server; a second time would not help. */
 function versionDiffers(server: string): void {
@@ -43,8 +44,19 @@ export const link = new Link(VERSION, versionDiffers);
 export const hello = link.hello;
 
 effect(() => {
-  if (hello.value) keptFor.value = hello.value.bench;
+  const bench = hello.value?.bench;
+  if (bench === undefined) return;
+  if (isAnother(bench)) window.location.reload();
+  else keptFor.value = bench;
 });
+
+/** True where another bench has come to the address, and the page loses nothing when it begins as new: samples,
+ * events and terminals of the one before are not of this one. */
+function isAnother(bench: string): boolean {
+  if (!keptFor.peek() || keptFor.peek() === bench) return false;
+  flush();
+  return (notKept.peek().size === 0 || unsaved.peek().length === 0) && rememberByTab(LAST_BENCH, bench);
+}
 
 /** Devices of the bench, each with its first axis, and further axes, by name. */
 export const devices = computed<Map<string, DeviceRow>>(() => new Map((hello.value?.devices ?? []).map((device) => [device.name, device])));

@@ -39,6 +39,7 @@ export function Plots({ model, isFilling = false }: { model: PlotModel; isFillin
       {model.feed.refusal.value && <p class="problem">{model.feed.refusal.value}</p>}
       <div
         class="panes"
+        style={{ "--panes": Math.max(panes.length, 1) }}
         role="group"
         tabIndex={0}
         aria-label="Plots. Space pauses, plus and minus zoom, arrow keys move cursor A, with Shift cursor B, page up and down move the time, Home shows the present."
