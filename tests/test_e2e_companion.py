@@ -135,3 +135,33 @@ def test_ctrl_c_says_what_is_in_the_board(place: Place, queue: Path) -> None:
     said = loading.communicate(timeout=PATIENCE_S)[1]
     assert loading.returncode == 130
     assert re.search(r"hil: stopped at row \d+ of 30: interrupted; .*load it again\n$", said), said
+
+
+def long_file(place: Place, count: int) -> tuple[Path, int]:
+    """A file longer than a queue, and the sum of its steps."""
+    path, total, rows = place.folder / "long.txt", 0, []
+    for number in range(count):
+        steps, is_ccw = 1 + number % 7, number % 3 == 0
+        total += -steps if is_ccw else steps
+        rows.append(f" {number + 1} , {steps} , {is_ccw:d} , 1 , 300 , 1000 , 0 , 999 , 999 , 0 , 0 , 0 \r\n")
+    path.write_bytes("".join(rows).encode())
+    return path, total
+
+
+@pytest.mark.parametrize("count", [90, pytest.param(10_560, marks=pytest.mark.thorough)])
+def test_a_long_file_is_streamed_in_two_parts(place: Place, count: int) -> None:
+    path, total = long_file(place, count)
+    server = place.serve(config(speed=20, devices={"s1": SAC}))
+    begun = [HIL, "sac", "stream", str(path), "--to", "60", "--runtime-dir", str(place.runtime)]
+    with subprocess.Popen(begun, stderr=subprocess.PIPE, text=True) as streaming:
+        assert streaming.stderr is not None
+        streaming.stderr.readline()
+        streaming.send_signal(signal.SIGINT)
+        said = streaming.stderr.read()
+    assert streaming.returncode == 130, said
+    found = re.search(r"^hil: rows up to (\d+) have run; go on with --from (\d+)\n$", said, re.MULTILINE)
+    assert found, said
+    command = [HIL, "sac", "stream", str(path), "--from", found[2], "--runtime-dir", str(place.runtime)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=20 * PATIENCE_S)
+    assert ended.stdout == f"{path}: {count - int(found[1]):,} rows have run\n", ended
+    assert server.status("s1")["snapshot"]["commanded_deg"] == pytest.approx(total * 1.8)

@@ -7,6 +7,8 @@ import typer
 
 from device_profiles.sac import companion
 from device_profiles.sac.companion_files import LINE_BYTES, is_line, read_one_shot, read_queue, write_queue
+from device_profiles.sac.long_files import read_long_file
+from device_profiles.sac.row_stream import RowStream
 from hil.vocab.dialogue import Refusal, Task
 from hil.vocab.profile import Commands
 
@@ -41,6 +43,25 @@ def save(file: QueuePath) -> Task:
         raise Refusal(f"{file}: there is no folder {file.parent}")
 
     return Task(companion.save(), lambda rows: f"{file}: {len(rows)} rows", file=file, content=write_queue)
+
+
+def stream(
+    file: Annotated[
+        Path, typer.Argument(help="A file of rows, as many as you like.", metavar="FILE", show_default=False)
+    ],
+    first: Annotated[int, typer.Option("--from", help="The first row to run.")] = 1,
+    last: Annotated[
+        int | None, typer.Option("--to", help="The last row to run. [default: the file's]")
+    ] = None,
+) -> Task:
+    """Run the rows of a long file, each sent when the board's queue has room.
+
+    Checks every row before it sends the first. Ctrl-C ends it behind the row that runs, and says which.
+
+    Example: hil sac stream moves.txt --from 30
+    """
+    rows = RowStream(read_long_file(_content(file), str(file)), first, last)
+    return Task(rows.run(), lambda count: f"{file}: {count:,} rows have run", rows.halt)
 
 
 def oneshot(
@@ -108,6 +129,6 @@ def _judged(found: companion.Calibration) -> str:
 
 COMMANDS = Commands(
     about="Load and save files of the SAC's companion program.",
-    functions=(load, save, oneshot, command, calibrate),
+    functions=(load, save, stream, oneshot, command, calibrate),
     baud=38400,
 )

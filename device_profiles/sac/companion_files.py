@@ -45,12 +45,21 @@ class Row(NamedTuple):
     def command(self, steps_per_rev: int) -> str:
         """Line that writes it into a board's queue. The board computes RPM and cycle from each other, and
         drops fractions: what was entered is the one that the other follows from."""
+        return f"q{self.position}m{self._attributes(steps_per_rev)}s{self.is_sync}t{self.wait_us}"
+
+    def motion(self, steps_per_rev: int) -> str:
+        """Line that puts it behind what waits in a board's queue, whatever the session's defaults are."""
+        return f"m{self._attributes(steps_per_rev)}{'s' * self.is_sync}" + (
+            f"t{self.wait_us}" if self.wait_us else ""
+        )
+
+    def _attributes(self, steps_per_rev: int) -> str:
         is_by_rpm = f_of(steps_per_rev) // self.rpm == self.cycle_us
         velocity = f"v{self.rpm}" if is_by_rpm else f"vc{self.cycle_us}"
         return (
-            f"q{self.position}m{'-' * self.is_ccw}{self.steps}{velocity}"
+            f"{'-' * self.is_ccw}{self.steps}{velocity}"
             f"a{_decimal(self.acc_hundredths)}d{_decimal(self.dec_hundredths)}l{self.is_linear}"
-            f"{'f' if self.is_full else 'p'}u{self.extra_pulses}s{self.is_sync}t{self.wait_us}"
+            f"{'f' if self.is_full else 'p'}u{self.extra_pulses}"
         )
 
     def is_possible(self, steps_per_rev: int) -> bool:
@@ -73,13 +82,13 @@ def read_queue(data: bytes, file: str) -> QueueFile:
     """
     problems: list[str] = []
     rows: dict[int, tuple[Row, str]] = {}
-    lines, is_whole = _lines(data, file)
+    lines, is_whole = split_lines(data, file)
     for number, line in enumerate(lines, 1):
         if not line.strip():
             if number < len(lines):
                 problems.append(f"{file}:{number}:1: an empty line; take it out")
             continue
-        if number == len(lines) and not is_whole and _is_cut(line):
+        if number == len(lines) and not is_whole and is_cut_row(line):
             problems.append(
                 f"{file}:{number}:{len(line) + 1}: the file ends in the middle of this row; {_CUT}"
             )
@@ -101,14 +110,15 @@ def read_queue(data: bytes, file: str) -> QueueFile:
     return QueueFile([row for row, _ in in_order], [where for _, where in in_order])
 
 
-def _lines(data: bytes, file: str) -> tuple[list[str], bool]:
+def split_lines(data: bytes, file: str, most_bytes: int = FILE_BYTES) -> tuple[list[str], bool]:
     """Split a file; answers its lines, and False if it ends within the last one.
 
     Raises:
         Refusal: it is too long, or no text.
     """
-    if len(data) > FILE_BYTES:
-        raise Refusal(f"{file}:1:1: {len(data):,} bytes; a file of the companion has some thousand")
+    if len(data) > most_bytes:
+        usual = "a file of the companion has some thousand"
+        raise Refusal(f"{file}:1:1: {len(data):,} bytes; {usual if most_bytes == FILE_BYTES else 'split it'}")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -117,7 +127,7 @@ def _lines(data: bytes, file: str) -> tuple[list[str], bool]:
     return lines, not text or text.endswith("\n")
 
 
-def _is_cut(line: str) -> bool:
+def is_cut_row(line: str) -> bool:
     """True if a line without an end stops within its row: numbers are missing, or the blank that follows
     each."""
     cells = line.split(",")
@@ -126,7 +136,7 @@ def _is_cut(line: str) -> bool:
     return len(cells) < len(COLUMNS) or (line.startswith(" ") and not line.endswith(" "))
 
 
-def read_row(line: str, where: str, problems: list[str]) -> Row | None:
+def read_row(line: str, where: str, problems: list[str], most_rows: int = ROWS) -> Row | None:
     """Read a line of a queue's file. None: each problem was added, as ``where:column: what``."""
     cells = line.split(",")
     if len(cells) != len(COLUMNS):
@@ -138,13 +148,13 @@ def read_row(line: str, where: str, problems: list[str]) -> Row | None:
     column = 1
     for index, cell in enumerate(cells):
         at = f"{where}:{column + len(cell) - len(cell.lstrip())}"
-        values.append(_value(cell.strip(), index, at, problems))
+        values.append(_value(cell.strip(), index, at, problems, most_rows if index == 0 else _LARGEST[index]))
         column += len(cell) + 1
     if len(problems) > before:
         return None
     row = Row(*values)
     if not row.position >= 1:
-        problems.append(f"{where}:1: position 0 is not of the queue; positions are 1 to {ROWS}")
+        problems.append(f"{where}:1: position 0 is not of the queue; positions are 1 to {most_rows}")
     elif row.rpm == 0 or row.cycle_us == 0:
         problems.append(f"{where}:1: RPM and cycle cannot be 0")
     elif row.steps == 0:
@@ -152,8 +162,8 @@ def read_row(line: str, where: str, problems: list[str]) -> Row | None:
     return row if len(problems) == before else None
 
 
-def _value(text: str, index: int, where: str, problems: list[str]) -> int:
-    name, largest = COLUMNS[index], _LARGEST[index]
+def _value(text: str, index: int, where: str, problems: list[str], largest: int) -> int:
+    name = COLUMNS[index]
     is_hundredths = index in _HUNDREDTHS
     if not _NUMBER.fullmatch(text) or len(text) > 12 or ("." in text and not is_hundredths):
         problems.append(
@@ -200,7 +210,7 @@ def read_one_shot(data: bytes, file: str, number: int) -> str:
     Raises:
         Refusal: there is none, or it is no line that a board takes.
     """
-    lines, _ = _lines(data, file)
+    lines, _ = split_lines(data, file)
     if not 1 <= number <= ONE_SHOTS:
         raise Refusal(f"{file}: there is no one-shot {number}; a file has 1 to {ONE_SHOTS}")
     command = lines[number - 1].strip() if number <= len(lines) else ""
@@ -220,7 +230,7 @@ def read_one_shots(data: bytes, file: str) -> list[str]:
     Raises:
         Refusal: a line is none that a board takes, or the file was cut off.
     """
-    lines, is_whole = _lines(data, file)
+    lines, is_whole = split_lines(data, file)
     if not lines:
         raise Refusal(f"{file}:1:1: the file is empty")
     problems: list[str] = []

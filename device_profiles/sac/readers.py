@@ -9,6 +9,7 @@ from typing import Any
 
 from device_profiles.sac import screen_reading as screen
 from device_profiles.sac.companion_files import FILE_BYTES, Row, read_one_shots, read_queue, read_row
+from device_profiles.sac.long_files import MOST_BYTES, read_long_file
 from hil.vocab.dialogue import DialogueError, Refusal
 
 _MARK = "\xef\xbb\xbf"
@@ -67,6 +68,16 @@ def _one_shots(text: str, file: str) -> Mapping[str, Any]:
     return {"lines": read_one_shots(_ascii(text, file), file)}
 
 
+def _long_file(text: str, file: str) -> Mapping[str, Any]:
+    """Lines that move the motor, of a long file behind a first line with the motor's steps a turn."""
+    steps, _, content = text.partition("\n")
+    if not (steps.isascii() and steps.isdecimal() and int(steps[:10])):
+        raise Refusal(f"{file}: no motor has {steps[:20]!r} steps a turn")
+    long_file = read_long_file(_ascii(content, file, MOST_BYTES), file)
+    long_file.check(int(steps))
+    return {"moves": [row.motion(int(steps)) for row in long_file.rows]}
+
+
 def _pasted(text: str, _: str) -> Mapping[str, Any]:
     """Rows of a spreadsheet or of a queue's file; their own positions do not count."""
     problems: list[str] = []
@@ -81,13 +92,13 @@ def _pasted(text: str, _: str) -> Mapping[str, Any]:
     return {"rows": _rows([row for row in rows if row])}
 
 
-def _ascii(text: str, file: str) -> bytes:
+def _ascii(text: str, file: str, most_bytes: int = FILE_BYTES) -> bytes:
     """Bytes of a file, each a character of ``text``.
 
     Raises:
         Refusal: some are neither printable ASCII nor TAB or a line's end, which readers of files leave alone.
     """
-    if len(text) <= FILE_BYTES:  # a longer one its reader refuses
+    if len(text) <= most_bytes:  # a longer one its reader refuses
         lines = text.removeprefix(_MARK).replace("\r\n", "\n").split("\n")
         told = (
             f"{file}:{number}:{wrong.start() + 1}:"
@@ -107,5 +118,6 @@ READERS = {
     "vd": _speed,
     "queue": _queue,
     "one_shots": _one_shots,
+    "long_file": _long_file,
     "pasted": _pasted,
 }

@@ -39,6 +39,7 @@ CONSTANTS = {
     "accelDuring": Limits("accel_steps", 0.0, 255.0, True),
     "stepPin": Limits("step_pin", 2.0, 13.0, True),
     "dirPin": Limits("dir_pin", 2.0, 13.0, True),
+    "nVoltes": Limits("turns", 0.0, 1000.0, True),
 }
 """Constants by the names that the sketch has for them."""
 
@@ -56,12 +57,19 @@ class Constants:
     """Steps in which the speed is reached."""
     step_pin: float = 6.0
     dir_pin: float = 7.0
+    turns: float = 1.0
+    """Turns of the motor there and back that the sketch makes by itself; 0: it rests."""
 
     @property
     def delay_us(self) -> int:
         """Least time between steps, rounded down: that in which a coil's current is turned round."""
         us = float32(float32(float32(self.inductance_mH) * 2000.0) * float32(self.current_A))
         return int(float32(float32(us / float32(self.supply_V)) / self.microsteps))
+
+    @property
+    def swing_steps(self) -> int:
+        """Steps there, and back, that the sketch makes by itself."""
+        return int(self.turns * self.steps_per_rev * self.microsteps)
 
     def with_values(self, values: Mapping[str, float]) -> "Constants":
         """Copy with other values, by the sketch's names.

@@ -52,6 +52,11 @@ def _joined(runs: Iterator[tuple[int, int]]) -> list[Pulses]:
     return rows
 
 
+def duration_ns(rows: Sequence[Pulses]) -> int:
+    """Time from the beginning of a move to its last pulse."""
+    return sum(row.number * row.period_ns for row in rows)
+
+
 def paused(rows: Sequence[Pulses], pause_ns: int) -> list[Pulses]:
     """Delay the first pulse."""
     first = rows[0]

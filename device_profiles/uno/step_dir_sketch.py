@@ -28,8 +28,10 @@ class StepDirSketch:
         """Run the sketch's setup() and loop(), until a tool begins to upload. Returns what that has sent."""
         self._stepping.set_up()
         self._stepping.print_boot()
+        self._stepping.begin_by_itself()
         while True:
-            yield ByteAvailable()
+            yield ByteAvailable(self._stepping.swing_in_ns)
+            self._stepping.swing_on()
             typed, sent = self.watch.sift(self._uart.read_all())
             if sent:
                 self._stepping.end_all()

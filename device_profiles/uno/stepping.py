@@ -5,7 +5,7 @@ from typing import Any
 
 from device_profiles.uno.constants import Constants, boot_text, counts_of, ramp_of
 from device_profiles.uno.memory import SECTION, packed, read_constants
-from device_profiles.uno.ramp import paused, pulses_of
+from device_profiles.uno.ramp import duration_ns, paused, pulses_of
 from hil.vocab.firmware import Board, Commit, Request
 from hil.vocab.time import NS_PER_S
 
@@ -29,6 +29,10 @@ class Stepping:
         """Steps of the move under way, negative with the direction pin low; 0: none."""
         self._counts = 0
         self._swings = False
+        self._board = board
+        self._next_swing_ns: int | None = None
+        """Time at which the sketch's own motion goes the other way; None: a command has ended it."""
+        self._swing_steps = 0
 
     # ---- lines ----
 
@@ -72,6 +76,38 @@ class Stepping:
         rows = pulses_of(abs(steps), ramp_of(counts, int(self.constants.accel_steps)))
         self.pins.write(self.dir_pin, int(steps > 0))
         self.pins.pulse(self.step_pin, paused(rows, pause_ns) if pause_ns else rows)
+
+    # ---- the sketch's own motion: there and back, from power-up on, until a command comes ----
+
+    def begin_by_itself(self) -> None:
+        """Let the motor swing from a pause after now on, as the manual's loop() does."""
+        self._swing_steps = self.constants.swing_steps
+        if self._swing_steps:
+            self._next_swing_ns = self._board.now_ns + PAUSE_NS
+
+    @property
+    def swing_in_ns(self) -> int | None:
+        """Time until ``swing_on`` is due; None: never."""
+        return None if self._next_swing_ns is None else max(self._next_swing_ns - self._board.now_ns, 0)
+
+    def swing_on(self) -> None:
+        """Begin the next way of the sketch's own motion, if it is due; it prints nothing."""
+        if self.swing_in_ns != 0:
+            return
+        steps, self._swing_steps = self._swing_steps, -self._swing_steps
+        rows = pulses_of(abs(steps), ramp_of(self.counts, int(self.constants.accel_steps)))
+        self.pins.write(self.dir_pin, int(steps > 0))
+        self.pins.pulse(self.step_pin, rows)
+        self._next_swing_ns = self._board.now_ns + duration_ns(rows) + PAUSE_NS
+
+    def end_by_itself(self) -> int:
+        """End the sketch's own motion at once. Return how many of the steps under way were not made."""
+        if self._next_swing_ns is None:
+            return 0
+        self._next_swing_ns = None
+        return self.stop()
+
+    # ---- the end of moves ----
 
     def end(self) -> None:
         """Say that a move has ended, and begin the way back of one to and fro."""

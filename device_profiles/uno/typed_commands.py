@@ -28,8 +28,12 @@ class Command(NamedTuple):
 
 
 def carry_out(board: Stepping, words: list[str]) -> Steps:
-    """Carry out a line that is not empty."""
+    """Carry out a line that is not empty. Each ends what the sketch does by itself."""
     name, *given = words
+    left = board.end_by_itself()
+    if words == ["stop"] and left:
+        board.say(f"stopped, {left} steps left")
+        return
     try:
         command = TABLE.get(name)
         if command is None:

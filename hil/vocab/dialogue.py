@@ -73,7 +73,8 @@ class Task:
     dialogue: Dialogue[Any]
     report: Callable[[Any], str]
     after_interrupt: Callable[[], Dialogue[Any]] | None = None
-    """Dialogue that leaves the board as it should be after Ctrl-C in the middle."""
+    """Dialogue that leaves the board as it should be after Ctrl-C in the middle. A text that it answers is
+    told in the place of what the broken one said."""
     file: Path | None = None
     """File for the result's ``content``, written before the report."""
     content: Callable[[Any], bytes] | None = None

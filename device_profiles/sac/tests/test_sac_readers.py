@@ -53,6 +53,20 @@ def refusal(reader, text, file=""):
 # ---- files ----
 
 
+def test_a_long_file_is_told_as_moves():
+    moves = read("long_file", "200\n" + FILE * 3, "long.txt")["moves"]
+    assert len(moves) == 90
+    assert moves[:2] == ["m800v150a1d1l0fu0t3000", "m-600v50a1d1l0fu0t3000"]
+    assert moves[4] == "m200v999a.05d12.3l1pu255st4294967295"
+    assert refusal("long_file", "200\n" + FILE.replace(" 600 ", " x "), "long.txt") == [
+        'long.txt:2:6: steps is "x"; write a whole number'
+    ]
+    assert refusal("long_file", "400\n" + FILE, "long.txt")[0].startswith(
+        "long.txt:1:1: RPM 150 and cycle 2000"
+    )
+    assert refusal("long_file", "0\n" + FILE, "long.txt") == ["long.txt: no motor has '0' steps a turn"]
+
+
 def test_rows_of_a_file_are_told_in_the_queue_s_order():
     rows = read("queue", FILE, "q.txt")["rows"]
     assert (len(rows), rows[4]) == (30, ROW_5)

@@ -210,3 +210,48 @@ def test_without_gap_the_velocity_stays_in_play() -> None:
         board.bench.run(ms=2000)
         board.say("m100v150a1d999", ms=2000)
         assert board.periods_us()[200] == first_us
+
+
+# ---- decisions where the manual is ambiguous ----
+
+
+def test_the_listing_has_two_rules_and_one_place() -> None:
+    board = Board("m2000v100a999d999")
+    for place in (1, 2):  # it runs; it has ended, and the next command goes there
+        listing = board.say("q", ms=1500).split("\r\n")
+        assert listing[2] == listing[33] == "=" * 70
+        assert listing[34] == f"Q is at {place}\t+ pulse \t\t* linear\t\ts sync"
+        board.bench.run(ms=10_000)
+
+
+def test_ramps_have_two_decimals_also_where_the_board_keeps_none() -> None:
+    row = Board("q1m200a999d150.5").say("q", ms=1500).split("\r\n")[3]
+    assert row == "1\t200\t CW\t100\t3000\t 999.00\t150.00\t0\t  0"
+
+
+def test_an_acceleration_of_0_is_no_ramp() -> None:
+    board = Board("m50v300a0d0")
+    board.bench.run(ms=1000)
+    assert board.pulses() == 100
+    assert set(board.periods_us()) == {500}
+
+
+@pytest.mark.parametrize(("mode", "edit"), [("qp", "1m300"), ("xp", "1,2"), ("$C", "K40")])
+def test_the_prompt_is_the_same_in_the_program_modes(mode: str, edit: str) -> None:
+    board = Board()
+    for line in (mode, edit, "x", "vd"):
+        said = board.say(line, ms=1500)
+        assert said.endswith("\r\nSAC>")
+        assert said.count(">") == 1
+
+
+def test_a_software_port_above_38400_baud_works_and_is_warned_of() -> None:
+    board = Board("$Cn57600", "$R")
+    board.bench.run(ms=1000)
+    assert "the software port is above 38400 baud" in str(board.device.notes)
+    board.network.read()
+    board.port.write(b"86vd\r")
+    board.bench.run(ms=100)
+    times = [at_ns for at_ns, _ in board.network.read_characters()]
+    character_ns = min(after - before for before, after in pairwise(times))
+    assert 10e9 / character_ns == pytest.approx(57_600, rel=0.05)

@@ -149,7 +149,8 @@ def test_a_pin_is_driven_and_read(bench: Bench) -> None:
         ("set l", "write set NAME VALUE"),
         (
             "set L 5",
-            "there is no L; constants are microStepping stepsPerRev l v iMax accelDuring stepPin dirPin",
+            "there is no L; constants are microStepping stepsPerRev l v iMax accelDuring"
+            " stepPin dirPin nVoltes",
         ),
         ("set l much", "much is no number"),
         ("set l nan", "l is 0.001 to 10000"),
@@ -220,3 +221,61 @@ def test_fuzzed_dialogues_are_answered_and_harm_nothing(bench: Bench) -> None:
     port.write(b"\nstop\npin 3\n")
     bench.run(ms=500)
     assert port.read().decode().splitlines()[-1].startswith("pin 3 is ")
+
+
+# ---- what the sketch does by itself ----
+
+
+def ways(bench: Bench) -> list[tuple[float, int, int]]:
+    """Ways of the motor so far: seconds of the first pulse, pulses, DIR."""
+    rises = [at_ns for at_ns, level in bench.device("u1").pin("D6").edges() if level]
+    turns = bench.device("u1").pin("D7").edges()
+    found: list[list[int]] = []
+    for before, at_ns in pairwise([-(10**10), *rises]):
+        if at_ns - before > 500_000_000:
+            found.append([])
+        found[-1].append(at_ns)
+    return [(way[0] / 1e9, len(way), [level for at, level in turns if at < way[0]][-1]) for way in found]
+
+
+def test_the_motor_turns_there_and_back_by_itself() -> None:
+    """A turn of 1600 eighth steps each way, a pause of 1 s before each: 1.27 s a way, of which the ramps
+    take 10 steps each."""
+    with Bench(CONFIG) as bench:
+        bench.run(ms=6000)
+        found = ways(bench)
+        assert [(pulses, level) for _, pulses, level in found[:2]] == [(1600, 1), (1600, 0)]
+        assert found[0][0] == pytest.approx(1.008, abs=0.002)  # the lines of boot take 6 ms
+        way_s = 1600 * 144e-6 + 2 * sum(23 * n for n in range(11)) * 8e-6
+        assert found[1][0] - found[0][0] == pytest.approx(1 + way_s, abs=0.005)
+        assert bench.port("u1").read().endswith(b"Max Speed Real: 260.42")
+
+
+@pytest.mark.parametrize("line", ["stop", "show", "pin 8", "jump"])
+def test_any_command_ends_that(line: str) -> None:
+    with Bench(CONFIG) as bench:
+        bench.run(ms=1100)
+        sent = bench.axis("u1").snapshot().pulses_sent
+        assert 0 < sent < 1600
+        said = typed(bench, line, ms=5)
+        sent = bench.axis("u1").snapshot().pulses_sent
+        if line == "stop":
+            assert said.endswith(f"stopped, {1600 - sent} steps left\r\n")
+        bench.run(ms=5000)
+        assert bench.axis("u1").snapshot().pulses_sent == sent
+        bench.device("u1").reset()
+        bench.run(ms=1500)
+        assert bench.axis("u1").snapshot().pulses_sent > sent
+
+
+def test_it_rests_where_the_memory_says_so(bench: Bench) -> None:
+    typed(bench, "set nVoltes 0")
+    bench.device("u1").reset()
+    bench.run(ms=5000)
+    assert bench.axis("u1").snapshot().pulses_sent == 0
+    assert "moving 3 steps" in typed(bench, "move 3 1000")
+
+
+def test_an_empty_line_ends_nothing(bench: Bench) -> None:
+    typed(bench, "", ms=2000)
+    assert bench.axis("u1").snapshot().pulses_sent > 0

@@ -387,3 +387,39 @@ def test_lights_show_what_it_does(bench: Bench) -> None:
     switch_on(bench)
     levels = bench.device("w1").do("lights")
     assert (levels["channel_2"], levels["channel_9"], levels["channel_7"]) == (100, 74, 0)
+
+
+# ---- what the article says otherwise ----
+
+
+def test_only_a_set_up_closes_the_servos_relay_again(bench: Bench) -> None:
+    switch_on(bench)
+    assert say(bench, "POWER off") == ">ok\r\n>"
+    assert "powered" not in say(bench, "INFO")
+    say(bench, "POWER on")
+    assert "powered" in say(bench, "INFO")
+    assert say(bench, "ENABLE", ms=3900) == ""
+    bench.run(ms=300)
+    assert bench.port("w1").read() == b">ok\r\n>"
+    say(bench, "SETUP", ms=600)
+    say(bench, "POWER on")
+    assert say(bench, "ENABLE") == ">ok\r\n>"
+
+
+def test_a_forced_set_up_can_fail_and_takes_the_power_away() -> None:
+    with arm() as bench:
+        switch_on(bench)
+        bench.fault("bus_no_answer", "w1.forearm")
+        assert "nok(" in say(bench, "SETUP force", ms=1000)
+        assert "powered" not in say(bench, "INFO")
+
+
+def test_a_joint_is_sampled_each_20_ms(bench: Bench) -> None:
+    switch_on(bench)
+    bench.port("w1").write(b"MOVETO 20 0 0 0 0 0 0 1000\r")
+    rates = []
+    for _ in range(500):
+        bench.run(ms=1)
+        rates.append(bench.axis("w1").snapshot().drive_integral)
+    changes = [at for at, (before, after) in enumerate(pairwise(rates)) if before != after]
+    assert len(changes) == pytest.approx(500 / 20, abs=2)

@@ -175,9 +175,13 @@ def _carry_out(task: Task, profile: str, usual_baud: int, which: BoardOptions) -
                 _write(task.file, task.content(result))
             typer.echo(task.report(result))
         except Interrupted as error:
+            said = None
             if task.after_interrupt:
-                talk.run(task.after_interrupt())
-            raise fail(f"hil: {error}", 130) from None
+                try:
+                    said = talk.run(task.after_interrupt())
+                except Interrupted:
+                    said = f"{error}; interrupted again, before it had ended in order"
+            raise fail(f"hil: {said or error}", 130) from None
 
 
 def _write(file: Path, data: bytes) -> None:

@@ -10,6 +10,7 @@ import { readText, type Configuration, type Listing, type Screens, type Speed } 
 import { Calibrator } from "./calibrator";
 import { withName, withOperation, type CommandTime } from "./command_times";
 import { QueueSync } from "./queue_sync";
+import { RowStreamer } from "./row_streamer";
 import { isDraft, keptFor } from "../../kept";
 import { KeptBoard } from "./kept_board";
 import { afterBegin, afterEnd, afterLine, afterListing, runningText, STANDING, type Motion } from "./running_row";
@@ -43,6 +44,7 @@ export class BoardSession {
   readonly sent = signal<readonly SentLine[]>([]);
   readonly times = signal<readonly CommandTime[]>([]);
   readonly calibrator = new Calibrator(this);
+  readonly streamer = new RowStreamer(this);
 
   private line: BoardLink;
   private terminal: TerminalHandle | undefined;
@@ -85,9 +87,9 @@ export class BoardSession {
     this.timer = window.setInterval(() => this.tick(), TICK_MS);
   }
 
-  /** Close the port for other programs, unless a calibration has to end first. */
+  /** Close the port for other programs, unless a calibration or a stream has to end first. */
   detach(): void {
-    if (this.calibrator.running.peek()) return;
+    if (this.calibrator.running.peek() || this.streamer.isBusy) return;
     window.clearInterval(this.timer);
     this.terminal?.close();
     this.terminal = undefined;
@@ -112,13 +114,18 @@ export class BoardSession {
 
   private setState(state: LinkState, why: string): void {
     this.state.value = { state, why };
-    if (state === "closed" || state === "starting") this.calibrator.giveUp(why);
+    if (state === "closed" || state === "starting") this.giveUp(why);
     if (state === "starting") this.motion.value = STANDING;
     if (state === "ready") {
       this.isStale = true;
       this.areSettingsStale = true;
       this.typedAt_ms = 0;
     }
+  }
+
+  private giveUp(why: string): void {
+    this.calibrator.giveUp(why);
+    this.streamer.giveUp(why);
   }
 
   get isReady(): boolean {
@@ -150,7 +157,7 @@ export class BoardSession {
   /** Stop: `S` at once, `s` with the session's deceleration. Of many clicks that have no answer yet some are typed, and of
    * what goes wrong with them the last is told. */
   async stop(letter: "S" | "s"): Promise<void> {
-    this.calibrator.giveUp("stopped");
+    this.giveUp("stopped");
     const now_ms = performance.now();
     if (this.stops > 1 && letter === this.lastStop && now_ms - this.stoppedAt_ms < STOP_AGAIN_MS) return;
     this.stops += 1;
@@ -223,7 +230,10 @@ export class BoardSession {
   /** Another client's line: its listing serves here too, and its commands move the same motor. */
   private heardOthers(text: string, answer: string[]): void {
     if (text === "q") void this.takeListing(answer);
-    else if (!QUESTION.test(text)) this.typed(text);
+    else if (!QUESTION.test(text)) {
+      this.streamer.giveUp(`somebody else has typed "${text}"`);
+      this.typed(text);
+    }
   }
 
   private async takeListing(lines: string[]): Promise<void> {
@@ -242,6 +252,7 @@ export class BoardSession {
     const what = runningText(this.motion.peek().running);
     this.times.value = withOperation(this.times.peek(), operation, what);
     this.calibrator.hear(operation);
+    this.streamer.hear(operation);
   }
 
   // ---- looking at the board ----
@@ -249,7 +260,7 @@ export class BoardSession {
   private tick(): void {
     this.line.tick();
     const now_ms = performance.now();
-    if (!this.line.isIdle || this.isWorking || this.calibrator.running.peek()) return;
+    if (!this.line.isIdle || this.isWorking || this.calibrator.running.peek() || this.streamer.isBusy) return;
     const isSettled = now_ms - this.typedAt_ms >= SETTLED_MS;
     if (this.areSettingsStale && isSettled)
       void this.work(

@@ -41,9 +41,14 @@ interface Readers extends Screens {
   queue: { readonly rows: readonly QueueRow[] };
   one_shots: { readonly lines: readonly string[] };
   pasted: { readonly rows: readonly QueueRow[] };
+  /** Lines that move the motor, of a text whose first line is the motor's steps a turn. */
+  long_file: { readonly moves: readonly string[] };
 }
 
 const LARGEST_BYTES = 100_000;
+/** A page's message has 1 MB. */
+const LARGEST_LONG_BYTES = 900_000;
+const PIECE_BYTES = 10_000;
 
 /** Read a text of the board at a port. Throws LinkError: the bench does not answer. */
 export async function readText<Name extends keyof Readers>(port: string, reader: Name, text: string, file = ""): Promise<Readers[Name] | string> {
@@ -71,6 +76,17 @@ export async function readFile<Name extends keyof Readers>(port: string, reader:
   if (data.length <= LARGEST_BYTES) return readGiven(port, reader, String.fromCharCode(...data), file);
   notify(`${file}:1:1: ${data.length.toLocaleString("en")} bytes; a file of the companion has some thousand`, true);
   return undefined;
+}
+
+/** Read a long file of the companion for a motor; undefined: what is wrong was told. */
+export async function readLongFile(port: string, stepsPerRev: number, data: Uint8Array, file: string): Promise<Readers["long_file"] | undefined> {
+  if (data.length > LARGEST_LONG_BYTES) {
+    notify(`${file}: ${data.length.toLocaleString("en")} bytes; hil sac stream takes a file of this length`, true);
+    return undefined;
+  }
+  let text = `${stepsPerRev}\n`;
+  for (let at = 0; at < data.length; at += PIECE_BYTES) text += String.fromCharCode(...data.subarray(at, at + PIECE_BYTES));
+  return readGiven(port, "long_file", text, file);
 }
 
 /** First problems of a text, and how many more a file has. */

@@ -9,6 +9,7 @@ import { QueueEditor } from "./queue_editor";
 import { writeQueue } from "./queue_file";
 import { Selection } from "./queue_keys";
 import { cleared, unsent } from "./queue_model";
+import { StreamTools } from "./stream_tools";
 
 export function QueueCard({ session, isDisabled }: { session: BoardSession; isDisabled: boolean }) {
   const selection = useMemo(() => new Selection(session), [session]);
@@ -21,6 +22,7 @@ export function QueueCard({ session, isDisabled }: { session: BoardSession; isDi
       <RowTools session={session} selection={selection} isDisabled={isDisabled} />
       <QueueEditor session={session} selection={selection} isDisabled={isDisabled} />
       <BoardTools session={session} isDisabled={isDisabled} />
+      <StreamTools session={session} isDisabled={isDisabled} />
       <p class="soft legend">▶ runs · ▷ next place · ● not sent yet · + pulse · * linear · s sync · ↱ ↲ loop</p>
     </section>
   );
