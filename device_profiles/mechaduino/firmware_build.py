@@ -11,7 +11,7 @@ GAINS = ("pKp", "pKi", "pKd", "pLPF", "vKp", "vKi", "vKd", "vLPF")
 OPEN_LOOP = "open_loop"
 _SPR = 200
 _SENSE_OHM = float32(0.150)
-"""Resistor that the sources reckon with, whatever the board has."""
+"""Resistor that the sources compute with, whatever the board has."""
 
 
 class FirmwareBuild:

@@ -25,7 +25,8 @@ def asked(b, device, line, ms=500):
 
 def test_relays_switch_and_are_read(b):
     assert asked(b, "relays", bytes.fromhex("FF0101 FF0401 FF0900")) == b"\x01\x00\x00\x01"
-    assert asked(b, "relays", bytes.fromhex("01FF FF0400 FF0900")) == b"\x01\x00\x00\x01"  # FF FF 04, then 00
+    no_command = "01 FFFF0400"
+    assert asked(b, "relays", bytes.fromhex(no_command + "FF0900")) == b"\x01\x00\x00\x01"
     assert b.axis("relays").snapshot().switched == 2
 
 

@@ -80,7 +80,7 @@ class RunMarks:
                 self._found.append(self._marks["refusals"].pop())
 
     def happen(self, event: NotedEvent) -> None:
-        """Note an event, or that others joined it, if it is of a kind that no input tells of."""
+        """Note an event, or that others joined it, if no input has its kind."""
         if event.kind not in _HAPPENED:
             return
         self.count += 1
