@@ -153,3 +153,25 @@ def test_hil_halt_says_what_it_stopped(place: Place) -> None:
     server.ask("do", device="m1", name="enable", parameters={})
     server.ask("do", device="m1", name="velocity", parameters={"velocity_rpm": 100})
     assert place.cli("halt", "--at-once", *where) == "m1: stops\n"
+
+
+def test_a_stall_is_an_event_at_its_time(using: Using) -> None:
+    """The default motor of a SAC does not follow 2,400 rpm; who looks on has the time of the stall itself."""
+
+    async def use(ask: Asking) -> None:
+        await ask.until_ready("s10")
+        await ask("type", "s10", source=OPERATOR, text="m9000v2400a1\r")
+
+        async def has_stalled() -> bool:
+            return bool(await texts(ask, "motors"))
+
+        await until(has_stalled)
+        (event,) = [
+            each for each in (await ask("events", source=VIEWER))["events"] if each["kind"] == "motors"
+        ]
+        shot = ask.serving.live.sim.snapshot("s10")
+        assert event["at_ns"] == shot.stalled_at_ns > 0
+        assert event["of"] == "s10"
+        assert event["text"].startswith("it lost steps once, at ")
+
+    using(use)
