@@ -86,6 +86,8 @@ class AxisKind:
     """Maximum current of a coil, by its parameters."""
     memory_bytes: int
     """Locked memory in the core, of an axis that is alone in its group."""
+    is_at_limit: Callable[[Mapping[str, float]], bool] = lambda shot: False
+    """Answers by an axis's fields whether its law gives its whole effort."""
     driver_A: Callable[[Mapping[str, float]], float] | None = None
     """Maximum current of a coil that its driver can be set to; None: ``max_current_A`` is all it gives."""
     steps_per_turn: int = 0

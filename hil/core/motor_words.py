@@ -9,10 +9,10 @@ STANDS_RPM = 1.0
 """Speed below which a shaft stands; that of a servo that holds its place."""
 
 
-def blocked_note(shot: Mapping[str, float]) -> str:
+def blocked_note(shot: Mapping[str, float], axis: CoreAxis) -> str:
     """Note on a servo that pushes with its whole effort, and stands; empty: it does not, or its kind has no
     effort."""
-    if not (shot.get("loop_on") and shot.get("U", 0) >= shot.get("uMAX", 0) > 0):
+    if not axis.kind.is_at_limit(shot):
         return ""
     return "it pushes with its whole effort, and stands" if abs(shot["velocity_rpm"]) < STANDS_RPM else ""
 

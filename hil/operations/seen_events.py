@@ -136,7 +136,7 @@ class SeenEvents:
 
     def _look_at_servo(self, label: str, axis: CoreAxis) -> None:
         """Note a servo that was blocked at the last look, too."""
-        text = blocked_note(axis.published().as_dict()) if axis.kind.encoder_counts else ""
+        text = blocked_note(axis.published().as_dict(), axis) if axis.kind.encoder_counts else ""
         looks = self._blocked[label] = self._blocked.get(label, 0) + 1 if text else 0
         if looks == LOOKS_BLOCKED:
             log.warning("%s: %s", label, text)

@@ -44,7 +44,7 @@ def motor_notes(shot: Mapping[str, float], axis: CoreAxis) -> Iterator[str]:
     asked_rpm = abs(shot.get(axis.kind.commanded_rpm, 0.0))
     if asked_rpm > last_rpm:
         yield f"{asked_rpm:g} rpm are more than the motor follows, {last_rpm:.0f} rpm by its figures"
-    yield from filter(None, (stall_note(shot, axis), blocked_note(shot)))
+    yield from filter(None, (stall_note(shot, axis), blocked_note(shot, axis)))
     load_Nm, speed_rpm = shot["load_torque_Nm"], shot["velocity_rpm"]
     if abs(load_Nm) > holding_Nm and not math.isclose(abs(load_Nm), holding_Nm, rel_tol=AS_SHOWN):
         yield f"the load of {load_Nm:g} Nm is more than the motor holds ({holding_Nm:g} Nm)"

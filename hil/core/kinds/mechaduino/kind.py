@@ -60,6 +60,7 @@ KIND = AxisKind(
     course=("r", "yw"),
     motion=_servo_motion,
     max_current_A=lambda parameters: FULL_SCALE_V / parameters["sense_resistor_ohm"],
+    is_at_limit=lambda shot: bool(shot["loop_on"]) and shot["U"] >= shot["uMAX"] > 0,
     steps_per_turn=200,  # native/control/mechaduino.h: 50 poles
     current_parameter="sense_resistor_ohm",
     memory_bytes=axis_bytes(Law.mechaduino),
