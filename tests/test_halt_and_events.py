@@ -56,7 +56,7 @@ def test_a_halt_stops_what_moves_and_leaves_what_stands(using: Using, how: str) 
 
 
 @pytest.mark.parametrize(
-    ("verb", "given"), [("velocity", {"velocity_rpm": 60}), ("torque", {"effort_count": 40})]
+    "verb, given", [("velocity", {"velocity_rpm": 60}), ("torque", {"effort_count": 40})]
 )
 def test_a_halt_stops_what_was_told_to_turn_and_stands_yet(
     using: Using, verb: str, given: dict[str, float]
@@ -153,25 +153,3 @@ def test_hil_halt_says_what_it_stopped(place: Place) -> None:
     server.ask("do", device="m1", name="enable", parameters={})
     server.ask("do", device="m1", name="velocity", parameters={"velocity_rpm": 100})
     assert place.cli("halt", "--at-once", *where) == "m1: stops\n"
-
-
-def test_a_stall_is_an_event_at_its_time(using: Using) -> None:
-    """The default motor of a SAC does not follow 2,400 rpm; who looks on has the time of the stall itself."""
-
-    async def use(ask: Asking) -> None:
-        await ask.until_ready("s10")
-        await ask("type", "s10", source=OPERATOR, text="m9000v2400a1\r")
-
-        async def has_stalled() -> bool:
-            return bool(await texts(ask, "motors"))
-
-        await until(has_stalled)
-        (event,) = [
-            each for each in (await ask("events", source=VIEWER))["events"] if each["kind"] == "motors"
-        ]
-        shot = ask.serving.live.sim.snapshot("s10")
-        assert event["at_ns"] == shot.stalled_at_ns > 0
-        assert event["of"] == "s10"
-        assert event["text"].startswith("it lost steps once, at ")
-
-    using(use)
