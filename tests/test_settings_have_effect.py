@@ -38,6 +38,8 @@ def without_effect(case: Case) -> str | None:
         return "the board has no encoder: the number is the motor's, for boards that have one"
     if profile == "walter" and name in ("inertia_kg_m2", "viscous_Nm_s_per_rad", "rotor_teeth"):
         return "a joint is where its pulses have brought it, 1.8 deg a step"
+    if profile in ("canopen_drive", "modbus_drive") and name == "rotor_teeth":
+        return "another motor is refused: the drive commutates 50 teeth"
     return None
 
 

@@ -140,8 +140,6 @@ WORDS = {*KINDS} | {
 """Names of laws, and of the parameters and settable fields that only some kinds have."""
 OF_THE_KIT = {"control.py", "faces.py", "live_axes.py", "plugin.py"}
 """Modules of the test kit that name a board or a register for those who test one."""
-OF_NOTES = {"motor_words.py"}
-"""Modules with words for operators, which look at fields that only some kinds have."""
 OF_PROFILES = {"board_processor.py"}
 """Modules with keys of a ``profile.yaml``, one of which is called as a field is: a processor's clock_Hz."""
 MODULES = {f"hil.core.kinds.{law}" for law in KINDS}
@@ -170,7 +168,7 @@ def law_questions(text: str) -> list[int]:
 def test_no_module_asks_for_a_law_beside_the_kinds_own() -> None:
     kinds, of_the_form = (
         HIL / "core/kinds",
-        {"abi.py", "axis_kind.py", "fields.py"} | OF_THE_KIT | OF_NOTES | OF_PROFILES,
+        {"abi.py", "axis_kind.py", "fields.py"} | OF_THE_KIT | OF_PROFILES,
     )
     files = [file for file in HIL.rglob("*.py") if "tests" not in file.parts and file.name not in of_the_form]
     files = [file for file in files if not file.is_relative_to(kinds)]
