@@ -47,7 +47,7 @@ def test_the_supply_limits_its_current(b):
     assert asked(b, "supply", b"VOLT 9;:SYST:ERR?;ERR?\n") == b'-222,"Data out of range";+0,"No error"\r\n'
 
 
-def test_a_lost_byte_spoils_a_command(b):
+def test_answers_are_lost_on_a_bad_line(b):
     with b.fault("byte_drop", "supply", rate=1):
         assert asked(b, "supply", b"*IDN?\n") == b""
     assert asked(b, "supply", b"*IDN?\n").startswith(b"Agilent Technologies,E3640A")

@@ -6,8 +6,8 @@ operating system while the boards run: memories (``store.py``), captures, ``runs
 over firmware, the core's thread. ``live_bench.py`` composes it.
 
 May import: hil.compose, hil.config,
-hil.core, hil.drives, hil.firmware, hil.gdb, hil.host, hil.net, hil.runs, hil.sim, hil.sketch, hil.telemetry,
-hil.vocab, hil.wire, the standard library, can, pymodbus.
+hil.core, hil.drives, hil.firmware, hil.gdb, hil.host, hil.instruments, hil.net, hil.runs, hil.sim,
+hil.sketch, hil.telemetry, hil.vocab, hil.wire, the standard library, can, pymodbus.
 
 Tests may import too: bridges.can.frames, hil.daemon, hil.testing.
 """

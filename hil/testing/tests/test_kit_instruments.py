@@ -140,10 +140,14 @@ def test_two_runs_and_a_replay_are_the_same(made: Made) -> None:
     assert heard[0] == heard[1]
 
 
-def test_a_fault_on_the_line_spoils_commands(made: Made) -> None:
+def test_faults_of_the_line_lose_commands_and_answers(made: Made) -> None:
     bench = made(METER)
     with bench.fault("byte_drop", "d", rate=1):
-        assert asked(bench, b"L?\r") == b""
+        assert asked(bench, b"ON 1\r") == b""
+    assert bench.axis("d").snapshot().out == 1
+    with bench.fault("byte_drop", "d", rate=1, towards="board"):
+        assert asked(bench, b"ON 0\r") == b""
+    assert bench.axis("d").snapshot().out == 1
     assert asked(bench, b"\rL?\r") == b"0.0 0.00\r\n"
 
 
