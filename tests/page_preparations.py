@@ -405,6 +405,14 @@ def _(session: Session) -> None:
     session.write("oneShot.txt", "xm1200v160ad\r\n" + "\r\n" * 99)
 
 
+@before("sac-network", "A file longer than the queue")
+def _(session: Session) -> None:
+    session.serve(DEMO)
+    row = " {} , 1 , 0 , 1 , 300 , 1000 , 0 , 999 , 999 , 0 , 0 , 0 \r\n"
+    session.write("long.txt", "".join(row.format(position) for position in range(1, 41)))
+    session.varies = (r"\d[\d,]*",)
+
+
 @before("segments", "Watch it")
 def _(session: Session) -> None:
     text = session.text("An RS485 line with many nodes")

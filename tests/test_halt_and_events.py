@@ -56,7 +56,7 @@ def test_a_halt_stops_what_moves_and_leaves_what_stands(using: Using, how: str) 
 
 
 @pytest.mark.parametrize(
-    "verb, given", [("velocity", {"velocity_rpm": 60}), ("torque", {"effort_count": 40})]
+    ("verb", "given"), [("velocity", {"velocity_rpm": 60}), ("torque", {"effort_count": 40})]
 )
 def test_a_halt_stops_what_was_told_to_turn_and_stands_yet(
     using: Using, verb: str, given: dict[str, float]

@@ -51,6 +51,7 @@ FILES = {
     "bench.yaml": BENCH,
     "square.yaml": SQUARE,
     "moves.txt": "".join(ROW.format(position) for position in range(1, 31)),
+    "long.txt": "".join(f" {n} , 9 , 0 , 1 , 300 , 1000 , 0 , 999 , 999 , 0 , 0 , 0 \r\n" for n in (1, 2, 3)),
     "mill.yaml": (ROOT / "examples/mother/mill.yaml").read_text(),
     "drawing.ngc": (ROOT / "examples/mother/drawing.ngc").read_text(),
     "home.py": "import serial, sys\nserial.Serial(sys.argv[1], 115200, timeout=1).write(b'p')\n",

@@ -16,9 +16,12 @@ from markdown_blocks import ROOT, blocks
 from bridges.zenoh.keys import KEYS
 from hil.compose import find_catalogue
 from hil.config import parse
+from hil.config.catalogue import ProfileInfo
+from hil.config.dialogue_model import DialogueInfo
 from hil.config.schema import schema
 from hil.runs.run_document import RunDocument
 from hil.toolpath.machine import MachineText
+from hil.vocab.faults import FAULT_KINDS, TIMING
 from hil.vocab.profile import Profile
 
 PAGES = [
@@ -52,11 +55,12 @@ def properties(part: Any) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def keys() -> set[str]:
-    documents = (RunDocument, MachineText)
+    documents = (RunDocument, MachineText, DialogueInfo)
     schemas = (schema(find_catalogue()), *(each.model_json_schema() for each in documents))
     profiles = (yaml.safe_load(file.read_text()) for file in ROOT.glob("device_profiles/*/profile.yaml"))
     of_code = {each.name for each in fields(Profile)}
-    return of_code.union(*map(properties, schemas), *profiles)
+    of_faults = {each.name for kind in FAULT_KINDS.values() for each in (*kind.parameters, *TIMING)}
+    return of_code.union(*map(properties, schemas), *profiles, ProfileInfo.model_fields, of_faults)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=IDS)
@@ -113,5 +117,5 @@ BENCHES = [
 @pytest.mark.parametrize(("page", "heading", "text"), BENCHES, ids=[f"{p.stem}-{h}" for p, h, _ in BENCHES])
 def test_benches_can_be(page: Path, heading: str, text: str) -> None:
     if page.stem not in ("add-a-port", "own-sketch"):  # a port of its own; a program that is built first
-        folder = "drives" if "eds:" in text else "modbus"
+        folder = "drives" if "eds:" in text else "own_mechaduino" if "sketch:" in text else "modbus"
         parse(text, str(ROOT / "examples" / folder / "page.yaml"), find_catalogue())

@@ -18,6 +18,8 @@ from page_sessions import Session
 
 PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
 PROGRAMS = {
+    ("add-a-profile", "Fields of your own"): "test_how_to_own_boards.py",
+    ("add-a-profile", "Handlers instead of a main loop"): "test_how_to_own_boards.py",
     ("can-channels", "Channels"): "test_how_to_can_channels.py",
     ("can", "Drives on a CAN bus: CANopen"): "test_how_to_can.py",
     ("gcode", "In a test"): "test_page_python.py",
@@ -25,6 +27,7 @@ PROGRAMS = {
     ("modbus", "Nodes on an RS485 line"): "test_how_to_modbus.py",
     ("mother", "In a program"): "test_page_python.py",
     ("mother", "Units at a tap or a port"): "test_page_python.py",
+    ("own-mechaduino", "Your own sketch on a Mechaduino"): "test_how_to_own_boards.py",
     ("ports", "tcp: a socket"): "test_page_python.py",
     ("ports", "rfc2217: a socket with baud, break and modem lines"): "test_page_python.py",
     ("ports", "With and without `baud:`"): "test_page_python.py",

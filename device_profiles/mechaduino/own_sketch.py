@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from device_profiles.mechaduino.firmware import Mechaduino
 from device_profiles.mechaduino.serial_usb import Steps
 from device_profiles.mechaduino.sketch_board import SketchBoard
-from hil.firmware.sketch_waits import Hook, SketchProgram, Waits, call, interrupt, main
+from hil.firmware.sketch_waits import Hook, SketchProgram, SketchWaits, call, interrupt, main
 from hil.vocab.firmware import Board, CoreEvent, Main
 
 HOOKS = {"control": ("controller", "own_law"), "step": ("step_interrupt", "own_step")}
@@ -18,7 +18,7 @@ class SketchedMechaduino(Mechaduino):
 
     def __init__(self, program: SketchProgram, board: Board) -> None:
         super().__init__(board)
-        self._board, self._waits = board, Waits()
+        self._board, self._waits = board, SketchWaits()
         self._face = SketchBoard(self, board, self._waits, self.check_serial)
         self._hooks = program.hooks()
         self._begin()

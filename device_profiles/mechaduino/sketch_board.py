@@ -8,7 +8,7 @@ from device_profiles.mechaduino.firmware import Mechaduino
 from device_profiles.mechaduino.serial_usb import Steps
 from hil.firmware.arduino import float32
 from hil.firmware.sketch_serial import SketchSerial
-from hil.firmware.sketch_waits import HIGH, Hook, SketchMistake, Waiting, Waits, caller
+from hil.firmware.sketch_waits import HIGH, Hook, SketchMistake, SketchWaits, Waiting, caller
 from hil.vocab.firmware import Board, Delay, ServoAxis
 from hil.vocab.time import NS_PER_MS, NS_PER_US
 
@@ -21,7 +21,7 @@ _REL_STEP_DEG, _ABS_STEP_DEG = 0.45, 0.225
 """Steps of the set-point in moveRel() and moveAbs(). Source: firmware 0.1.5, Utils.cpp."""
 
 
-class Variable:
+class FirmwareVariable:
     """Variable of the firmware that the axis has as a field, which a sketch reads and sets."""
 
     def __init__(self, field: str) -> None:
@@ -61,7 +61,7 @@ class SketchBoard:
     """
 
     ledPin, step_pin, dir_pin, enable_pin = LED, 1, 0, 2
-    r = Variable("r")
+    r = FirmwareVariable("r")
     """Set-point: degrees, rpm or counts, by the mode."""
     y = Measured("y")
     """Calibrated angle, degrees."""
@@ -72,11 +72,23 @@ class SketchBoard:
     ITerm, DTerm, wrap_count = Measured("ITerm"), Measured("DTerm"), Measured("wrap_count")
     e, u = Controlled("e"), Controlled("u")
     """Error and effort; a controller of the sketch's own sets them."""
-    pKp, pKi, pKd, pLPF = Variable("pKp"), Variable("pKi"), Variable("pKd"), Variable("pLPF")
-    vKp, vKi, vKd, vLPF = Variable("vKp"), Variable("vKi"), Variable("vKd"), Variable("vLPF")
-    PA, uMAX, dir = Variable("PA"), Variable("uMAX"), Variable("dir")
+    pKp, pKi, pKd, pLPF = (
+        FirmwareVariable("pKp"),
+        FirmwareVariable("pKi"),
+        FirmwareVariable("pKd"),
+        FirmwareVariable("pLPF"),
+    )
+    vKp, vKi, vKd, vLPF = (
+        FirmwareVariable("vKp"),
+        FirmwareVariable("vKi"),
+        FirmwareVariable("vKd"),
+        FirmwareVariable("vLPF"),
+    )
+    PA, uMAX, dir = FirmwareVariable("PA"), FirmwareVariable("uMAX"), FirmwareVariable("dir")
 
-    def __init__(self, firmware: Mechaduino, board: Board, waits: Waits, check_serial: CheckSerial) -> None:
+    def __init__(
+        self, firmware: Mechaduino, board: Board, waits: SketchWaits, check_serial: CheckSerial
+    ) -> None:
         self.axis: ServoAxis = board.servo
         self._firmware, self._board, self._waits = firmware, board, waits
         self._check_serial = check_serial

@@ -58,7 +58,7 @@ def stream(
 
     Checks every row before it sends the first. Ctrl-C ends it behind the row that runs, and says which.
 
-    Example: hil sac stream moves.txt --from 30
+    Example: hil sac stream long.txt --from 2
     """
     rows = RowStream(read_long_file(_content(file), str(file)), first, last)
     return Task(rows.run(), lambda count: f"{file}: {count:,} rows have run", rows.halt)

@@ -4,7 +4,7 @@ from collections.abc import Generator
 from typing import Any
 
 from hil.firmware.arduino import parse_float, print_float, print_int
-from hil.firmware.sketch_waits import Waits
+from hil.firmware.sketch_waits import SketchWaits
 from hil.vocab.firmware import ByteAvailable, Request, Uart
 
 
@@ -12,7 +12,7 @@ class SketchSerial:
     """Serial port of a sketch, by the Arduino's names. What waits is yielded: ``x = yield from
     serial.parseFloat()``."""
 
-    def __init__(self, uart: Uart, waits: Waits) -> None:
+    def __init__(self, uart: Uart, waits: SketchWaits) -> None:
         self._uart, self._waits = uart, waits
 
     def begin(self, baud: int = 115_200) -> None:

@@ -53,7 +53,7 @@ def caller(depth: int = 2) -> str:
     return f"{calls.f_code.co_filename.rpartition('/')[2]}:{calls.f_lineno}"
 
 
-class Waits:
+class SketchWaits:
     """Waits that a sketch makes by its board's calls, and has to yield."""
 
     def __init__(self) -> None:
@@ -97,7 +97,7 @@ def _is_new(made: Waiting) -> bool:
 def main(
     board: Board,
     face: object,
-    waits: Waits,
+    waits: SketchWaits,
     hooks: Mapping[str, Any],
     start: Callable[[], Waiting],
     ready: Callable[[], None],
@@ -119,7 +119,7 @@ def main(
             yield Delay(turn_ns)
 
 
-def call(hook: Hook, face: object, waits: Waits) -> Waiting:
+def call(hook: Hook, face: object, waits: SketchWaits) -> Waiting:
     """Call a function of the sketch, and wait for what it waits for."""
     made = hook(face)
     answer: Any = None

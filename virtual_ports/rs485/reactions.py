@@ -9,7 +9,7 @@ two small processors differ by. It is four bits at 38,400 baud, less than the ha
 spares."""
 
 
-class Reactions:
+class StationReactions:
     """Reaction times by station, drawn from the seed, the station's name and the number of its answer."""
 
     def __init__(self, stations: Stations) -> None:

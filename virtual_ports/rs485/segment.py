@@ -24,7 +24,7 @@ from hil.wire.pcapng import Interface
 from hil.wire.serial_line import character_ns
 from virtual_ports.rs485.disturbance import Burst, Disturbance
 from virtual_ports.rs485.line_levels import LineLevels
-from virtual_ports.rs485.reactions import Reactions
+from virtual_ports.rs485.reactions import StationReactions
 from virtual_ports.rs485.segment_reports import segment_problems, segment_report
 from virtual_ports.rs485.stations import Station, Stations
 from virtual_ports.rs485.stats import SegmentStats, StationStats
@@ -85,7 +85,7 @@ class Rs485Segment:
         self._bits, self._has_parity = line_format.bits, line_format.has_parity
         self.stats = SegmentStats()
         self.stations = Stations()
-        self.reactions = Reactions(self.stations)
+        self.reactions = StationReactions(self.stations)
         self.watchers: list[Callable[[SegmentEvent], None]] = []
         self.noise: dict[int, ByteFaults] = {}
         """Noise of the wire, by the numbers of faults."""
