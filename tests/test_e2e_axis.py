@@ -196,7 +196,11 @@ def test_a_real_board_has_only_what_its_terminal_can(place: Place) -> None:
     }
     server = place.serve(json.dumps(real), bench="r")
     listed = place.cli("axis", "s2", "-b", "r")
-    assert [line.partition(":")[0] for line in listed.splitlines() if line[0] != " "] == ["type", "reset"]
+    assert [line.partition(":")[0] for line in listed.splitlines() if line[0] != " "] == [
+        "stop",
+        "type",
+        "reset",
+    ]
     listed = place.cli("axis", "m2", "-b", "r")
     assert [line.partition(":")[0] for line in listed.splitlines() if line[0] != " "] == [
         "enable",
@@ -204,7 +208,7 @@ def test_a_real_board_has_only_what_its_terminal_can(place: Place) -> None:
         "type",
     ]
     said = place.cli("axis", "s2", "move-rel", "90", "-b", "r", code=2)
-    assert said == "hil: s2 has no 'move-rel'; there are type, reset\n"
+    assert said == "hil: s2 has no 'move-rel'; there are stop, type, reset\n"
     refused = place.cli("axis", "s2", "reset", "now", "-b", "r", code=2)
     assert refused == "hil: 'now' is too much; it takes nothing\n"
     place.cli("axis", "s2", "type", r"xm50p\r", "-b", "r")
