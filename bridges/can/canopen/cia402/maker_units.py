@@ -1,6 +1,7 @@
 """Units of a maker's drive: the values of its factor objects, by its file and the lines of a configuration.
 
-The order is that in which hil's master looks at a real drive (``bridges/can/canopen/master/drive_units.py``), so that both sides
+The order is that in which hil's master looks at a real drive
+(``bridges/can/canopen/master/drive_units.py``), so that both sides
 mean the same by the same file.
 """
 
