@@ -59,6 +59,7 @@ PANELS = {
 """Kinds of panels: what each shows, and what stands in it."""
 
 
+@pytest.mark.thorough
 def test_each_kind_of_panel_is_shown_without_an_error(page: tuple[Bench, FirefoxPage]) -> None:
     bench, fox = page
     fox.errors.clear()

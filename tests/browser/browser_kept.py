@@ -85,6 +85,7 @@ def test_tabs_add_to_what_they_have_together(pages: Bench) -> None:
             expect(page.get_by_role("link", name=name, exact=True)).to_be_visible()
 
 
+@pytest.mark.thorough
 def test_two_tabs_that_write_leave_each_other_alone(pages: Bench) -> None:
     first = pages.open("runs")
     second = first.context.new_page()
@@ -111,6 +112,7 @@ def test_a_browser_that_keeps_nothing_says_so_once_and_works(pages: Bench) -> No
     expect(told).to_have_count(1)
 
 
+@pytest.mark.thorough
 def test_another_bench_at_the_address_has_its_own_texts(chromium: Browser) -> None:
     """And undo does not bring those of the bench before."""
     with served(chromium, CONTENT | {"bridges": {"web": {"port": 0}}}) as bench:
