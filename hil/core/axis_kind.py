@@ -117,7 +117,7 @@ class AxisKind:
     own_fields: Mapping[str, Field] = field(default_factory=dict)
     """Fields that go by the board's own names, and not by the table's."""
     board_fields: Mapping[str, OwnField] = field(default_factory=dict)
-    """Of these, the fields of the board's own, which its firmware writes."""
+    """Fields of the board's own among these, which its firmware writes."""
     own_faults: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     """Kinds of fault that only it can have: what the core is told of each (``hil.core.abi.AxisFault``), by
     the fault's parameters."""

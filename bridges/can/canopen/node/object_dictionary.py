@@ -48,7 +48,7 @@ class ObjectDictionary:
             for each in sorted(entries, key=lambda each: (each.index, each.subindex))
         }
         self.entries = {key: each for key, each in self._all.items() if not each.is_hidden}
-        """Those that clients see."""
+        """Objects that clients see."""
         self._counts = Counter(key >> 8 for key in self._all if key & 0xFF)
         self.values: dict[int, Value] = {}
         self._by_index: dict[int, list[Entry]] = defaultdict(list)

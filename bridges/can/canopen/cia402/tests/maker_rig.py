@@ -82,7 +82,7 @@ def variables_of(master: BaseNode402) -> list[ODVariable]:
 
 
 def differences(world: MakerWorld, master: BaseNode402) -> list[str]:
-    """What reading each object shows otherwise than the file has it."""
+    """Differences between what reading each object shows and the file."""
     wrong: list[str] = []
     live = {key for key, entry in world.node.dictionary.entries.items() if entry.is_live}
     for each in variables_of(master):
@@ -110,7 +110,7 @@ def differences(world: MakerWorld, master: BaseNode402) -> list[str]:
 
 
 def refusals(world: MakerWorld, master: BaseNode402) -> list[str]:
-    """What writing each object that is read-only shows, and each number beyond its limits."""
+    """Differences in refusals: of objects that are read-only, and of numbers beyond limits."""
     wrong: list[str] = []
     for each in variables_of(master):
         where = f"{each.index:04X}h:{each.subindex} {each.name}"
@@ -137,7 +137,7 @@ def refusals(world: MakerWorld, master: BaseNode402) -> list[str]:
 
 
 def said_by_dcfchk(text: str, folder: Path) -> str:
-    """What Lely's ``dcfchk`` says of a data sheet; empty: nothing."""
+    """Output of Lely's ``dcfchk`` for a data sheet; empty: no complaint."""
     (folder / "pkg_resources.py").write_text(GONE)
     (folder / "maker.eds").write_text(text)
     done = subprocess.run(
