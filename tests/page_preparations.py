@@ -200,6 +200,11 @@ def _(session: Session) -> None:
     session.write("slide.yaml", bench.text)
 
 
+@before("switches", "Break a switch")
+def _(session: Session) -> None:
+    session.serve("bench: slide\ndevices: {s1: {profile: sac}}\nswitches: {home: {axis: s1, to_deg: -180}}\n")
+
+
 # ---- package ----
 
 

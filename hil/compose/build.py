@@ -26,7 +26,7 @@ from hil.sim.segment_tap import Tap
 from hil.sim.setpoints import TimeOut
 from hil.sim.twin import Twin
 from hil.sketch.chip_program import BOOT_SECTION, SECTION
-from hil.vocab.address import Address, pin_of
+from hil.vocab.address import Address, owner_of, pin_of
 from hil.vocab.bus import NodeLine
 from hil.vocab.firmware import Board, Firmware
 from hil.vocab.line_format import FORMATS
@@ -267,7 +267,8 @@ def _add_switch(bench: BenchRuntime, name: str, config: AxisSwitchConfig, seed: 
     if config.to:
         of, pin = pin_of(config.to)
         pin_axis = bench.parts.axis(of)
-    bench.parts.switches[name] = axis.add_switch(config.native() | {"seed": seed}, pin_axis, pin)
+    switch = axis.add_switch(config.native() | {"seed": seed}, pin_axis, pin)
+    bench.parts.add_switch(owner_of(config.axis), name, switch)
 
 
 def _add_segment(

@@ -7,9 +7,10 @@ from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.document import Finding
 from hil.config.explain import no_such, shown, suggestion
 from hil.config.station_names import node_addresses, station_addresses
+from hil.config.switch_findings import switch_axes
 from hil.sim.given_fault import fault_of
 from hil.vocab import faults
-from hil.vocab.address import DeviceParts, owner_of
+from hil.vocab.address import Address, DeviceParts, owner_of
 
 REAL_REMEDY = "leave this key out: a fault of its line is there from the start until it is cleared"
 
@@ -29,6 +30,8 @@ def fault_findings(
         for name, wire in _mappings(value.get(kind_of_wire.key)):
             found = kind_of_wire.fault_places(name, wire, devices)
             places |= {each: set(kinds) for each, kinds in found.items()}
+    for name, axis in switch_axes(value, devices).items():
+        places.setdefault(str(Address(owner_of(axis), name)), {faults.SWITCH})
     for index, entry in enumerate(entries if isinstance(entries, list) else ()):
         if not isinstance(entry, dict):
             continue

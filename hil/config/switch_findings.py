@@ -11,10 +11,13 @@ from hil.config.document import Finding, KeyPath
 from hil.config.joint_findings import pin_finding, pin_number
 from hil.config.magnet_findings import shaft_finding
 from hil.config.shaft_load import EndStopsLoad
+from hil.config.station_names import CANOPEN
 from hil.core.abi import SWITCHES as MOST_SWITCHES
-from hil.vocab.address import DeviceParts, address_of
+from hil.vocab.address import DeviceParts, address_of, owner_of
 
 SWITCHES = "switches"
+_NODES = (CANOPEN, "modbus")
+"""Names of nodes behind a device's."""
 
 Devices = Mapping[str, ProfileInfo]
 
@@ -36,6 +39,7 @@ def switch_findings(
                 yield finding
             else:
                 label = _label(axis, devices)
+                yield from _taken(path, str(name), owner_of(axis), devices)
                 count[label] += 1
                 if count[label] == MOST_SWITCHES + 1:
                     message = f"{label} has {MOST_SWITCHES} switches already"
@@ -65,6 +69,14 @@ def switch_axes(value: Mapping[str, object], devices: Devices) -> dict[str, str]
         for name, axis in axes.items()
         if isinstance(axis, str) and address_of(axis).owner in devices
     }
+
+
+def _taken(path: KeyPath, name: str, device: str, devices: Devices) -> Iterator[Finding]:
+    """Finding of a switch whose address is that of another part of the device."""
+    parts = {*devices[device].axes, *devices[device].uarts, *_NODES}
+    if name in parts:
+        remedy = "give the switch another name"
+        yield Finding(path, f"{device}.{name} is another part of {device} already", remedy, at_key=True)
 
 
 def _placeless(path: KeyPath, raw: Mapping[str, Any]) -> Iterator[Finding]:

@@ -299,6 +299,10 @@ cdef class NativeCore:
             raise MemoryError(f"an axis has at most {HIL_SWITCHES} switches")
         return number
 
+    def switch_fault(self, int axis, int which, int held, double shift_deg):
+        if hil_switch_fault(self.core, axis, which, held, shift_deg):
+            raise ValueError("the axis has no such switch, or it cannot be so")
+
     def switch_is_active(self, int axis, int which):
         return hil_switch_is_active(self.core, axis, which)
 

@@ -17,6 +17,10 @@ WIRES = 16
 """Wires from the outputs of an axis."""
 SWITCHES = 8
 """Switches of an axis."""
+CONTACT_OPEN = 1
+"""A contact that stays open."""
+CONTACT_CLOSED = 2
+"""A contact that stays closed."""
 LIMIT_TEETH_RPM = 500000
 """The most a shaft turns, times its rotor's teeth: 10,000 rpm with 50 teeth, a third of an electrical turn in
 a step of the full plant."""

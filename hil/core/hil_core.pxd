@@ -9,6 +9,8 @@ cdef extern from "native/hil_core.h" nogil:
         HIL_WATCHES
         HIL_WIRES
         HIL_SWITCHES
+        HIL_CONTACT_OPEN
+        HIL_CONTACT_CLOSED
         HIL_LIMIT_TEETH_RPM
         HIL_LIMIT_RPM
         MOTION_QUEUE
@@ -236,6 +238,7 @@ cdef extern from "native/hil_core.h" nogil:
     int hil_wire(hil_core *c, int from_axis, int from_pin, int to_axis, int to_pin)
     int hil_magnet(hil_core *c, int axis, int of_axis, int is_reversed, double zero_deg)
     int hil_switch_add(hil_core *c, int axis, const hil_switch *given)
+    int hil_switch_fault(hil_core *c, int axis, int which, int held, double shift_deg)
     int hil_switch_is_active(const hil_core *c, int axis, int which)
     void hil_bank_write(hil_core *c, int axis, int pin, int level)
     int hil_bank_read(const hil_core *c, int axis, int pin)

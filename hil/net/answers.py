@@ -91,6 +91,7 @@ _STATUS: dict[str, Any] = (
         "echoes": {str: {"state": str, "bytes": int, "collisions": int}},
         "segments": [_SEGMENT],
         "buses": [_BUS],
+        "switches": [{"switch": str, "axis": str, "to": _MAYBE_TEXT, "is_active": (True, False)}],
         "faults": [_FAULT],
         "runs": [
             {"run": str, "state": str, "step": int, "steps": int}

@@ -21,7 +21,7 @@ from hil.operations.health import Health
 from hil.operations.table import Asked
 from hil.operations.wire_reports import echoes, listed_nodes, listed_wires
 from hil.sim.bench import BenchRuntime
-from hil.vocab.address import owner_of
+from hil.vocab.address import Address, owner_of
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import DeviceInfo, Encoded
 from hil.vocab.verbs import VerbRefused, described
@@ -171,6 +171,7 @@ class Reports:
             "bridges": {name: dict(bridge.status()) for name, bridge in self.bridges.items()},
             "echoes": dict(adapters),
             **self._wires(),
+            "switches": self._switches(),
             "faults": self.faults.listed(),
             "runs": self.runs.under_way(),
             "drawing": self.drawing(),
@@ -189,6 +190,17 @@ class Reports:
             "wake_latency": octaves(rt["wake_latency"]),
             "lag": list(self.sim.real_time.lag),
         }
+
+    def _switches(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "switch": str(Address(owner_of(switch.axis), name)),
+                "axis": switch.axis,
+                "to": switch.to,
+                "is_active": self.sim.parts.switches[name].is_active,
+            }
+            for name, switch in self.configured.config.switches.items()
+        ]
 
     def _wires(self) -> dict[str, list[Report]]:
         kinds = self.configured.catalogue.wire_infos

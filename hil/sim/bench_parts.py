@@ -10,7 +10,7 @@ from hil.sim.group import Group
 from hil.sim.twin import Twin
 from hil.sim.uart import DeviceUart
 from hil.vocab.address import Address, address_of, owner_of
-from hil.vocab.faults import DEVICE, OF_AXES, PORT, SUPPLIED, TWIN_PORT
+from hil.vocab.faults import DEVICE, OF_AXES, PORT, SUPPLIED, SWITCH, TWIN_PORT
 from hil.vocab.wire import Wire
 
 
@@ -25,6 +25,7 @@ class FaultPlace:
     wire: Wire | None = None
     station: str = ""
     card: Card | None = None
+    switch: CoreSwitch | None = None
     is_board: bool = False
     """True for the device as a whole, which its first UART and axis are, too."""
 
@@ -38,6 +39,7 @@ class FaultPlace:
             PORT: self.uart is not None,
             TWIN_PORT: self.uart is not None,
             DEVICE: self.is_board,
+            SWITCH: self.switch is not None,
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
         }.get(target, False)
 
@@ -63,6 +65,8 @@ class BenchParts:
         """Axes by their addresses: the device, and the axis's name there."""
         self.switches: dict[str, CoreSwitch] = {}
         """Switches along axes, by name."""
+        self._switch_places: dict[str, CoreSwitch] = {}
+        """The same by their addresses: the device whose axis actuates each, and its name."""
         self._groups: dict[str, Group] = {}
 
     def add_device(self, device: Twin, group: Group) -> None:
@@ -71,6 +75,8 @@ class BenchParts:
         self.axes |= {device.axes.label(device.name, axis): (device, axis) for axis in device.axes}
 
     def remove_device(self, name: str) -> tuple[Twin, Group]:
+        places = self._switch_places.items()
+        self._switch_places = {address: each for address, each in places if owner_of(address) != name}
         self.axes = {address: of for address, of in self.axes.items() if of[0].name != name}
         return self.devices.pop(name), self._groups.pop(name)
 
@@ -95,6 +101,10 @@ class BenchParts:
     def add_card(self, card: Card) -> None:
         """Add the card of an axis, which is on a wire in its device's group."""
         self.cards[card.name] = card
+
+    def add_switch(self, device: str, name: str, switch: CoreSwitch) -> None:
+        """Add a switch at an axis of a device."""
+        self.switches[name] = self._switch_places[str(Address(device, name))] = switch
 
     def group_of(self, target: str) -> Group:
         """Group of a device or a part of it, of a tap, a card or a wire."""
@@ -124,6 +134,8 @@ class BenchParts:
             return FaultPlace(self._groups[name], wire=card.wire, station=target, card=card)
         if (device := self.devices.get(name)) is None:
             return None
+        if switch := self._switch_places.get(target):
+            return FaultPlace(self._groups[name], device, switch=switch)
         uart, axis = device.uarts.get(part), device.axes.get(part)
         if uart is None and part:
             return FaultPlace(self._groups[name], device, axis=axis) if axis else None
@@ -137,4 +149,5 @@ class BenchParts:
         labels = [
             device.uarts.label(name, uart) for name, device in self.devices.items() for uart in device.uarts
         ]
-        return [*dict.fromkeys([*self.devices, *labels, *self.axes, *self.cards, *self.taps, *self.wires])]
+        parts = (*self.axes, *self._switch_places, *self.cards)
+        return [*dict.fromkeys([*self.devices, *labels, *parts, *self.taps, *self.wires])]

@@ -1,8 +1,8 @@
 """Faults that can be injected, in one table that configuration, commands, kit and reference use.
 
 A target is an address (``hil.vocab.address``): of a device (``s1``), one of its axes (``arm.elbow``) or ports
-(``s1.network``), of a node (``m1.canopen``), a tap (``bus0.master``), a segment (``bus0``) or a CAN bus
-(``can0``). The table says what a kind can be on.
+(``s1.network``), of a node (``m1.canopen``), a switch (``s1.home``), a tap (``bus0.master``), a segment
+(``bus0``) or a CAN bus (``can0``). The table says what a kind can be on.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from hil.vocab.verbs import VerbRefused
 DEVICE, PORT, TWIN_PORT, STATION, SEGMENT = "device", "port", "twin_port", "station", "segment"
 SERVO, SHAFT, SUPPLIED = "servo", "shaft", "supplied"
 BUS_PART, PROCESSOR = "bus_part", "processor"
-MODBUS_NODE, OWN_FIELD = "modbus_node", "own_field"
+MODBUS_NODE, OWN_FIELD, SWITCH = "modbus_node", "own_field", "switch"
 OF_AXES = frozenset({SERVO, SHAFT, BUS_PART, PROCESSOR, OWN_FIELD})
 """Targets that a kind of axis is or is not."""
 LINE, ON_LINE, CAN_NODE = "line", "on_line", "can_node"
@@ -34,6 +34,7 @@ TARGETS = {
     SUPPLIED: "a twin with plant: full",
     PROCESSOR: "a twin whose processor can run a program of your own",
     OWN_FIELD: "a twin whose board has fields of its own",
+    SWITCH: "a switch along an axis",
     BUS_PART: "a joint with an encoder or servo on a bus",
 }
 
@@ -191,6 +192,14 @@ _KINDS = (
     FaultKind("bus_no_answer", "physics", BUS_PART,
               "a joint's encoder or servo does not answer on its bus; of several the latest counts",
               (Parameter("rate", "probability for each reading", default=1.0), _SEED)),
+    FaultKind("switch_stuck", "physics", SWITCH,
+              "its contact stays open or closed; of several the latest counts",
+              (Parameter("contact", "how it stays", default="open", choices=("open", "closed")),)),
+    FaultKind("switch_wire_broken", "physics", SWITCH,
+              "its wire is broken: the pin has the level of an open contact, even if it is stuck closed"),
+    FaultKind("switch_moved", "physics", SWITCH,
+              "it has another place on the axis, as after a crash; several add up",
+              (Parameter("by_deg", "how far, positive towards larger angles", "deg", -36e4, 36e4),)),
     FaultKind(FIELD_STUCK, "physics", OWN_FIELD,
               "a field of the board's own stays as it is for the firmware: an input as it reads it, an output"
               " whatever it writes", (_FIELD,)),
@@ -243,6 +252,9 @@ _TITLES = {
     "encoder_freeze": "Encoder frozen",
     "encoder_disconnect": "Encoder unplugged",
     "bus_no_answer": "Joint does not answer",
+    "switch_stuck": "Switch stuck",
+    "switch_wire_broken": "Switch's wire broken",
+    "switch_moved": "Switch moved",
     FIELD_STUCK: "Field stuck",
     FIELD_OFFSET: "Field reads wrong",
 }

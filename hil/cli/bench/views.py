@@ -40,7 +40,7 @@ _WORDS: dict[str, Callable[[int], str]] = {
     "motion_state": lambda code: MOTION_STATES[code],
 }
 """Words for the values of fields that are codes."""
-_NO_WIRES = {"devices", "faults", "lag", "runs", "wake_latency"}
+_NO_WIRES = {"devices", "faults", "lag", "runs", "switches", "wake_latency"}
 """Lists of a status that are of no wires."""
 _BAR = "▁▂▃▄▅▆▇█"
 _HEALTH_STYLE = {"ok": "green", "late": "yellow"}
@@ -108,10 +108,11 @@ def status_view(status: dict[str, Any]) -> ShownView:
     drives = [
         line(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
     ]
+    switches = [line(_switch_line(row)) for row in status["switches"]]
     own = [line(_own_fields(row)) for row in status["devices"] if row.get("fields")]
     adapters = [line(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
     table = Grid(columns, ("device", "state"), rows, gap=1)
-    below = (*wires, *own, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
+    below = (*wires, *switches, *own, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
     return ShownView(head, line(""), table, *below)
 
 
@@ -146,6 +147,11 @@ def _bridge_line(row: dict[str, Any]) -> str:
         else ""
     )
     return f"{reached_at(row)}: {counts}{warning}"
+
+
+def _switch_line(row: dict[str, Any]) -> str:
+    wired = f", wired to {row['to']}" if row["to"] else ""
+    return f"switch {row['switch']}: {'active' if row['is_active'] else 'not active'}{wired}"
 
 
 def _own_fields(row: dict[str, Any]) -> str:

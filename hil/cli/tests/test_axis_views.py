@@ -25,7 +25,7 @@ def status(**shots: Any) -> dict[str, Any]:
     numbers = dict.fromkeys(
         ("pid", "sim_ns", "speed", "rate_hz", "ticks", "missed", "elapsed_ns", "overruns"), 1
     )
-    lists = {name: [] for name in ("segments", "buses", "faults", "runs", "wake_latency", "lag")}
+    lists = {name: [] for name in ("segments", "buses", "switches", "faults", "runs", "wake_latency", "lag")}
     return {
         "bench": "b",
         "devices": rows,

@@ -111,7 +111,10 @@ int hil_magnet(hil_core *c, int axis, int of_axis, int is_reversed, double zero_
 /* A switch at an axis, whose pin is of an axis of its group: from now on the pin has the contact's level. Answers its number
    at this axis. -1: there are too many, or there is no memory. */
 int hil_switch_add(hil_core *c, int axis, const hil_switch *given);
-int hil_switch_is_active(const hil_core *c, int axis, int which); /* the cam holds it, but for bounces */
+/* What is wrong with it from now on: its contact stays HIL_CONTACT_OPEN or HIL_CONTACT_CLOSED, or 0; it sits so much farther
+   up. -1: there is no such switch, or the shift is not finite. */
+int hil_switch_fault(hil_core *c, int axis, int which, int held, double shift_deg);
+int hil_switch_is_active(const hil_core *c, int axis, int which); /* by its contact, from any thread */
 
 /* ---- a microcontroller's pins ---- */
 

@@ -1,6 +1,7 @@
 #include "switches.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 
 #include "core.h"
@@ -15,6 +16,10 @@ enum { LEAST_PAIRS = 1, MORE_PAIRS = 3, MOST_TOGGLES = 2 * (LEAST_PAIRS + MORE_P
 typedef struct contact {
     hil_switch is;
     double from_rev, to_rev, slack_rev, every_rev;
+    double shift_rev; /* the fault: it sits so much farther up */
+    int held;         /* the fault: HIL_CONTACT_OPEN, HIL_CONTACT_CLOSED, or 0 */
+    int told_level;   /* of its pin; -1: not yet */
+    atomic_int seen;  /* as active by what reads the contact; other threads look at it */
     int is_inside; /* the cam holds it */
     int is_active; /* as is_inside, but for bounces */
     uint64_t changes; /* of is_inside since the start: each draws its own bounce */
@@ -32,6 +37,7 @@ static double uniform(uint64_t key) { return (double)(full_hash(key) >> 11) * 0x
 /* The angle with whole turns of a cam that repeats taken off, so that it is nearest to the cam's middle. */
 static double nearest_rev(const contact *x, double rev)
 {
+    rev -= x->shift_rev;
     if (!(x->every_rev > 0)) return rev;
     double turns = (rev - 0.5 * (x->from_rev + x->to_rev)) / x->every_rev;
     return rev - x->every_rev * nearbyint(turns);
@@ -53,15 +59,13 @@ static double ahead_rev(const contact *x, double rev, int is_up)
     return to_go < 0 ? INFINITY : to_go;
 }
 
-static int pin_level(const contact *x)
+/* What the contact does now, to its pin and to a drive's card. */
+static void tell(hil_core *c, contact *x, int64_t at_ns)
 {
-    int is_closed = x->is_active == !x->is.opens;
-    return is_closed ? x->is.closed_level : !x->is.closed_level;
-}
-
-static void tell(hil_core *c, const contact *x, int64_t at_ns)
-{
-    if (x->is.to_axis >= 0) pins_set(c, x->is.to_axis, x->is.to_pin, pin_level(x), at_ns);
+    int is_closed = x->held ? x->held == HIL_CONTACT_CLOSED : x->is_active == !x->is.opens;
+    int level = is_closed ? x->is.closed_level : !x->is.closed_level;
+    atomic_store_explicit(&x->seen, is_closed == !x->is.opens, memory_order_relaxed);
+    if (x->is.to_axis >= 0 && level != x->told_level) pins_set(c, x->is.to_axis, x->is.to_pin, x->told_level = level, at_ns);
 }
 
 /* A bounce of its own for each change: so many toggles within half of the longest time up to all of it. */
@@ -139,7 +143,7 @@ int hil_switch_add(hil_core *c, int axis, const hil_switch *given)
     switch_list *s = a->switches;
     if (s->n == HIL_SWITCHES) return -1;
     contact *x = &s->contacts[s->n++];
-    *x = (contact){.is = *given, .from_rev = given->from_deg / 360, .to_rev = given->to_deg / 360,
+    *x = (contact){.is = *given, .told_level = -1, .from_rev = given->from_deg / 360, .to_rev = given->to_deg / 360,
                    .slack_rev = given->hysteresis_deg / 360, .every_rev = given->every_deg / 360};
     view_shaft(a, now_ns, &rev, &rev_per_s);
     x->is_inside = x->is_active = is_held(x, rev);
@@ -147,17 +151,31 @@ int hil_switch_add(hil_core *c, int axis, const hil_switch *given)
     a->switch_next_ns = now_ns + 1;
     view_plan(a);
     core_join(c, axis);
-    if (given->to_axis >= 0) {
-        core_join(c, given->to_axis);
-        tell(c, x, now_ns);
-    }
+    if (given->to_axis >= 0) core_join(c, given->to_axis);
+    tell(c, x, now_ns);
     return s->n - 1;
+}
+
+int hil_switch_fault(hil_core *c, int axis, int which, int held, double shift_deg)
+{
+    int64_t now_ns;
+    hil_axis *a = core_axis_stirred(c, axis, &now_ns);
+    switch_list *s = a->switches;
+    if (!s || which < 0 || which >= s->n || held < 0 || held > HIL_CONTACT_CLOSED || !isfinite(shift_deg)) return -1;
+    contact *x = &s->contacts[which];
+    x->shift_rev = shift_deg / 360;
+    x->held = held;
+    tell(c, x, now_ns);
+    s->rests = 0;
+    if (a->switch_next_ns > now_ns + 1) a->switch_next_ns = now_ns + 1;
+    view_plan(a);
+    return 0;
 }
 
 int hil_switch_is_active(const hil_core *c, int axis, int which)
 {
     const switch_list *s = c->axes[axis].switches;
-    return s && which < s->n && s->contacts[which].is_active;
+    return s && which < s->n && atomic_load_explicit(&s->contacts[which].seen, memory_order_relaxed);
 }
 
 void switches_close(hil_axis *a)

@@ -139,7 +139,7 @@ def bench_of(devices: dict[str, Any]) -> Reports:
     configured: Any = SimpleNamespace(
         config=SimpleNamespace(
             **{"bench": "t", "devices": dict.fromkeys(devices, config), "tap_ports": dict},
-            **{"rate_hz": 1000, "speed": 1.0},
+            **{"rate_hz": 1000, "speed": 1.0, "switches": {}},
         ),
         catalogue=SimpleNamespace(profiles={"p": SimpleNamespace(greeting="")}, wire_infos={}),
     )

@@ -13,7 +13,7 @@ class PlaceKinds(NamedTuple):
 
     place: str
     sort: str
-    """device, port, axis, node, tap or wire."""
+    """device, port, axis, switch, node, tap or wire."""
     of: str
     """Device that it is a part of, or the wire of a tap; empty: it stands alone."""
     wire: str
@@ -29,7 +29,8 @@ def fault_places(parts: BenchParts) -> Iterator[PlaceKinds]:
         if place and (kinds := tuple(_kinds(target, place))):
             of = "" if target in parts.wires else owner_of(target)
             wire = wires.get(id(place.wire), "")
-            yield PlaceKinds(target, _sort(parts, target), "" if of == target else of, wire, kinds)
+            sort = "switch" if place.switch else _sort(parts, target)
+            yield PlaceKinds(target, sort, "" if of == target else of, wire, kinds)
 
 
 def _kinds(target: str, place: FaultPlace) -> Iterator[str]:

@@ -6,7 +6,7 @@ from functools import partial
 from hil.core import CoreAxis
 from hil.sim.bench_parts import BenchParts, FaultPlace
 from hil.sim.faults import node
-from hil.sim.faults.physics import AxisFaults
+from hil.sim.faults.physics import AxisFaults, renew_switch
 from hil.sim.inputs import Clear, Inject
 from hil.sim.load_limit import load_problem
 from hil.vocab.address import owner_of
@@ -194,8 +194,12 @@ class Faults:
             self._renew(place, kind.layer, now_ns)
 
     def _renew(self, place: FaultPlace, layer: str, now_ns: SimTimeNs) -> None:
-        """Renew a board's state after a fault of ``layer`` on it or one of its axes has begun or ended."""
+        """Renew a board's state after a fault of ``layer`` on it, an axis or a switch of it has begun or
+        ended."""
         assert place.device
+        if place.switch:
+            renew_switch(place.switch, [f for f, at in self._in_force.values() if at.switch is place.switch])
+            return
         here = {number: held for number, held in self._in_force.items() if held[1].device is place.device}
         for axis in place.device.axes.values():
             on_axis = (fault for fault, at in here.values() if at.axis is axis or fault.layer == "node")

@@ -1,9 +1,11 @@
-"""Faults of an axis: its shaft, coils, supply and encoder."""
+"""Faults of an axis: its shaft, coils, supply, encoder and switches."""
 
 import math
 from collections.abc import Iterable, Mapping
 
 from hil.core import CoreAxis
+from hil.core.abi import CONTACT_CLOSED, CONTACT_OPEN
+from hil.core.core_switch import CoreSwitch
 from hil.vocab import faults as faults_of
 from hil.vocab.faults import Fault
 from hil.vocab.own_fields import NO_FAULTS, FieldFaults
@@ -77,6 +79,19 @@ def field_faults(axis: CoreAxis, faults: Iterable[Fault]) -> FieldFaults:
             before = axis.field_faults.stuck
             stuck[name] = before[name] if name in before else axis.get(name)
     return FieldFaults(stuck, offsets) if offsets or stuck else NO_FAULTS
+
+
+def renew_switch(switch: CoreSwitch, faults: Iterable[Fault]) -> None:
+    """Set a switch from all the faults that are in force on it, the oldest first."""
+    held, shifts_deg, is_broken = 0, [], False
+    for fault in faults:
+        if fault.kind == "switch_stuck":
+            held = CONTACT_OPEN if fault.parameters["contact"] == "open" else CONTACT_CLOSED
+        elif fault.kind == "switch_moved":
+            shifts_deg.append(fault.number("by_deg"))
+        else:
+            is_broken = True
+    switch.fault(CONTACT_OPEN if is_broken else held, math.fsum(shifts_deg))
 
 
 class AxisFaults:

@@ -9,7 +9,16 @@ from hil.sim.bench import BenchHooks
 from hil.sim.faults.fitting import fault_places
 from hil.sim.input_log import InputLogWriter
 from hil.testing import Bench
-from hil.vocab.faults import BUS_PART, CAN_NODE, FAULT_KINDS, MODBUS_NODE, OWN_FIELD, PROCESSOR, FaultRefused
+from hil.vocab.faults import (
+    BUS_PART,
+    CAN_NODE,
+    FAULT_KINDS,
+    MODBUS_NODE,
+    OWN_FIELD,
+    PROCESSOR,
+    SWITCH,
+    FaultRefused,
+)
 
 CONFIG = {
     "bench": "f",
@@ -181,8 +190,8 @@ SEEN = {
 def test_each_kind_of_the_table_has_its_test():
     # Those of Modbus nodes are seen in test_kit_modbus_faults.py, those of CAN nodes in test_kit_canbus.py,
     # those of parts on an arm's bus in test_walter_arm.py, those of processors in test_processor.py, those of
-    # a board's own fields in test_kit_own_fields.py.
-    others = (MODBUS_NODE, CAN_NODE, BUS_PART, PROCESSOR, OWN_FIELD)
+    # a board's own fields in test_kit_own_fields.py, those of switches in test_kit_switches.py.
+    others = (MODBUS_NODE, CAN_NODE, BUS_PART, PROCESSOR, OWN_FIELD, SWITCH)
     assert set(SEEN) == {kind.name for kind in FAULT_KINDS.values() if kind.target not in others}
 
 

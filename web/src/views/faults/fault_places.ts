@@ -55,7 +55,7 @@ const OF_KINDS: [RegExp, Family][] = [
   [/^(shaft_|steps_)/, "shaft"],
   [/^(phase_|thermal_)/, "coil"],
   [/^(supply_|node_reset|node_brown_out|chip_brown_out)/, "supply"],
-  [/^(chip_|node_hang|field_)/, "board"],
+  [/^(chip_|node_hang|field_|switch_)/, "board"],
   [/^(byte_|host_)/, "cable"],
   [/^(packet_|modbus_)/, "packet"],
 ];
