@@ -62,22 +62,30 @@ def _name_findings(
 def _loop_findings(cells: Mapping[str, PartRow]) -> Iterator[Finding]:
     """One finding for each loop, at the first of its cells."""
     named = {
-        name: [(key, other) for key in FACTORS if isinstance(other := getattr(row.text, key), str)]
+        name: {other: key for key in FACTORS if isinstance(other := getattr(row.text, key), str)}
         for name, row in cells.items()
     }
     told: set[str] = set()
     for first in cells:
-        trail, here = [first], first
-        while True:
-            nexts = [other for _, other in named.get(here, []) if other in cells]
-            back = next((other for other in nexts if other in trail), None)
-            if back is not None or not nexts:
-                break
-            here = nexts[0]
-            trail.append(here)
-        if back is None or back != first or told & set(trail):
-            continue
-        told |= set(trail)
-        key = next(key for key, other in named[first] if other in (*trail, first))
-        what = f"a loop of scales: {' by '.join([*trail, first])}"
-        yield Finding((*cells[first].path, key), what, "let one of them have a number")
+        trail = _way_back(first, named)
+        if trail and not told & set(trail):
+            told |= set(trail)
+            what = f"a loop of scales: {' by '.join([*trail, first])}"
+            key = named[first][trail[1] if len(trail) > 1 else first]
+            yield Finding((*cells[first].path, key), what, "let one of them have a number")
+
+
+def _way_back(first: str, named: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """Shortest way from a cell by its factors back to it; empty: there is none."""
+    before, waiting = {first: ""}, [first]
+    for here in waiting:
+        for other in named.get(here, ()):
+            if other == first:
+                trail = [here]
+                while trail[0] != first:
+                    trail.insert(0, before[trail[0]])
+                return trail
+            if other not in before:
+                before[other] = here
+                waiting.append(other)
+    return []

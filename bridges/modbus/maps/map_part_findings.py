@@ -28,7 +28,14 @@ from hil.vocab.drive_words import MORE_TAKEN, MORE_TOLD, TAKEN, TOLD
 
 MOVE_MARK = "move "
 _READERS = {Table.HOLDING_REGISTERS: 3, Table.INPUT_REGISTERS: 4, Table.COILS: 1, Table.DISCRETE_INPUTS: 2}
-_WRITABLE = ("holding", "coil")
+_WRITERS = {
+    (Table.COILS, False): (5, 15),
+    (Table.HOLDING_REGISTERS, False): (6, 16, 22, 23),
+    (Table.HOLDING_REGISTERS, True): (16, 23),
+}
+"""Functions that write, by the table, and by whether it is more than one register at once."""
+_COMMANDED = ("control", "commands", "mode", "moves", "parameters")
+"""Keys of what a master writes, beside the values that a drive takes. Cells may be there to be read alone."""
 
 
 def version_findings(given: object, entries: Mapping[KeyPath, PlaceText]) -> Iterator[Finding]:
@@ -240,12 +247,22 @@ def _protocol_findings(
         return
     path: KeyPath = ("protocol", "functions")
     lacking: dict[int, str] = {}
+    blocks = {block.number: block.registers for block in blocks_of(given).values()}
     for where, place in places.items():
-        if _READERS[place.table] not in functions and 23 not in functions:
-            lacking.setdefault(_READERS[place.table], ".".join(map(str, where)))
-        is_written = where[0] in (*TAKEN, *MORE_TAKEN, "moves")
-        if place.width > 1 and is_written and not {16, 23} & set(functions):
-            lacking.setdefault(16, ".".join(map(str, where)))
-    for function, whose in lacking.items():
-        what = f"function {function} is not among them, and {whose} needs it"
-        yield Finding(path, what, f"add {function}, or put it elsewhere")
+        reader = _READERS[place.table]
+        if reader not in functions and not (reader == 3 and 23 in functions):
+            lacking.setdefault(reader, ".".join(map(str, where)))
+        width = blocks.get(place.address >> 16, place.width)
+        writers = _WRITERS.get((place.table, width > 1), ()) if _is_written(where) else ()
+        if writers and not set(writers) & set(functions):
+            lacking.setdefault(writers[0], ".".join(map(str, where)))
+    if lacking:
+        missing = ", ".join(f"{function} for {whose}" for function, whose in sorted(lacking.items()))
+        numbers = ", ".join(map(str, sorted(lacking)))
+        yield Finding(path, f"functions are missing: {missing}", f"add {numbers}, or put these elsewhere")
+
+
+def _is_written(path: KeyPath) -> bool:
+    """True if a master has to write what is at a path, to command the drive."""
+    own = path[2:] if path[0] == "blocks" else path
+    return own[0] in _COMMANDED or own[-1] in TAKEN or own[-1] in MORE_TAKEN
