@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from graphlib import TopologicalSorter
 
 from bridges.modbus.protocol.pdu import Span, Table
 from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
@@ -108,24 +109,34 @@ class PollPlan:
         return cells[cell][1].default if cell in cells else 1.0
 
 
-STATE = "states."
+STATE, FIRST_MOVE = "states.", "move_0."
 
 
 def _told_by(of: DriveMap) -> Iterator[tuple[str, RegisterPlace]]:
     """Places that tell something, by name: cells that are factors first, then states, values and bits."""
-    factors = {
-        name
-        for place in of.values.values()
-        if place.conversion is not None
-        for name in place.conversion.names
-    }
-    for name in sorted(factors):
-        if name in of.parts.cells and of.parts.cells[name][1].is_read:
+    for name in _factors(of):
+        if of.parts.cells[name][1].is_read:
             yield f"cells.{name}", of.parts.cells[name][0]
     for name, (place, _) in of.parts.states.items():
         yield f"{STATE}{name}", place
     yield from ((name, place) for name, place in of.values.items() if name in TOLD or name in MORE_TOLD)
     yield from ((f"status.{name}", place) for name, place in of.status.items())
+
+
+def _factors(of: DriveMap) -> Iterable[str]:
+    """Cells by which values and moves are converted, each behind those by which it is converted itself."""
+    cells = of.parts.cells
+    graph: dict[str, tuple[str, ...]] = {}
+    places = [*of.values.values(), *(place for _, place in of.parts.also)]
+    places += [place for name, (place, _) in cells.items() if name.startswith(FIRST_MOVE)]
+    for place in places:
+        names = place.conversion.names if place.conversion else ()
+        for name in names:
+            if name in cells and name not in graph:
+                own = cells[name][0].conversion
+                graph[name] = tuple(each for each in own.names if each in cells) if own else ()
+                places.append(cells[name][0])
+    return TopologicalSorter(graph).static_order()
 
 
 def _state_bits(part: StatePart, number: int) -> dict[str, bool]:

@@ -76,3 +76,26 @@ def test_polls_read_blocks_as_a_whole_and_no_more_registers_than_the_drive_takes
     assert reading.values["speed_rpm"] == pytest.approx(300)
     assert reading.bits["status.moving"]
     assert "status.fault" not in reading.bits
+
+
+def test_polls_read_what_moves_are_converted_by_and_what_that_is_converted_by() -> None:
+    text = """
+modbus_map: 2
+moves:
+  position_deg: {holding: 20, type: i32, unit: turn, per: counts}
+cells:
+  counts: {holding: 10, times: whole}
+  whole: {holding: 11, scale: 100}
+commands:
+  trigger: {holding: 30, values: {move_0: 1}}
+"""
+    of = read_drive_map(text, "map.yaml")
+    plan = PollPlan.of_map(of)
+    assert [tuple(span)[1:] for span in plan.state(gap=0, has_kept=True)] == [(10, 2)]
+    reading = plan.reading(0, {Table.HOLDING_REGISTERS: {10: 40, 11: 5}})
+    assert reading.values == {"cells.whole": 500, "cells.counts": 20_000}
+    order = MapOrders(of, lambda cell: reading.values[f"cells.{cell}"]).order(
+        "start_absolute", {"set_point_deg": 90.0}
+    )
+    assert order is not None
+    assert [write.words for write in order[0]] == [(0, 5000)]
