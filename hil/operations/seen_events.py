@@ -8,13 +8,12 @@ import logging
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 
-from hil.core import CoreAxis
-from hil.core.motor_words import blocked_note, stall_note
 from hil.live.fault_registry import FaultRegistry
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.operations.event_log import EventLog
 from hil.operations.health import Health
+from hil.operations.motor_events import MotorEvents
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridge_protocol import Bridge
@@ -22,10 +21,6 @@ from hil.vocab.monitoring import LATE_KINDS, HealthProblem
 
 LOOK_S = 1.0
 """Time between two looks."""
-LOOKS_BLOCKED = 2
-"""Looks in a row at which a servo is blocked, and not only turns round."""
-STALLS = "stalls"
-"""Field that counts how often a motor has lost steps."""
 _SLICE = 16
 """Ports between two turns of others."""
 HERE = "bench"
@@ -52,10 +47,7 @@ class SeenEvents:
         self._clients: Mapping[str, int] = {}
         self._active: Mapping[int, tuple[str, str]] = {}
         self._problems: Mapping[tuple[str, str], HealthProblem] = {}
-        self._stalls: dict[str, int] = {}
-        """Stalls of motors since power-up, by the axis's address."""
-        self._blocked: dict[str, int] = {}
-        """Looks in a row at which a servo was blocked, by its address."""
+        self._motors = MotorEvents(events, sim)
         self._states: dict[str, str] = {}
         """States of runs that have not ended."""
         self._task: asyncio.Task[None] | None = None
@@ -98,7 +90,7 @@ class SeenEvents:
         yield from self._look_at_clients()
         self._look_at_faults()
         yield None
-        yield from self._look_at_motors()
+        yield from self._motors.look()
         yield from self._look_at_health()
 
     def _look_at_clients(self) -> Iterator[None]:
@@ -117,30 +109,6 @@ class SeenEvents:
             who = "a client" if by == 1 else f"{by} clients"
             left = f"; {count} there now" if count else ""
             self._events.put("clients", label, label, f"{who} {'came' if count > was else 'left'}{left}")
-
-    def _look_at_motors(self) -> Iterator[None]:
-        before, self._stalls = self._stalls, {}
-        for number, (label, (device, part)) in enumerate(list(self._sim.parts.axes.items())):
-            axis = device.axes[part]
-            if STALLS not in axis.kind.fields:
-                self._look_at_servo(label, axis)
-                continue
-            shot = axis.published()
-            self._stalls[label] = shot.stalls
-            if shot.stalls > before.get(label, 0):
-                text = stall_note(shot.as_dict(), axis)
-                log.warning("%s: %s", label, text)
-                self._events.put("motors", label, HERE, text, at_ns=shot.stalled_at_ns)
-            if number % _SLICE == _SLICE - 1:
-                yield None
-
-    def _look_at_servo(self, label: str, axis: CoreAxis) -> None:
-        """Note a servo that was blocked at the last look, too."""
-        text = blocked_note(axis.published().as_dict(), axis) if axis.kind.encoder_counts else ""
-        looks = self._blocked[label] = self._blocked.get(label, 0) + 1 if text else 0
-        if looks == LOOKS_BLOCKED:
-            log.warning("%s: %s", label, text)
-            self._events.put("motors", label, HERE, text)
 
     def _look_at_faults(self) -> None:
         now = {row["number"]: (row["target"], row["kind"]) for row in self._faults.listed()}
