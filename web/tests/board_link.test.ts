@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { BoardLink, LinkError, START_UP_MS, type LinkState, type Operation } from "../src/views/companion/board_link";
+import { BoardLink, ECHO_MS, LinkError, START_UP_MS, TRIES, type LinkState, type Operation } from "../src/views/companion/board_link";
 
 /** Board that echoes a line and answers it from a table; time stands until it is moved. */
 class Desk {
@@ -219,5 +219,135 @@ describe("the line to a board", () => {
     expect(await failed).toBe("s1 has gone");
     expect(await desk.line.ask("vd").catch((error: Error) => error.message)).toBe("the port is closed");
     expect(desk.line.state).toBe("closed");
+  });
+});
+
+/** Board that echoes each character, takes a backspace, and loses the characters that it is told to, by their number. */
+class EchoingBoard {
+  now_ms = 0;
+  /** Lines that came into force. */
+  readonly taken: string[] = [];
+  readonly lost = new Set<number>();
+  /** Numbers of characters whose echo is lost. */
+  readonly unechoed = new Set<number>();
+  count = 0;
+  private typed = "";
+  readonly line = new BoardLink({
+    send: (bytes) => queueMicrotask(() => this.take(new TextDecoder().decode(bytes))),
+    now_ms: () => this.now_ms,
+    state: () => {},
+    incoming: () => {},
+    sent: () => {},
+    others: () => {},
+    operation: () => {},
+  });
+
+  private take(text: string): void {
+    let echo = "";
+    for (const character of text) {
+      this.count += 1;
+      if (!this.lost.has(this.count)) {
+        const back = this.took(character);
+        if (!this.unechoed.has(this.count)) echo += back;
+      }
+    }
+    if (echo) this.line.feed(new TextEncoder().encode(echo));
+  }
+
+  private took(character: string): string {
+    if (character === "\r") {
+      if (this.typed) this.taken.push(this.typed);
+      this.typed = "";
+      return "\r\nSAC>";
+    }
+    if (character !== "\b") {
+      this.typed += character;
+      return character;
+    }
+    const isEmpty = this.typed === "";
+    this.typed = this.typed.slice(0, -1);
+    return isEmpty ? "" : "\b \b";
+  }
+
+  async pass(ms: number): Promise<void> {
+    this.now_ms += ms;
+    this.line.tick();
+    for (let round = 0; round < 20; round++) await Promise.resolve();
+  }
+
+  async ready(): Promise<this> {
+    await this.pass(START_UP_MS);
+    this.taken.length = this.count = 0;
+    return this;
+  }
+
+  /** Ask a line that must not come damaged; answers what came of it. */
+  row(): Promise<string> {
+    return this.line.ask("m200v300", { isQuiet: true, isChecked: true }).then(
+      () => "taken",
+      (error: Error) => error.message,
+    );
+  }
+}
+
+describe("a line that must not come damaged", () => {
+  test("goes into force when its echo is whole", async () => {
+    const board = await new EchoingBoard().ready();
+    const row = board.row();
+    await board.pass(0);
+    expect(await row).toBe("taken");
+    expect(board.taken).toEqual(["m200v300"]);
+  });
+
+  test.each([1, 3, 8])("is erased and typed again when character %i is lost", async (number) => {
+    const board = await new EchoingBoard().ready();
+    board.lost.add(number);
+    const row = board.row();
+    for (let look = 0; look < 3; look++) await board.pass(ECHO_MS);
+    expect(await row).toBe("taken");
+    expect(board.taken).toEqual(["m200v300"]);
+  });
+
+  test("is typed again when its echo alone is damaged", async () => {
+    const board = await new EchoingBoard().ready();
+    board.unechoed.add(2);
+    const row = board.row();
+    for (let look = 0; look < 3; look++) await board.pass(ECHO_MS);
+    expect(await row).toBe("taken");
+    expect(board.taken).toEqual(["m200v300"]);
+  });
+
+  test("has its end typed again when that is lost", async () => {
+    const board = await new EchoingBoard().ready();
+    board.lost.add(9);
+    const row = board.row();
+    for (let look = 0; look < 2; look++) await board.pass(ECHO_MS);
+    expect(await row).toBe("taken");
+    expect(board.taken).toEqual(["m200v300"]);
+  });
+
+  test("is given up after some tries, and never comes into force", async () => {
+    const board = await new EchoingBoard().ready();
+    for (let number = 3; number < 2000; number += 88) board.lost.add(number);
+    const row = board.row();
+    for (let look = 0; look <= 2 * TRIES; look++) await board.pass(ECHO_MS);
+    expect(await row).toBe(`"m200v300" came back damaged ${TRIES} times: characters are lost on the line`);
+    expect(board.taken).toEqual([]);
+    board.lost.clear();
+    const asked = board.line.ask("vd");
+    await board.pass(0);
+    await asked;
+    expect(board.taken).toEqual(["vd"]);
+  });
+
+  test("does not come before a stop", async () => {
+    const board = await new EchoingBoard().ready();
+    board.unechoed.add(8);
+    const row = board.row();
+    await board.pass(0);
+    const stopped = board.line.urgent("S");
+    await board.pass(0);
+    expect([await row, await stopped]).toEqual(['"m200v300" was given up for S', []]);
+    expect(board.taken).toEqual(["S"]);
   });
 });

@@ -1,5 +1,5 @@
 import { describe, expect, test, vi } from "vitest";
-import { LinkError } from "../src/views/companion/board_link";
+import { LinkError, type AskOptions } from "../src/views/companion/board_link";
 import { MOST_IN_BOARD, RowStreamer } from "../src/views/companion/row_streamer";
 
 const said = vi.hoisted(() => ({ notices: [] as string[] }));
@@ -8,6 +8,8 @@ vi.mock("../src/parts/notices", () => ({ notify: (text: string) => said.notices.
 /** Board that takes moves, and runs one when `step` is called. */
 class Board {
   readonly typed: string[] = [];
+  /** Lines whose end goes out when their echo is whole. */
+  readonly checked: string[] = [];
   isReady = true;
   isOpsOn = false;
   queue = 0;
@@ -16,8 +18,9 @@ class Board {
   fails = "";
   readonly streamer = new RowStreamer(this);
 
-  async ask(line: string): Promise<string[]> {
+  async ask(line: string, options: AskOptions = {}): Promise<string[]> {
     this.typed.push(line);
+    if (options.isChecked) this.checked.push(line);
     if (line === this.fails) throw new LinkError(`"${line}" came back as "m"`);
     if (line.startsWith("m")) this.queue += 1;
     if (line === "l" || line === "S") this.queue = this.runs ? 1 : 0;
@@ -76,6 +79,7 @@ describe("a stream of rows", () => {
     await done;
     expect(board.most).toBe(MOST_IN_BOARD);
     expect(board.typed).toEqual(["$O1", ...Array.from({ length: 100 }, (_, row) => `m${row + 1}`), "$O0"]);
+    expect(board.checked).toEqual(board.typed.slice(1, -1));
     expect([board.ended, board.streamer.state.value!.phase]).toEqual([100, "rests"]);
   });
 

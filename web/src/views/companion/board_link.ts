@@ -13,6 +13,14 @@ export const ANSWER_MS = 5000;
 /** Time after which text without a prompt is shown. */
 const SHOWN_MS = 400;
 const UNREAD_MAX = 20_000;
+/** Silence after which the echo of a line without its end is not whole, or an erasure is over; a line of 80 characters
+ * takes 20 ms at 38400 baud. */
+export const ECHO_MS = 1000;
+/** Number of times that a line is typed which comes back damaged. */
+export const TRIES = 5;
+/** Erasure of the longest line; there is no echo to what is beyond the line's beginning. */
+const ERASE = "\b".repeat(80);
+const ERASED = "\b \b";
 /** Lines that ask and change nothing, as other pages type them by themselves. */
 export const QUESTION = /^(q|vd|cc|cf|x)?$/;
 const BANNER = /(?:^|\n)SAC \S[^\r\n]*\r\n$/;
@@ -43,12 +51,18 @@ export interface AskOptions {
   /** True: a question of the page's own, shown in no history. */
   readonly isQuiet?: boolean;
   readonly timeout_ms?: number;
+  /** True: its end goes out when its echo is whole; else it is erased and typed again. For a line that must not come damaged. */
+  readonly isChecked?: boolean;
 }
 
 interface Asked {
   readonly line: string;
   readonly isQuiet: boolean;
   readonly timeout_ms: number;
+  readonly isChecked: boolean;
+  stage: "open" | "erased" | "ended";
+  tries: number;
+  typed_ms: number;
   deadline_ms: number;
   readonly done: (lines: string[]) => void;
   readonly failed: (error: Error) => void;
@@ -91,7 +105,7 @@ export class BoardLink {
   urgent(line: string): Promise<string[]> {
     for (const asked of this.waiting.splice(0)) asked.failed(new LinkError(`"${asked.line}" was given up for ${line}`));
     return this.put(line, {}, (asked) => {
-      if (this.phase === "ready" || this.phase === "asking" || this.phase === "silent") this.type(asked);
+      if (this.phase === "ready" || this.phase === "asking" || this.phase === "silent") this.type(asked, this.giveUpOpen(line));
       else this.waiting.push(asked);
     });
   }
@@ -109,8 +123,9 @@ export class BoardLink {
         failed(new LinkError("the port is closed"));
         return;
       }
-      const { isQuiet = false, timeout_ms = ANSWER_MS } = options;
-      place({ line, isQuiet, timeout_ms, deadline_ms: 0, done, failed });
+      const { isQuiet = false, timeout_ms = ANSWER_MS, isChecked = false } = options;
+      const begun = { stage: "ended", tries: 0, typed_ms: 0, deadline_ms: Infinity } as const;
+      place({ line, isQuiet, timeout_ms, isChecked, ...begun, done, failed });
       this.pump();
     });
   }
@@ -121,11 +136,43 @@ export class BoardLink {
     if (next) this.type(next);
   }
 
-  private type(asked: Asked): void {
-    asked.deadline_ms = this.events.now_ms() + asked.timeout_ms;
+  /** `before`: what has to be typed first. */
+  private type(asked: Asked, before = ""): void {
     this.inFlight.push(asked);
     if (!asked.isQuiet) this.events.sent(asked.line);
-    this.events.send(new TextEncoder().encode(`${asked.line}\r`));
+    if (asked.isChecked) this.open(asked);
+    else this.end(asked, before + asked.line);
+  }
+
+  /** Type a line whose end is still to come. */
+  private open(asked: Asked): void {
+    asked.stage = "open";
+    asked.tries += 1;
+    this.write(asked, asked.line);
+  }
+
+  /** Type the end of a line. `text`: what of it was not typed yet. */
+  private end(asked: Asked, text = ""): void {
+    asked.stage = "ended";
+    asked.deadline_ms = this.events.now_ms() + asked.timeout_ms;
+    this.write(asked, `${text}\r`);
+  }
+
+  private write(asked: Asked, text: string): void {
+    asked.typed_ms = this.events.now_ms();
+    this.events.send(new TextEncoder().encode(text));
+  }
+
+  /** Give up a line that has no end yet; answers what erases it. */
+  private giveUpOpen(why: string): string {
+    const open = this.inFlight.filter(({ stage }) => stage !== "ended");
+    for (const asked of open) this.fail(asked, `"${asked.line}" was given up for ${why}`);
+    return open.length ? ERASE : "";
+  }
+
+  private fail(asked: Asked, why: string): void {
+    this.inFlight.splice(this.inFlight.indexOf(asked), 1);
+    asked.failed(new LinkError(why));
   }
 
   // ---- in ----
@@ -142,6 +189,8 @@ export class BoardLink {
     this.quietSince_ms = at_ms;
     this.unread += text;
     this.takeBlocks();
+    const whole = this.inFlight.find(({ line, stage }) => stage === "open" && line === this.unread);
+    if (whole) this.end(whole);
     if (BANNER.test(this.unread)) this.starting();
     if (this.unread.length > UNREAD_MAX) this.dropUnread();
     this.pump();
@@ -174,7 +223,7 @@ export class BoardLink {
   }
 
   private askedIn(text: string): Asked | undefined {
-    const echo = echoOf(text);
+    const echo = withoutErased(echoOf(text));
     const typed = echo.replace(/^[+-]+/, "");
     return this.inFlight.find(({ line }) => line === echo || line === typed);
   }
@@ -215,12 +264,30 @@ export class BoardLink {
     const now_ms = this.events.now_ms();
     if (this.phase === "opening" && now_ms - this.quietSince_ms >= START_UP_MS) this.knock();
     for (const asked of this.inFlight.filter(({ deadline_ms }) => now_ms >= deadline_ms)) {
-      this.inFlight.splice(this.inFlight.indexOf(asked), 1);
       const instead = this.strange && this.strange !== asked.line ? `; it said "${this.strange.slice(0, 80)}"` : "";
-      asked.failed(new LinkError(`no answer to "${asked.line}" within ${asked.timeout_ms / 1000} s${instead}`));
+      this.fail(asked, `no answer to "${asked.line}" within ${asked.timeout_ms / 1000} s${instead}`);
+    }
+    for (const asked of this.inFlight.filter(({ isChecked }) => isChecked)) {
+      if (now_ms - Math.max(this.quietSince_ms, asked.typed_ms) >= ECHO_MS) this.mend(asked);
     }
     if (this.unread && now_ms - this.quietSince_ms >= SHOWN_MS) this.show();
     this.pump();
+  }
+
+  /** Go on with a line after a silence: erase what came back damaged and type it again, or type its end again, which does
+   * nothing if the first one came. */
+  private mend(asked: Asked): void {
+    if (asked.stage === "ended") {
+      this.write(asked, "\r");
+      return;
+    }
+    this.unread = "";
+    this.shown = 0;
+    if (asked.stage === "open") {
+      asked.stage = "erased";
+      this.write(asked, ERASE);
+    } else if (asked.tries < TRIES) this.open(asked);
+    else this.fail(asked, `"${asked.line}" came back damaged ${TRIES} times: characters are lost on the line`);
   }
 
   /** Try again whether somebody answers. */
@@ -295,6 +362,17 @@ function isMessage(text: string): boolean {
 
 function echoOf(text: string): string {
   return text.split("\r\n", 1)[0]!;
+}
+
+/** Text as it stands when what was erased is gone. */
+function withoutErased(text: string): string {
+  let left = "";
+  for (let at = 0; at < text.length; ) {
+    const isErased = text.startsWith(ERASED, at);
+    left = isErased ? left.slice(0, -1) : left + text[at]!;
+    at += isErased ? ERASED.length : 1;
+  }
+  return left;
 }
 
 /** True if a text is what is left of another one when some of its characters are lost. */

@@ -1,5 +1,5 @@
-/** Stream of a long file into a board's queue: a row is typed when there is room, as soft_ops tell. Pausing ends it behind
- * the row that runs. Without a screen.
+/** Stream of a long file into a board's queue: a row is typed when there is room, as soft_ops tell, and goes into force when
+ * its echo is whole. Pausing ends it behind the row that runs. Without a screen.
  * Source: SAC user manual, companion app, command buffer, soft_ops, l. */
 
 import { signal } from "@preact/signals";
@@ -101,7 +101,7 @@ export class RowStreamer {
       await this.until(() => this.phase !== "runs" || this.sent - this.state.peek()!.ended < MOST_IN_BOARD);
       if (this.phase !== "runs") return;
       this.sent += 1;
-      await this.type(moves[this.sent - 1]!);
+      await this.board.ask(moves[this.sent - 1]!, { isQuiet: true, isChecked: true });
     }
   }
 
