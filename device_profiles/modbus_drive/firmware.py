@@ -3,7 +3,7 @@
 from device_profiles.modbus_drive.home_search import HomeSearch
 from hil.firmware.closed_loop_drive import CURRENT, ENCODER, IDLE_NS, WATCH_NS, ClosedLoopDrive, DriveFault
 from hil.firmware.kept_cells import KeptCells
-from hil.firmware.set_point_paths import at, joined, trapezoid
+from hil.firmware.set_point_paths import at, joined, length_ns, trapezoid
 from hil.vocab.firmware import Board, Delay, Main
 from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_MS, NS_PER_S
@@ -53,6 +53,8 @@ class ModbusDrive(ClosedLoopDrive):
         """Speed at which it turns until a stop; None: it does not."""
         self._runs_by_registers = False
         """True if it turns at the speed that its registers have, and changes with them."""
+        self._turns_until_ns = 0
+        """Time at which its path ends while it turns, of whatever length its ramps are."""
         self.cells = KeptCells(board.nvm, board.tell)
 
     def main(self) -> Main:
@@ -143,7 +145,8 @@ class ModbusDrive(ClosedLoopDrive):
         up = (up_rpm_per_s or self.acceleration_rpm_per_s) * DEG_PER_S
         down = (down_rpm_per_s or self.deceleration_rpm_per_s or up / DEG_PER_S) * DEG_PER_S
         kept_deg = self.set_point_deg
-        self._along(lambda: _to_speed(*self._where(), wanted, up, down))
+        path = self._along(lambda: _to_speed(*self._where(), wanted, up, down))
+        self._turns_until_ns = self._path_from_ns + length_ns(path)
         self.set_point_deg, self.running_rpm = kept_deg, wanted / DEG_PER_S
 
     def run_again(self) -> None:
@@ -221,7 +224,7 @@ class ModbusDrive(ClosedLoopDrive):
             self.tell()
         if self._search:
             self._search_on(self._search)
-        if self.is_running and self._path_from_ns + TURNS_FOR_NS - self._now_ns < TURNS_AGAIN_NS:
+        if self.is_running and self._turns_until_ns - self._now_ns < TURNS_AGAIN_NS:
             running_rpm, is_reversed = self.running_rpm or 0.0, self.is_reversed
             by_registers, self.is_reversed = self._runs_by_registers, False
             self.run(running_rpm)

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from hil.testing import Bench, ConfigError, check_profile
+from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused
 
 Make = Callable[..., Any]
@@ -160,3 +161,17 @@ def test_with_a_map_of_its_own_it_is_another_drive(master: Make) -> None:
     assert plc.put(102, 1 << 8) == ()  # a told bit beside one that is taken
     assert plc.ask(write_single(Table.COILS, 0, 0)) == ()
     assert plc.ask(read(Table.DISCRETE_INPUTS, 3)) == (0,)
+
+
+def test_a_drive_that_turns_keeps_a_ramp_that_is_longer_than_a_path_at_a_speed(
+    master: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("device_profiles.modbus_drive.firmware.TURNS_FOR_NS", 2 * NS_PER_S)
+    monkeypatch.setattr("device_profiles.modbus_drive.firmware.TURNS_AGAIN_NS", NS_PER_S)
+    plc = master()
+    plc.drive.do("enable")
+    plc.drive.do("run", velocity_rpm=60, acceleration_rpm_per_s=10)
+    plc.run(3000)
+    assert plc.axis.snapshot().velocity_rpm == pytest.approx(30, abs=1)
+    plc.run(12_000)
+    assert plc.axis.snapshot().velocity_rpm == pytest.approx(60, abs=1)
