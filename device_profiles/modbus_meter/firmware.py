@@ -13,19 +13,21 @@ class ModbusMeter:
     """One power-up of the board."""
 
     def __init__(self, board: Board) -> None:
+        self._board = board
         self.cells = KeptCells(board.nvm, board.tell)
         self.cells.tell_all()
-        self.now_ns = 0
-        """Simulated time since power-up, by its own steps."""
+
+    @property
+    def now_ns(self) -> int:
+        """Simulated time."""
+        return self._board.now_ns
 
     def main(self) -> Main:
         yield Delay(READY_NS)
-        self.now_ns += READY_NS
         while True:
             if commit := self.cells.step(self.now_ns):
                 yield commit
             yield Delay(STEP_NS)
-            self.now_ns += STEP_NS
 
     def interrupt(self, event: CoreEvent) -> None:
         return

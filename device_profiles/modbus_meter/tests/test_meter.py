@@ -95,3 +95,14 @@ def test_a_request_within_the_pause_is_not_heard_and_a_missing_function_is_refus
     assert line.ask(read(INPUT, 0, 1)) == (0x10000 - 25,)
     assert line.ask(read(Table.COILS, 0, 1)) == 1
     line.bench.close()
+
+
+def test_a_ramp_begins_when_it_is_asked_for_and_not_at_the_step_before() -> None:
+    bench = Line().bench
+    meter = bench.device("meter")
+    for _ in range(20):  # steps come each 20 ms
+        meter.do("cells", values="power_W=0")
+        meter.do("cells", values="power_W=100", over_s=0.1)
+        bench.run(ms=2)
+        assert bench.runtime.devices["meter"].told["cell.power_W"] <= 2
+        bench.run(ms=19)
