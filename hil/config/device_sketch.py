@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -13,9 +13,14 @@ from hil.config.explain import shown
 from hil.config.port_model import is_path
 from hil.vocab.problem import Problem, not_text
 
+if TYPE_CHECKING:
+    from ast import Module
+
 SKETCH = "sketch"
 _AS_LOGGED = {"file", "text"}
 """Keys of a sketch in a log, which has its text: a replay runs what ran."""
+_LOOP_US, _TURNS_US = "LOOP_US", (0.001, 1e9)
+"""Time of a turn of loop(), and its limits, as ``hil.firmware.sketch_waits`` has them."""
 _HOOKS = ("setup", "loop", "controller", "step_interrupt")
 
 
@@ -111,6 +116,7 @@ def problems_of(sketch: SketchText) -> Iterator[Problem]:
     }
     if "loop" not in functions:
         yield Problem(sketch.file, 1, 1, "the sketch has no loop()", 'write "def loop(board):"')
+    yield from _turn_problems(sketch.file, tree)
     for name in functions.keys() & set(_HOOKS):
         each = functions[name]
         place = each.lineno, each.col_offset + 1
@@ -118,3 +124,19 @@ def problems_of(sketch: SketchText) -> Iterator[Problem]:
             yield Problem(sketch.file, *place, f"{name}() is async", "write def, and yield what waits")
         elif len(each.args.posonlyargs + each.args.args) - len(each.args.defaults) != 1:
             yield Problem(sketch.file, *place, f"{name}() takes one argument", f'write "def {name}(board):"')
+
+
+def _turn_problems(file: str, tree: "Module") -> Iterator[Problem]:
+    """Problem of a time of a turn that there is not; of one that is computed the sketch finds it."""
+    from ast import Assign, Constant, Name
+
+    for each in tree.body:
+        names = [of.id for of in each.targets if isinstance(of, Name)] if isinstance(each, Assign) else []
+        if not isinstance(each, Assign) or _LOOP_US not in names or not isinstance(each.value, Constant):
+            continue
+        us = each.value.value
+        if not (isinstance(us, int | float) and _TURNS_US[0] <= us <= _TURNS_US[1]):
+            what = f"{_LOOP_US} is the time of a turn in us, above 0, and not {us!r}"
+            yield Problem(
+                file, each.value.lineno, each.value.col_offset + 1, what, f'write "{_LOOP_US} = 100"'
+            )

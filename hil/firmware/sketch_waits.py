@@ -19,6 +19,8 @@ TURN_NS = NS_PER_MS
 """Time of a turn of ``loop()`` that waits for nothing, unless the sketch has a ``LOOP_US``: chosen. A board's
 takes some microseconds, and the simulation would have no time for anything else."""
 LOOP_US = "LOOP_US"
+_LEAST_US, _MOST_US = 0.001, 1e9
+"""Limits of a turn: the simulation's step, and what is no turn any more."""
 
 Waiting = Generator[Request, Any, Any]
 Hook = Callable[[Any], Waiting | None]
@@ -105,7 +107,7 @@ def main(
     """Run a sketch forever. ``face``: what its functions are called with; ``start``: setup() of one that has
     none; ``ready``: called once setup() has ended."""
     setup, loop = hooks.get("setup"), hooks["loop"]
-    turn_ns = round(float(hooks.get(LOOP_US, TURN_NS / 1000)) * 1000)
+    turn_ns = _turn_ns(hooks)
     yield from call(setup, face, waits) if setup else start()
     ready()
     while True:
@@ -117,6 +119,15 @@ def main(
             yield ByteAvailable(timeout_ns=turn_ns)
         else:
             yield Delay(turn_ns)
+
+
+def _turn_ns(hooks: Mapping[str, Any]) -> int:
+    """Time of a turn of ``loop()``. Raises SketchMistake: the sketch has one that there is not."""
+    us = hooks.get(LOOP_US, TURN_NS / 1000)
+    if isinstance(us, int | float) and _LEAST_US <= us <= _MOST_US:
+        return round(us * 1000)
+    message = f"{LOOP_US} is the time of a turn in us, above 0, and not {us!r}: write {LOOP_US} = 100"
+    raise SketchMistake(message, str(hooks["__file__"]).rpartition("/")[2])
 
 
 def call(hook: Hook, face: object, waits: SketchWaits) -> Waiting:

@@ -173,6 +173,13 @@ def test_a_mistake_of_a_loop_is_said(tmp_path, body, said):
     assert said in (bench.device("m1").failed or "")
 
 
+def test_a_time_of_a_turn_that_is_computed_and_wrong_is_a_mistake(tmp_path):
+    bench, _ = _own(tmp_path, "LOOP_US = 5 - 5\ndef loop(board): pass\n")
+    failed = bench.device("m1").failed or ""
+    assert "LOOP_US is the time of a turn in us, above 0, and not 0" in failed
+    assert failed.endswith("(mine.py)")
+
+
 def test_an_interrupt_that_waits_is_a_mistake(tmp_path):
     text = SETUP + "    board.enableTCInterrupts()\ndef controller(board):\n    yield board.delay(1)\n"
     bench, _ = _own(tmp_path, text + "def loop(board): pass\n")
@@ -186,6 +193,8 @@ def test_an_interrupt_that_waits_is_a_mistake(tmp_path):
         ("def setup(board): pass\n", ":1:1: the sketch has no loop() (write"),
         ("\ndef loop(): pass\n", ":2:1: loop() takes one argument"),
         ("async def loop(board): pass\n", ":1:1: loop() is async"),
+        ("LOOP_US = 0\ndef loop(board): pass\n", ":1:11: LOOP_US is the time of a turn in us, above 0"),
+        ("LOOP_US = 'slow'\ndef loop(board): pass\n", ":1:11: LOOP_US is the time of a turn in us, above 0"),
     ],
 )
 def test_a_sketch_that_cannot_run_is_refused_with_its_line(tmp_path, text, said):
