@@ -37,7 +37,7 @@ def read_dialogue(document: Document) -> tuple[InstrumentTable | None, list[Find
     if not isinstance(uarts, dict) or len(uarts) != 1:
         remedy = "write one, as in uarts: {main: {baud: 9600}}"
         findings.append(Finding(("uarts",), "a board by a table has one serial interface", remedy))
-    reader = TableReader(info)
+    reader = TableReader(info, str(value.get("name", "")))
     table = reader.table()
     findings += reader.findings
     fields = field_keys(info)

@@ -107,7 +107,9 @@ class CommandInfo(StrictModel):
         le=3600000,
         description="Time that it takes, instead of the table's `answer_after_ms`; what it sets is set then.",
     )
-    clears_errors: bool = Field(default=False, description="True if it empties the queue of errors.")
+    clears_errors: bool = Field(
+        default=False, description="True if it empties the queue of errors and the event register, as `*CLS`."
+    )
 
 
 class MessageInfo(StrictModel):
@@ -127,6 +129,18 @@ class ErrorsInfo(StrictModel):
         default=None,
         description="The command is there, and what comes after it does not fit; left out without "
         "`scpi`: as `unknown`.",
+    )
+    missing_value: str | None = Field(
+        default=None,
+        description="With `scpi`: a value is missing. Left out where `bad_value` is given: as that; so "
+        "the next three.",
+    )
+    extra_value: str | None = Field(default=None, description="With `scpi`: there is a value too many.")
+    bad_suffix: str | None = Field(
+        default=None, description="With `scpi`: the unit of a number is another, or none."
+    )
+    bad_word: str | None = Field(
+        default=None, description="With `scpi`: the word is none of a switch or a choice."
     )
     out_of_range: str | None = Field(default=None, description="The value is beyond its limits.")
     wrong_state: str | None = Field(default=None, description="The condition `when` does not hold.")
@@ -161,8 +175,9 @@ class DialogueInfo(StrictModel):
     scpi: bool = Field(
         default=False,
         description="True for SCPI's forms: headers long or short and in any case, `[SOURce:]VOLTage?`, "
-        "several commands in a line by `;`, words and units of numbers, `SYST:ERR?` and `*CLS` with a "
-        "queue of errors.",
+        "several commands in a line by `;`, words and units of numbers, `SYST:ERR?` with a queue of "
+        "errors, and the common commands of IEEE 488.2 with its status registers, which rows of the table "
+        "go before.",
     )
     ends_with: list[str] | None = Field(
         default=None,

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from hil.config.dialogue_model import CommandInfo, DialogueInfo
 from hil.config.dialogue_texts import DialogueTexts
+from hil.config.dialogue_usual import usual_rows
 from hil.config.dialogue_variables import made_parameter, made_variable, variable_findings
 from hil.config.document import Finding, KeyPath
 from hil.instruments.check_sums import CheckSum
@@ -16,6 +17,7 @@ from hil.instruments.instrument_table import (
     OVERFLOW,
     UNKNOWN,
     WRONG_STATE,
+    WRONG_VALUES,
     AssignedValue,
     DialogueRow,
     Followed,
@@ -26,23 +28,24 @@ from hil.instruments.instrument_table import (
 )
 from hil.instruments.patterns import Pattern, Slot, SlotKind, read_pattern
 from hil.instruments.scpi import ScpiCommand, read_command
-from hil.instruments.table_expressions import (
-    Expression,
-    Meaning,
-    in_order,
-    loop_in,
-    read_expression,
-)
-from hil.instruments.templates import ERROR, read_template
+from hil.instruments.scpi_status import ERROR
+from hil.instruments.table_expressions import Expression, Meaning, in_order, loop_in
 from hil.vocab.near_words import meant
 from hil.vocab.time import NS_PER_MS
 
 DIALOGUE = "dialogue"
 ENDS = {"CR": "\r", "LF": "\n", "CRLF": "\r\n"}
 NO_ERROR = "none"
+_WRONG_VALUES = (
+    '-109,"Missing parameter"',
+    '-108,"Parameter not allowed"',
+    '-131,"Invalid suffix"',
+    '-224,"Illegal parameter value"',
+)
 SCPI_ERRORS = {
     UNKNOWN: '-113,"Undefined header"',
     BAD_VALUE: '-104,"Data type error"',
+    **dict(zip(WRONG_VALUES, _WRONG_VALUES, strict=True)),
     OUT_OF_RANGE: '-222,"Data out of range"',
     WRONG_STATE: '-221,"Settings conflict"',
     OVERFLOW: '-350,"Queue overflow"',
@@ -55,13 +58,14 @@ _TARGET = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[(.*)\])?")
 
 
 class TableReader(DialogueTexts):
-    """Reader of one table; what is wrong is noted, and the rest read all the same. ``table`` reads it.
+    """Reader of one table, of the board of a name; what is wrong is noted, and the rest read all the same.
+    ``table`` reads it.
 
     Long because each part of a table is one more short method here.
     """
 
-    def __init__(self, info: DialogueInfo) -> None:
-        self._info = info
+    def __init__(self, info: DialogueInfo, name: str) -> None:
+        self._info, self._name = info, name
         self._variables = {name: made_variable(name, each) for name, each in info.variables.items()}
         super().__init__(info.encoding, dict(self._variables))
         self.rows: dict[int, DialogueRow] = {}
@@ -79,12 +83,14 @@ class TableReader(DialogueTexts):
         given = {key: text for key, text in info.errors if text is not None}
         errors = {key: self._bytes((DIALOGUE, "errors", key), text) for key, text in given.items()}
         if info.scpi:
-            errors = SCPI_ERRORS | errors
+            wrong = dict.fromkeys(WRONG_VALUES, errors[BAD_VALUE]) if BAD_VALUE in errors else {}
+            errors = SCPI_ERRORS | wrong | errors
         elif UNKNOWN in errors:
             errors.setdefault(BAD_VALUE, errors[UNKNOWN])
+        usual = usual_rows(self._name, _ns(info.answer_after_ms)) if info.scpi else ()
         return InstrumentTable(
             self._variables,
-            (*self.rows.values(), *self._usual_rows()),
+            (*self.rows.values(), *usual),
             self._cuts(),
             answer_end=self._end(
                 (DIALOGUE, "answers_end_with"), info.answers_end_with, "" if self._is_hex else "CRLF"
@@ -281,17 +287,6 @@ class TableReader(DialogueTexts):
         self._check_kind(path, variable, value)
         index = None if found[2] is None else self._expression(path, found[2], known)
         return AssignedValue(found[1], index, value) if value else None
-
-    def _usual_rows(self) -> Iterator[DialogueRow]:
-        """Rows that all tables with SCPI's forms have, after those of the table."""
-        if not self._info.scpi:
-            return
-        text = {ERROR: Variable(ERROR, "text")}
-        ask = read_command("SYSTem:ERRor[:NEXT]?", lambda name: None, {})
-        answer = read_template("{error}", lambda each: read_expression(each, dict(text)))
-        delay_ns = _ns(self._info.answer_after_ms)
-        yield DialogueRow(ask, answers=(answer,), takes_ns=delay_ns)
-        yield DialogueRow(read_command("*CLS", lambda name: None, {}), takes_ns=delay_ns, clears_errors=True)
 
     def _messages(self) -> Iterator[TimedMessage]:
         for index, info in enumerate(self._info.messages):

@@ -8,8 +8,8 @@ from hil.config.document import Finding, KeyPath
 from hil.config.explain import suggestion
 from hil.instruments.instrument_table import Variable, field_name
 from hil.instruments.patterns import CHOICE, NUMBER, SWITCH, TEXT
+from hil.instruments.scpi_status import ERROR
 from hil.instruments.table_expressions import FUNCTIONS
-from hil.instruments.templates import ERROR
 from hil.vocab.own_fields import MOST
 from hil.vocab.parameters import plain
 

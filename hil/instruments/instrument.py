@@ -1,7 +1,6 @@
 """Program of a board by a table: it reads commands one by one, each in its time, and answers."""
 
 import json
-from collections import deque
 from collections.abc import Generator
 from typing import Any
 
@@ -9,6 +8,7 @@ from hil.instruments.command_cuts import CommandCutter
 from hil.instruments.instrument_table import OVERFLOW, UNKNOWN, InstrumentTable
 from hil.instruments.matching import RowOutcome, fitting, prefixed
 from hil.instruments.scpi import read_typed, split
+from hil.instruments.scpi_status import ScpiStatus
 from hil.instruments.slow_values import PresentValues
 from hil.instruments.templates import Template
 from hil.vocab.firmware import Board, ByteAvailable, Commit, CoreEvent, Delay, Main
@@ -25,8 +25,8 @@ class Instrument:
     def __init__(self, board: Board, table: InstrumentTable) -> None:
         self._board, self._uart, self._table = board, board.uart, table
         self._cutter = CommandCutter(table.cuts)
-        self._errors: deque[str] = deque()
-        self._values = PresentValues(table, board.fields, self._next_error)
+        self._status = ScpiStatus(table.queue, table.no_error, (table.errors or {}).get(OVERFLOW, ""))
+        self._values = PresentValues(table, board.fields, self._status)
         self._messages_ns = [0] * len(table.messages)
         self._update_ns = self._last_byte_ns = 0
 
@@ -93,7 +93,7 @@ class Instrument:
             self._note_error(UNKNOWN, said)
             text = ""
         path: tuple[str, ...] = ()
-        for unit in split(text, ";") if table.is_scpi else [text] if text else []:
+        for unit in filter(None, split(text, ";")) if table.is_scpi else [text] if text else []:
             typed = None
             if table.is_scpi:
                 typed, path = read_typed(unit, path)
@@ -102,6 +102,7 @@ class Instrument:
             if outcome.takes_ns:
                 yield Delay(outcome.takes_ns)
                 self._values.advance(self._board.now_ns)
+            self._status.has_answer = bool(said)
             yield from self._effect(outcome, said)
         if said:
             self._send(";".join(said) if table.is_scpi else table.answer_end.join(said))
@@ -113,7 +114,9 @@ class Instrument:
             self._note_error(outcome.error, said)
             return
         if row.clears_errors:
-            self._errors.clear()
+            self._status.clear()
+        if row.resets:
+            values.reset()
         problem, is_kept = values.carry_out(row, outcome.given)
         if problem:
             self._note_error(problem, said)
@@ -129,13 +132,8 @@ class Instrument:
             return
         if not self._table.queue:
             said.append(text)
-        elif len(self._errors) < self._table.queue:
-            self._errors.append(text)
         else:
-            self._errors[-1] = (self._table.errors or {}).get(OVERFLOW, text)
-
-    def _next_error(self) -> str:
-        return self._errors.popleft() if self._errors else self._table.no_error
+            self._status.note(text)
 
     def _say(self, templates: list[Template]) -> None:
         self._send(self._table.answer_end.join(each.filled(self._values.look) for each in templates))

@@ -19,6 +19,9 @@ UNKNOWN, BAD_VALUE, OUT_OF_RANGE, WRONG_STATE, OVERFLOW = (
     "overflow",
 )
 """Kinds of errors."""
+MISSING_VALUE, EXTRA_VALUE, BAD_SUFFIX, BAD_WORD = "missing_value", "extra_value", "bad_suffix", "bad_word"
+WRONG_VALUES = (MISSING_VALUE, EXTRA_VALUE, BAD_SUFFIX, BAD_WORD)
+"""Kinds of a bad value in SCPI's forms."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,8 @@ class AssignedValue:
 @dataclass(frozen=True)
 class DialogueRow:
     """Command: how it is written, when it is one, what it does, what it answers, and the time for that.
-    ``takes``: values of its own, by name."""
+    ``takes``: values of its own, by name; ``clears_errors``: it clears the status, as ``*CLS`` does;
+    ``resets``: it gives the variables the values of power-up first, as ``*RST`` does."""
 
     command: Pattern | ScpiCommand
     when: Expression | None = None
@@ -105,6 +109,7 @@ class DialogueRow:
     takes_ns: int = 0
     takes: Mapping[str, Variable] | None = None
     clears_errors: bool = False
+    resets: bool = False
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from hil.instruments.instrument_table import (
+    BAD_SUFFIX,
     BAD_VALUE,
+    BAD_WORD,
+    EXTRA_VALUE,
+    MISSING_VALUE,
     OUT_OF_RANGE,
     UNKNOWN,
     WRONG_STATE,
+    WRONG_VALUES,
     DialogueRow,
     InstrumentTable,
     Variable,
@@ -43,8 +48,9 @@ def fitting(table: InstrumentTable, typed: str | TypedUnit, values: PresentValue
         found = row_match(row, typed, _present(values.look))
         if found is False:
             continue
-        problem = BAD_VALUE
-        if not isinstance(found, bool):
+        if isinstance(found, bool):
+            problem = _wrong_value(row, typed, _present(values.look))
+        else:
             local, given, problem = resolved(table, row, found)
             if not problem:
                 values.knows(local)
@@ -52,9 +58,34 @@ def fitting(table: InstrumentTable, typed: str | TypedUnit, values: PresentValue
                     return RowOutcome(row, given, "", row.takes_ns)
                 values.forget()
                 problem = WRONG_STATE
-        if not error or error == BAD_VALUE:
+        if _rank(problem) > _rank(error):
             error = problem
     return RowOutcome(None, [], error or UNKNOWN, table.rows[0].takes_ns if table.rows else 0)
+
+
+def _rank(error: str) -> int:
+    """Number by which an error goes before another: one of a row that is nearer to what was typed."""
+    if error in (MISSING_VALUE, EXTRA_VALUE):
+        return 1
+    return 2 if error in (BAD_VALUE, *WRONG_VALUES) else 3 if error else 0
+
+
+def _wrong_value(
+    row: DialogueRow, typed: str | TypedUnit, present: Callable[[Slot, Found], Value | None]
+) -> str:
+    """Kind of error of a command whose beginning alone fits."""
+    command = row.command
+    if not isinstance(command, ScpiCommand) or not isinstance(typed, TypedUnit):
+        return BAD_VALUE
+    if len(typed.arguments) != len(command.arguments):
+        return MISSING_VALUE if len(typed.arguments) < len(command.arguments) else EXTRA_VALUE
+    for pattern, text in zip(command.arguments, typed.arguments, strict=True):
+        if command.argument(pattern, text, present) is None:
+            slot = pattern.parts[0]
+            if isinstance(slot, Literal) or slot.kind.words:
+                return BAD_WORD
+            return BAD_SUFFIX if isinstance(match(pattern, text, 0, present), Match) else BAD_VALUE
+    return BAD_VALUE
 
 
 def row_match(

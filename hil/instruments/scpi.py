@@ -74,14 +74,15 @@ class ScpiCommand:
         if len(unit.arguments) != len(self.arguments):
             return True
         for pattern, text in zip(self.arguments, unit.arguments, strict=True):
-            if (given := self._argument(pattern, text, present)) is None:
+            if (given := self.argument(pattern, text, present)) is None:
                 return True
             found |= given
         return found
 
-    def _argument(
+    def argument(
         self, pattern: Pattern, text: str, present: Callable[[Slot, Found], float | str | None]
     ) -> Found | None:
+        """Value of an argument by the name of its place; none of a fixed word; None: it does not fit."""
         matched = match(pattern, text, 0, present)
         (slot,) = pattern.parts if len(pattern.parts) == 1 else (None,)
         if isinstance(slot, Literal):

@@ -2,11 +2,11 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator, MutableMapping
+from collections.abc import Iterator, MutableMapping
 
 from hil.instruments.instrument_table import OUT_OF_RANGE, DialogueRow, InstrumentTable, Variable, field_name
+from hil.instruments.scpi_status import NAMES, ScpiStatus
 from hil.instruments.table_expressions import Value
-from hil.instruments.templates import ERROR
 from hil.vocab.time import NS_PER_S
 
 Given = dict[str, Value]
@@ -15,12 +15,12 @@ Given = dict[str, Value]
 
 class PresentValues:
     """Values by variable and number: numbers are fields of the board, which all that look at it see; texts
-    are here. ``next_error``: takes an error out of the queue."""
+    are here, and ``status`` has its own names."""
 
     def __init__(
-        self, table: InstrumentTable, fields: MutableMapping[str, float], next_error: Callable[[], str]
+        self, table: InstrumentTable, fields: MutableMapping[str, float], status: ScpiStatus
     ) -> None:
-        self._table, self._fields, self._next_error = table, fields, next_error
+        self._table, self._fields, self._status = table, fields, status
         self._texts = {
             (name, number): str(each.start)
             for name, each in table.variables.items()
@@ -32,6 +32,7 @@ class PresentValues:
             for name, each in table.variables.items()
             for number in each.numbers
         }
+        self._starts: dict[tuple[str, int | None], Value] = {}
         self._given: Given = {}
         self._slow = [each for each in table.variables.values() if each.follows]
         self._at_ns = 0
@@ -42,8 +43,8 @@ class PresentValues:
         """Value of a variable now, a choice's as its word; what a command was given goes before."""
         if number is None and name in self._given:
             return self._given[name]
-        if name == ERROR:
-            return self._next_error()
+        if name in NAMES:
+            return self._status.look(name)
         if (name, number) in self._texts:
             return self._texts[name, number]
         value = float(self._fields[self._names[name, number]])
@@ -85,6 +86,9 @@ class PresentValues:
                 which = setting.index.value(self.look)
                 number = int(which) if isinstance(which, float) else 1
                 number = min(max(number, 1), self._table.variables[setting.name].many)
+            if setting.name in NAMES:
+                self._status.put(setting.name, _float(setting.value.value(self.look)))
+                continue
             if not self.put(setting.name, number, setting.value.value(self.look)):
                 problem = OUT_OF_RANGE
                 break
@@ -103,6 +107,7 @@ class PresentValues:
     def restore(self, kept: bytes, now_ns: int) -> None:
         """Begin after power-up, with what was kept."""
         self._at_ns = now_ns
+        self._starts = {name: self.raw(*name) for name in self._reset_names()}
         try:
             said = json.loads(kept) if kept else {}
         except ValueError:
@@ -112,6 +117,17 @@ class PresentValues:
             if isinstance(value, str | int | float):
                 self.put(name, number, value)
         self._compute()
+
+    def reset(self) -> None:
+        """Give the variables that commands set the values of power-up, but those that stay without power."""
+        for (name, number), value in self._starts.items():
+            self._store(name, number, value)
+        self._compute()
+
+    def _reset_names(self) -> Iterator[tuple[str, int | None]]:
+        for name, each in self._table.variables.items():
+            if not (each.is_kept or each.is_input or each.formula or each.follows):
+                yield from ((name, number) for number in each.numbers)
 
     def kept(self) -> dict[str, Value]:
         """Values that stay without power, by their names."""

@@ -5,11 +5,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from hil.instruments.patterns import PatternRefused, bytes_text, format_problem, pieces_of
+from hil.instruments.scpi_status import ERROR
 from hil.instruments.table_expressions import Expression, ExpressionRefused, Look, Value
 from hil.vocab.late_dataclass import dataclass
 
-ERROR = "error"
-"""Name in a template for the next error of the queue, which leaves it."""
 MOST_LETTERS = 4096
 """Length of an answer; the rest is cut."""
 
@@ -101,4 +100,4 @@ def _plain(value: float) -> str:
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else f"{value:g}"
 
 
-__all__ = ["ERROR", "Blank", "ExpressionRefused", "Template", "read_template"]
+__all__ = ["Blank", "ExpressionRefused", "Template", "read_template"]
