@@ -22,9 +22,14 @@ _TRUE = {"yes", "true", "on"}
 _FALSE = {"no", "false", "off"}
 
 
-_OTHERWISE = re.compile("[\t!?|>\ufeff\x85\u2028\u2029]|---")
-"""Characters and signs that libyaml and PyYAML's own parser do not read alike: whether it is YAML at all, and
-where a value is empty."""
+_OTHERWISE = re.compile(r"""[!?|>"]|---|(?<!\w)'""")
+_ODD = re.compile("[\t\ufeff\x85\u2028\u2029]")
+"""Signs and characters that libyaml and PyYAML's own parser do not read alike: whether it is YAML at all, and
+where a value is empty. Of the signs those outside of quotes, and quotes that are not plainly such."""
+_QUOTED = re.compile(
+    r"""(?m)(?:^ *(?:- +)?|: +|[,\[{] *)(?:"(?:[^"\\\n]|\\.)*"|'(?:[^'\n]|\'\')*')|(?:^| )\#.*"""
+)
+"""Text in quotes, where a value begins, on one line; or a comment."""
 
 
 class _Nodes(Composer, Resolver):
@@ -79,7 +84,7 @@ def document_from_yaml(text: str, file: str) -> Document:
 
 
 def _compose(text: str, file: str) -> yaml.Node | None:
-    if yaml.__with_libyaml__ and not _OTHERWISE.search(text):
+    if yaml.__with_libyaml__ and not _ODD.search(text) and not _OTHERWISE.search(_QUOTED.sub(" ", text)):
         with suppress(yaml.YAMLError, ValueError, OverflowError):
             return _FastLoader(text).get_single_node()
     return _compose_slowly(text, file)

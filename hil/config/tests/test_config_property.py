@@ -231,11 +231,14 @@ def nodes(text: str, compose: Callable[[str, str], Any]) -> object:
 
 PIECES = [*"ab:-#[]{},'\"\\ \t!?|>*%@1.~\n\ufeff", "a: ", "- ", "\n  ", "\n- ", "\nb: 1", "--- ", "# c\n"]
 
+QUOTED = ['"a?"', "'!b'", '"c|d"', "'e''>'", '{"f": "g?"}', '["?", "!"]', ': "h # i"', "# j ?\n", ' "?', "\n  : '"]
+
 
 @pytest.mark.long
 @settings(max_examples=2000)
 @example("&a [*a]")
-@given(st.lists(st.sampled_from([*PIECES, "\n", "&a ", "*a"]), max_size=14).map("".join))
+@example('"a\n : ", b?: "')
+@given(st.lists(st.sampled_from([*PIECES, *QUOTED, "\n", "&a ", "*a"]), max_size=14).map("".join))
 def test_the_fast_parser_reads_what_the_other_reads(text: str) -> None:
     assert nodes(text, yaml_text._compose) == nodes(text, yaml_text._compose_slowly)
 
