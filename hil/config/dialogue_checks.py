@@ -86,16 +86,20 @@ def _unreached(table: InstrumentTable, rows: Rows, spots: dict[KeyPath, Spot]) -
     before = _Before()
     for index, row in rows.items():
         path: KeyPath = (DIALOGUE, "commands", index, "asks")
-        texts = _all_samples(table, row)
-        own = [text for text in texts if _fits(table, row, text)]
-        if not own:
+        first, is_reached = None, False
+        for text in _all_samples(table, row):
+            if not _fits(table, row, text):
+                continue
+            taken = next(
+                (seen for seen in before.near(row, text) if _takes(table, seen.row, row, text)), None
+            )
+            first, is_reached = first or taken, taken is None
+            if is_reached:  # one of its texts is enough, and most rows have that with the first
+                break
+        if not is_reached and first is None:
             yield Finding(path, "no command fits this", "look at the limits of its values")
             continue
-        taken = [
-            next((seen for seen in before.near(row, text) if _takes(table, seen.row, row, text)), None)
-            for text in own
-        ]
-        if all(taken) and (first := taken[0]):
+        if not is_reached and first:
             where = f"the one of line {first.line}" if first.line else f"{first.row.command.text!r}"
             message = f"this never comes: {where} takes all that fits it"
             yield Finding(path, message, "write the more special one first, or give one a when:")
@@ -156,23 +160,24 @@ def _any_value(slot: Slot, found: Found) -> float | str | None:
     return 1.0 if slot.bytes or slot.kind.words else slot.name if slot.kind.kind == "text" else 1.0
 
 
-def _all_samples(table: InstrumentTable, row: DialogueRow) -> list[str]:
+def _all_samples(table: InstrumentTable, row: DialogueRow) -> Iterator[str]:
     """Texts that are this command, in several of its forms."""
     limits = {name: (each.low, each.high) for name, each in table.variables.items()}
     limits |= {name: (each.low, each.high) for name, each in (row.takes or {}).items()}
     if not isinstance(row.command, ScpiCommand):
-        return _filled(row.command.parts, limits)
+        yield from _filled(row.command.parts, limits)
+        return
     arguments = [_filled(pattern.parts, limits) for pattern in row.command.arguments]
     columns = list(zip_longest(*arguments, fillvalue=None)) or [()]
-    texts: list[str] = []
+    is_long = True
     for header in (row.command.headers[0], row.command.headers[-1]):
         for column in columns:
             given = ",".join(
                 each if each is not None else all_[0] for each, all_ in zip(column, arguments, strict=True)
             )
-            name = sample_header(header, is_long=len(texts) % 2 == 0) + "?" * row.command.is_query
-            texts.append(f"{name} {given}".strip())
-    return texts
+            name = sample_header(header, is_long=is_long) + "?" * row.command.is_query
+            is_long = not is_long
+            yield f"{name} {given}".strip()
 
 
 def _filled(parts: tuple[Literal | Slot, ...], limits: dict[str, tuple[float, float]]) -> list[str]:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 
 from hil.config.dialogue_model import CommandInfo, DialogueInfo
 from hil.config.dialogue_texts import DialogueTexts
@@ -119,7 +118,7 @@ class TableReader(DialogueTexts):
             if info.computed is not None:
                 formula = self._expression((*path, "computed"), info.computed, known)
                 self._check_kind((*path, "computed"), self._variables[name], formula)
-                self._variables[name] = replace(self._variables[name], formula=formula)
+                self._variables[name] = self._variables[name]._replace(formula=formula)
             if info.follows is not None:
                 wanted = info.follows
                 target = self._expression((*path, "follows", "target"), wanted.target, known)
@@ -133,7 +132,7 @@ class TableReader(DialogueTexts):
                 ]
                 if target:
                     follows = Followed(target, *times)
-                    self._variables[name] = replace(self._variables[name], follows=follows)
+                    self._variables[name] = self._variables[name]._replace(follows=follows)
 
     def _check_kind(self, path: KeyPath, variable: Variable, value: Expression | None) -> None:
         """Note a value that a variable cannot have."""
@@ -237,17 +236,17 @@ class TableReader(DialogueTexts):
             if slot.name in takes:
                 continue
             variable = self._variables[slot.name]
-            if bool(variable.many) != bool(slot.index):
+            if bool(variable.many) != bool(slot.which):
                 which = (
                     f"write which of them, as in {{{slot.name}[n]}}"
                     if variable.many
                     else f"write {{{slot.name}}}"
                 )
                 self._find(path, f"there is {'more than ' * bool(variable.many)}one {slot.name}", which)
-            elif slot.index.isdecimal() and not 1 <= int(slot.index) <= variable.many:
-                self._find(path, f"there is no {slot.name}[{slot.index}]", f"write 1 to {variable.many}")
-            elif slot.index and not slot.index.isdecimal() and slot.index not in names:
-                remedy = f"write {{{slot.index}}}, too, where its number is typed"
+            elif slot.which.isdecimal() and not 1 <= int(slot.which) <= variable.many:
+                self._find(path, f"there is no {slot.name}[{slot.which}]", f"write 1 to {variable.many}")
+            elif slot.which and not slot.which.isdecimal() and slot.which not in names:
+                remedy = f"write {{{slot.which}}}, too, where its number is typed"
                 self._find(path, f"nothing says which {slot.name} it is", remedy)
             if not slot.is_given and names.count(slot.name) > 1:
                 self._find(

@@ -2,16 +2,14 @@
 
 from functools import reduce
 from operator import xor
-
-from hil.vocab.late_dataclass import dataclass
+from typing import NamedTuple
 
 XOR, SUM, CRC16 = "xor", "sum", "crc16"
 _POLYNOMIAL = 0xA001
 """CRC-16 of Modbus, low bit first. Source: Modbus over serial line 1.02, 6.2.2."""
 
 
-@dataclass(frozen=True)
-class CheckSum:
+class CheckSum(NamedTuple):
     """Check sum: ``xor`` or ``sum`` of all bytes, 8 bits, or ``crc16``, Modbus's, low byte first. ``is_hex``:
     digits in base 16, in capital letters, else bytes."""
 

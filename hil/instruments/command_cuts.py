@@ -1,10 +1,9 @@
 """Cutting of what comes into commands: by line ends, by a number of bytes, or by silence."""
 
-from hil.vocab.late_dataclass import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Cuts:
+class Cuts(NamedTuple):
     """Rules of where a command ends. ``ends``: texts that end one; ``size``: its number of bytes, 0: any;
     ``begins``: text that begins one, what is before it is dropped; ``silence_ns``: time without a byte that
     ends one, 0: none does; ``longest``: characters of a command, what is beyond is lost."""

@@ -1,6 +1,7 @@
 """Table of an instrument: its variables, commands, messages, and the manners of its line."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from hil.instruments.check_sums import CheckSum
 from hil.instruments.command_cuts import Cuts
@@ -8,7 +9,6 @@ from hil.instruments.patterns import CHOICE, NUMBER, TEXT, Pattern
 from hil.instruments.scpi import ScpiCommand
 from hil.instruments.table_expressions import Expression, Value
 from hil.instruments.templates import Template
-from hil.vocab.late_dataclass import dataclass
 from hil.vocab.time import NS_PER_MS
 
 UNKNOWN, BAD_VALUE, OUT_OF_RANGE, WRONG_STATE, OVERFLOW = (
@@ -24,8 +24,7 @@ WRONG_VALUES = (MISSING_VALUE, EXTRA_VALUE, BAD_SUFFIX, BAD_WORD)
 """Kinds of a bad value in SCPI's forms."""
 
 
-@dataclass(frozen=True)
-class Followed:
+class Followed(NamedTuple):
     """Value that a variable goes after: with a time constant in s, or by at most so much a second."""
 
     target: Expression
@@ -33,8 +32,7 @@ class Followed:
     rate_per_s: Expression | None = None
 
 
-@dataclass(frozen=True)
-class Variable:
+class Variable(NamedTuple):
     """Variable of an instrument. ``many``: how many there are of the name, 0: one; ``words``: those of a
     choice; ``start``: its value at power-up, a text's text, else a number; ``formula``: what it always is."""
 
@@ -87,17 +85,15 @@ def field_name(name: str, number: int | None) -> str:
     return f"{stem}{number}_{unit}" if stem else f"{name}{number}"
 
 
-@dataclass(frozen=True)
-class AssignedValue:
-    """Value that a command sets beside what it was given: a variable, and ``index`` which of several."""
+class AssignedValue(NamedTuple):
+    """Value that a command sets beside what it was given: a variable, and ``which`` of several."""
 
     name: str
-    index: Expression | None
+    which: Expression | None
     value: Expression
 
 
-@dataclass(frozen=True)
-class DialogueRow:
+class DialogueRow(NamedTuple):
     """Command: how it is written, when it is one, what it does, what it answers, and the time for that.
     ``takes``: values of its own, by name; ``clears_errors``: it clears the status, as ``*CLS`` does;
     ``resets``: it gives the variables the values of power-up first, as ``*RST`` does."""
@@ -112,8 +108,7 @@ class DialogueRow:
     resets: bool = False
 
 
-@dataclass(frozen=True)
-class TimedMessage:
+class TimedMessage(NamedTuple):
     """Text that the instrument sends by itself."""
 
     says: Template
@@ -121,8 +116,7 @@ class TimedMessage:
     when: Expression | None = None
 
 
-@dataclass(frozen=True)
-class TypedExample:
+class TypedExample(NamedTuple):
     """Exchange that ``hil profile check`` tries: bytes, and the time for the answer."""
 
     types: bytes
@@ -130,8 +124,7 @@ class TypedExample:
     within_ms: float
 
 
-@dataclass(frozen=True)
-class InstrumentTable:
+class InstrumentTable(NamedTuple):
     """Table of an instrument. ``errors``: text of each kind that is said; ``queue``: errors that wait to be
     asked for, 0: they are answered at once; ``prefix``, ``answer_prefix``: what each command and answer
     begins with; ``formulas``: names of computed variables in the order in which they are computed."""

@@ -113,10 +113,10 @@ def prefixed(table: InstrumentTable, line: str, look: Look) -> str | None:
 
 def _present(look: Look) -> Callable[[Slot, Found], Value | None]:
     def present(slot: Slot, found: Found) -> Value | None:
-        if not slot.index:
+        if not slot.which:
             value = look(slot.name, None)
         else:
-            number = int(slot.index) if slot.index.isdecimal() else found.get(slot.index)
+            number = int(slot.which) if slot.which.isdecimal() else found.get(slot.which)
             if not isinstance(number, int | float):
                 return None
             value = look(slot.name, int(number))
@@ -146,8 +146,8 @@ def resolved(table: InstrumentTable, row: DialogueRow, found: Found) -> tuple[di
             )
             continue
         number = None
-        if slot.index:
-            which = float(slot.index) if slot.index.isdecimal() else found.get(slot.index, 0.0)
+        if slot.which:
+            which = float(slot.which) if slot.which.isdecimal() else found.get(slot.which, 0.0)
             number = int(which) if isinstance(which, float) else 0
             if not 1 <= number <= variable.many:
                 return {}, [], OUT_OF_RANGE

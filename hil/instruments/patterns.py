@@ -9,17 +9,15 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Literal as OneOf
 from typing import NamedTuple
 
-from hil.vocab.late_dataclass import dataclass
-
 NUMBER, WHOLE, SWITCH, CHOICE, TEXT = "number", "whole", "switch", "choice", "text"
 """Kinds of values."""
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3}(?![0-9]))?")
 _WHOLE = re.compile(r"[+-]?[0-9]+")
 _BLANK = re.compile(r"[ \t]+")
-_PLACE = re.compile(r"(=?)([A-Za-z_][A-Za-z0-9_]*)(?:\[([A-Za-z_][A-Za-z0-9_]*|[0-9]+)\])?(?::(.*))?")
-_DIGITS = re.compile(r"0?([1-9])([dX])")
-_BYTES = re.compile(r"([1-8])(le)?")
-_FORMAT = re.compile(r"[+ ]?0?[0-9]{0,2}(?:\.[0-9]{1,2})?[dfeEgGxX]?")
+_PLACE = r"(=?)([A-Za-z_][A-Za-z0-9_]*)(?:\[([A-Za-z_][A-Za-z0-9_]*|[0-9]+)\])?(?::(.*))?"
+_DIGITS = r"0?([1-9])([dX])"
+_BYTES = r"([1-8])(le)?"
+_FORMAT = r"[+ ]?0?[0-9]{0,2}(?:\.[0-9]{1,2})?[dfeEgGxX]?"
 ALIKE = "\x1f"
 """Character between words of one value."""
 _CAPITALS = {ord(small): small.upper() for small in "abcdefghijklmnopqrstuvwxyz"}
@@ -43,21 +41,19 @@ class SlotKind(NamedTuple):
     words: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Literal:
+class Literal(NamedTuple):
     """Text that has to stand there; of a pattern without cases, in capital letters."""
 
     text: str
 
 
-@dataclass(frozen=True)
-class Slot:
-    """Place for a value. ``index``: which of several variables, a number or the name of another place;
+class Slot(NamedTuple):
+    """Place for a value. ``which``: which of several variables, a number or the name of another place;
     ``is_given``: it has to be the variable's present value; ``digits``, ``base``: fixed number of digits, 0:
     as many as there are; ``bytes``: number of bytes of a binary value, ``is_low_first`` their order."""
 
     name: str
-    index: str
+    which: str
     kind: SlotKind
     is_given: bool = False
     digits: int = 0
@@ -74,8 +70,7 @@ Found = dict[str, float | str]
 """Values of places, by their names."""
 
 
-@dataclass(frozen=True)
-class Pattern:
+class Pattern(NamedTuple):
     """Pattern of a command. ``has_cases``: capital and small letters differ."""
 
     text: str
@@ -159,7 +154,7 @@ def format_problem(text: str) -> str | None:
     """Remedy for a format of a number that Python has not, or None."""
     return (
         None
-        if _FORMAT.fullmatch(text)
+        if re.fullmatch(_FORMAT, text)
         else "write a format as .3f, 05.1f, +.2e, d or 02X, or words as OFF|ON"
     )
 
@@ -167,7 +162,7 @@ def format_problem(text: str) -> str | None:
 def _slot(
     piece: str, kind_of: Callable[[str], SlotKind | None], is_hex: bool, two_words: tuple[str, ...]
 ) -> Slot:
-    found = _PLACE.fullmatch(piece.strip())
+    found = re.fullmatch(_PLACE, piece.strip())
     if not found:
         raise PatternRefused(
             f"{{{piece}}} is no place for a value", "write a variable's name, as in {voltage_V} or {relay[n]}"
@@ -186,7 +181,7 @@ def _slot(
     if form and (kind.kind in (TEXT, CHOICE) or format_problem(form)):
         remedy = "leave the format out" if kind.kind in (TEXT, CHOICE) else format_problem(form) or ""
         raise PatternRefused(f"{form!r} is no format of {name}", remedy)
-    if kind.kind == WHOLE and (fixed := _DIGITS.fullmatch(form)) and form[0] == "0":
+    if kind.kind == WHOLE and (fixed := re.fullmatch(_DIGITS, form)) and form[0] == "0":
         return Slot(name, index, kind, given, int(fixed[1]), 10 if fixed[2] == "d" else 16, fixed=form)
     return Slot(name, index, kind, given, fixed=form)
 
@@ -194,11 +189,11 @@ def _slot(
 def _binary(piece: str, slot: Slot, form: str) -> Slot:
     if slot.kind.kind not in (WHOLE, SWITCH):
         raise PatternRefused(f"{slot.name} is no whole number, and no switch", "bytes have these alone")
-    if not (found := _BYTES.fullmatch(form or "1")):
+    if not (found := re.fullmatch(_BYTES, form or "1")):
         remedy = "write the number of bytes, as in {count:2}, and le where the low byte is first: {count:2le}"
         raise PatternRefused(f"{{{piece}}} has a strange number of bytes", remedy)
     return Slot(
-        slot.name, slot.index, slot.kind, slot.is_given, bytes=int(found[1]), is_low_first=bool(found[2])
+        slot.name, slot.which, slot.kind, slot.is_given, bytes=int(found[1]), is_low_first=bool(found[2])
     )
 
 

@@ -21,14 +21,13 @@ from hil.instruments.patterns import (
     match,
     read_pattern,
 )
-from hil.vocab.late_dataclass import dataclass
 
 SWITCH_WORDS = (f"0{ALIKE}OFF", f"1{ALIKE}ON")
 LIMITS = ("MINIMUM", "MAXIMUM", "DEFAULT")
 """Words for a number, in capital letters; their first three are the short forms."""
 _NODE = re.compile(r"(\[?)(:?)(\*?[A-Za-z][A-Za-z_]*[0-9]*)(?:\{([A-Za-z_][A-Za-z0-9_]*)\})?(:?)(\]?)")
-_WORD = re.compile(r"[A-Za-z]+[0-9]*")
-_SUFFIX = re.compile(r"(.*?)([0-9]{0,4})")
+_WORD = r"[A-Za-z]+[0-9]*"
+_SUFFIX = r"(.*?)([0-9]{0,4})"
 _PREFIXES = {"M": 1e-3, "K": 1e3, "U": 1e-6, "N": 1e-9}
 _MEGA = ("HZ", "OHM")
 """Units at which M is 1e6. Source: IEEE 488.2, 7.7.3."""
@@ -51,8 +50,7 @@ class TypedUnit(NamedTuple):
     arguments: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class ScpiCommand:
+class ScpiCommand(NamedTuple):
     """Command in the forms of SCPI. ``headers``: its words, with and without those that may be left out;
     ``units``: units of its numbers, by the names of the places."""
 
@@ -186,7 +184,7 @@ def sample_header(header: tuple[Mnemonic, ...], is_long: bool) -> str:
 
 def _short(word: str) -> str:
     """Short form of a word: its capital letters and digits, or all of it."""
-    if not _WORD.fullmatch(word):
+    if not re.fullmatch(_WORD, word):
         return word.upper()
     return "".join(each for each in word if each.isupper() or each.isdigit()) or word.upper()
 
@@ -198,7 +196,7 @@ def _suffixes(header: tuple[Mnemonic, ...], words: tuple[str, ...]) -> Found | N
     found: Found = {}
     for node, word in zip(header, words, strict=True):
         if node.suffix:
-            parts = _SUFFIX.fullmatch(word)
+            parts = re.fullmatch(_SUFFIX, word)
             if parts is None:
                 return None
             word = parts[1]

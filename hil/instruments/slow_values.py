@@ -82,8 +82,8 @@ class PresentValues:
             is_kept |= self._table.variables[name].is_kept
         for setting in row.sets:
             number = None
-            if setting.index is not None:
-                which = setting.index.value(self.look)
+            if setting.which is not None:
+                which = setting.which.value(self.look)
                 number = int(which) if isinstance(which, float) else 1
                 number = min(max(number, 1), self._table.variables[setting.name].many)
             if setting.name in NAMES:

@@ -11,7 +11,6 @@ import operator
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, Protocol
 
-from hil.vocab.late_dataclass import dataclass
 from hil.vocab.near_words import meant
 
 Value = float | str
@@ -46,8 +45,7 @@ class ExpressionRefused(ValueError):
         self.remedy = remedy
 
 
-@dataclass(frozen=True)
-class Expression:
+class Expression(NamedTuple):
     """Expression, ready to be computed. ``unit``: its unit, empty where that is not known; ``names``:
     variables that it reads."""
 

@@ -7,7 +7,6 @@ from typing import NamedTuple
 from hil.instruments.patterns import PatternRefused, bytes_text, format_problem, pieces_of
 from hil.instruments.scpi_status import ERROR
 from hil.instruments.table_expressions import Expression, ExpressionRefused, Look, Value
-from hil.vocab.late_dataclass import dataclass
 
 MOST_LETTERS = 4096
 """Length of an answer; the rest is cut."""
@@ -20,8 +19,7 @@ class Blank(NamedTuple):
     write: Callable[[Value], str]
 
 
-@dataclass(frozen=True)
-class Template:
+class Template(NamedTuple):
     """Template of an answer. ``takes_error``: a part of it is the next error of the queue."""
 
     text: str

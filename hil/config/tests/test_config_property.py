@@ -231,7 +231,18 @@ def nodes(text: str, compose: Callable[[str, str], Any]) -> object:
 
 PIECES = [*"ab:-#[]{},'\"\\ \t!?|>*%@1.~\n\ufeff", "a: ", "- ", "\n  ", "\n- ", "\nb: 1", "--- ", "# c\n"]
 
-QUOTED = ['"a?"', "'!b'", '"c|d"', "'e''>'", '{"f": "g?"}', '["?", "!"]', ': "h # i"', "# j ?\n", ' "?', "\n  : '"]
+QUOTED = [
+    '"a?"',
+    "'!b'",
+    '"c|d"',
+    "'e''>'",
+    '{"f": "g?"}',
+    '["?", "!"]',
+    ': "h # i"',
+    "# j ?\n",
+    ' "?',
+    "\n  : '",
+]
 
 
 @pytest.mark.long
