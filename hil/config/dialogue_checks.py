@@ -86,20 +86,18 @@ def _unreached(table: InstrumentTable, rows: Rows, spots: dict[KeyPath, Spot]) -
     before = _Before()
     for index, row in rows.items():
         path: KeyPath = (DIALOGUE, "commands", index, "asks")
-        first, is_reached = None, False
+        first: _Seen | None = None
         for text in _all_samples(table, row):
             if not _fits(table, row, text):
                 continue
-            taken = next(
-                (seen for seen in before.near(row, text) if _takes(table, seen.row, row, text)), None
-            )
-            first, is_reached = first or taken, taken is None
-            if is_reached:  # one of its texts is enough, and most rows have that with the first
+            taken = next((s for s in before.near(row, text) if _takes(table, s.row, row, text)), None)
+            if taken is None:  # one text that it takes is enough, and of most rows that is the first
                 break
-        if not is_reached and first is None:
-            yield Finding(path, "no command fits this", "look at the limits of its values")
-            continue
-        if not is_reached and first:
+            first = first or taken
+        else:
+            if first is None:
+                yield Finding(path, "no command fits this", "look at the limits of its values")
+                continue
             where = f"the one of line {first.line}" if first.line else f"{first.row.command.text!r}"
             message = f"this never comes: {where} takes all that fits it"
             yield Finding(path, message, "write the more special one first, or give one a when:")
@@ -162,8 +160,12 @@ def _any_value(slot: Slot, found: Found) -> float | str | None:
 
 def _all_samples(table: InstrumentTable, row: DialogueRow) -> Iterator[str]:
     """Texts that are this command, in several of its forms."""
-    limits = {name: (each.low, each.high) for name, each in table.variables.items()}
-    limits |= {name: (each.low, each.high) for name, each in (row.takes or {}).items()}
+    known = (row.takes or {}, table.variables)
+    limits = {
+        slot.name: (each[slot.name].low, each[slot.name].high)
+        for slot in slots_of(row)
+        if (each := next((names for names in known if slot.name in names), None))
+    }
     if not isinstance(row.command, ScpiCommand):
         yield from _filled(row.command.parts, limits)
         return

@@ -5,6 +5,7 @@ Sources: SCPI 1999, volume 1, chapter 6; IEEE 488.2, chapter 7.
 
 import re
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from itertools import product
 from typing import NamedTuple
 
@@ -182,6 +183,7 @@ def sample_header(header: tuple[Mnemonic, ...], is_long: bool) -> str:
     return ":".join((each.long if is_long else each.short) + "1" * bool(each.suffix) for each in header)
 
 
+@lru_cache(1024)
 def _short(word: str) -> str:
     """Short form of a word: its capital letters and digits, or all of it."""
     if not re.fullmatch(_WORD, word):

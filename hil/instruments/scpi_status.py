@@ -3,7 +3,6 @@
 Sources: IEEE 488.2, 11 (registers and their bits) and 10 (commands); SCPI 1999, volume 2, 21.8 (errors).
 """
 
-import re
 from collections import deque
 
 from hil.instruments.table_expressions import Value
@@ -17,11 +16,11 @@ COMPLETE, POWER_ON = 1, 128
 """Bits of the event register that no error sets."""
 _BIT_OF_CLASS = {1: 32, 2: 16, 3: 8, 4: 4, 5: 128, 6: 64, 7: 2, 8: 1}
 """Bit of the event register by the hundreds of an error's number, -100 to -899."""
+_MOST_LETTERS = 8
 _OF_DEVICE = 8
 """Bit for a device's own errors, which have positive numbers, or none."""
 _QUEUE, _ANSWER, _EVENT, _MASTER = 4, 16, 32, 64
 """Bits of the status byte: an error waits, an answer waits, an enabled event, the sum of those enabled."""
-_NUMBER = re.compile(r"\s*([+-]?)0*([0-9]{1,5})")
 
 
 class ScpiStatus:
@@ -74,7 +73,7 @@ class ScpiStatus:
 
 def event_bit(error: str) -> int:
     """Bit of the event register that an error sets, by its number, as in ``-222,"Data out of range"``."""
-    found = _NUMBER.match(error)
-    if found is None or found[1] != "-":
+    number = error.partition(",")[0].strip()
+    if not number.startswith("-") or not number[1:].isdecimal() or len(number) > _MOST_LETTERS:
         return _OF_DEVICE
-    return _BIT_OF_CLASS.get(int(found[2]) // 100, _OF_DEVICE)
+    return _BIT_OF_CLASS.get(int(number[1:]) // 100, _OF_DEVICE)
