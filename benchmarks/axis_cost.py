@@ -50,7 +50,7 @@ def core_flags() -> list[str]:
 def build(folder: Path) -> tuple[str, str]:
     """The programs: (core, reference)."""
     core, reference = str(folder / "axis_cost"), str(folder / "reference_axis")
-    sources = [*NATIVE.glob("*.c"), *(path for path in NATIVE.glob("*/*.c") if path.parent.name != "tests")]
+    sources = [path for path in NATIVE.rglob("*.c") if "tests" not in path.relative_to(NATIVE).parts]
     subprocess.run(
         ["cc", *core_flags(), str(HERE / "axis_cost.c"), *map(str, sources), "-lm", "-o", core], check=True
     )
