@@ -128,8 +128,11 @@ class PortsCheck:
             (posixpath.normpath(directory or "."),): "the bench has its folder",
             (
                 posixpath.normpath(posixpath.join(directory, CONTROL_SOCKET)),
-            ): "the bench has its control	socket",
+            ): "the bench has its control socket",
         }
+        folders: dict[str, _Place] = {}
+        for whole, owner in taken.items():
+            _note_folders(whole, owner, folders)
         for each in self._taken:
             place = each.place
             if each.is_path:
@@ -137,21 +140,32 @@ class PortsCheck:
             where, remedy = shown(":".join(map(str, place))), "give each device a place of its own"
             if who := taken.get(place):
                 yield Finding(each.path, f"{who} in the same place, {where}", remedy)
-            elif each.is_path and (inner := _folder_and_port(str(place[0]), taken)):
+            elif each.is_path and (inner := _folder_and_port(str(place[0]), taken, folders)):
                 message = f"{taken[inner]} at {shown(inner[0])}, and what is a port is no folder of another"
                 yield Finding(each.path, message, remedy)
             else:
                 taken[place] = each.who
+                _note_folders(place, each.who, folders)
 
 
-def _folder_and_port(path: str, taken: Mapping[_Place, str]) -> _Place | None:
+def _note_folders(place: _Place, who: str, folders: dict[str, _Place]) -> None:
+    """Note the folders that a place is in, each with the first place there."""
+    if len(place) == 1 and not who.endswith("its folder"):
+        for folder in _above(str(place[0])):
+            folders.setdefault(folder, place)
+
+
+def _above(path: str) -> Iterator[str]:
+    """Folders above a path, the nearest last."""
+    return (path[:at] for at, letter in enumerate(path) if letter == "/")
+
+
+def _folder_and_port(path: str, taken: Mapping[_Place, str], folders: Mapping[str, _Place]) -> _Place | None:
     """Find a place in the folder that a path would be, or in whose folder it would be."""
-    for place, who in taken.items():
-        if len(place) == 1 and not who.endswith("its folder"):
-            other = str(place[0])
-            if other.startswith(f"{path}/") or path.startswith(f"{other}/"):
-                return place
-    return None
+    if inner := folders.get(path):
+        return inner
+    above = ((folder,) for folder in _above(path))
+    return next((place for place in above if not taken.get(place, "its folder").endswith("its folder")), None)
 
 
 def _places(name: str, options: BaseModel) -> Iterator[tuple[str, _Place, bool]]:

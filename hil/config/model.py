@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import BaseModel, BeforeValidator, Field, SerializeAsAny
 
 from hil.config.board_parameters import BuildValues
-from hil.config.catalogue import ONLY_AXIS, ProfileInfo
+from hil.config.catalogue import ONLY_AXIS, AxisInfo, ProfileInfo
 from hil.config.device_parts_model import AxisConfig, FieldStarts, FlashConfig, Register, SetpointsConfig
 from hil.config.device_program import ProgramKey
 from hil.config.device_sketch import SketchKey
@@ -43,6 +43,19 @@ else:
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
+
+
+_NO_KEYS = AxisConfig()
+
+
+def _parameters(own: AxisConfig, info: AxisInfo) -> dict[str, float]:
+    numbers = _usual_parameters(own, info) | dict(own.axis)
+    return own.load.with_friction(numbers) if own.load else numbers
+
+
+def _usual_parameters(own: AxisConfig, info: AxisInfo) -> dict[str, float]:
+    numbers = {key: each.default(str(own.plant)) for key, each in info.axis.items()}
+    return with_motor(numbers, own.motor, str(own.plant), info.law) if own.motor else numbers
 
 
 class DeviceConfig(DefaultsModel):
@@ -222,7 +235,7 @@ class DeviceConfig(DefaultsModel):
 
     def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
         """Keys of an axis: those under its name, over the device's own if it is the first axis."""
-        given, is_first = self.axes.get(name, AxisConfig()), name == next(iter(profile.axes))
+        given, is_first = self.axes.get(name, _NO_KEYS), name == next(iter(profile.axes))
         return AxisConfig(
             plant=given.plant or self.plant,
             motor=given.motor or (self.motor if is_first else None),
@@ -234,15 +247,11 @@ class DeviceConfig(DefaultsModel):
     def axis_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
         """Parameters of an axis: the profile's for its plant, with its motor's and its own in their place,
         and with the friction of its load."""
-        own = self.axis_config(profile, name)
-        numbers = self.usual_parameters(profile, name) | dict(own.axis)
-        return own.load.with_friction(numbers) if own.load else numbers
+        return _parameters(self.axis_config(profile, name), profile.axes[name])
 
     def usual_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
         """Parameters of an axis without its own: the profile's for its plant, with those of its motor."""
-        own, info = self.axis_config(profile, name), profile.axes[name]
-        numbers = {key: each.default(str(own.plant)) for key, each in info.axis.items()}
-        return with_motor(numbers, own.motor, str(own.plant), info.law) if own.motor else numbers
+        return _usual_parameters(self.axis_config(profile, name), profile.axes[name])
 
     def axis_plans(self, profile: ProfileInfo, seed: int) -> dict[str, AxisPlan]:
         """Plans that the core opens this device's axes with, by name. ``seed``: the first axis's."""
@@ -251,7 +260,7 @@ class DeviceConfig(DefaultsModel):
             own = self.axis_config(profile, name)
             load = own.load.parts() if own.load else Load()
             plans[name] = AxisPlan(
-                self.axis_parameters(profile, name),
+                _parameters(own, info),
                 own.plant or self.plant,
                 load,
                 seed + (index << 28),

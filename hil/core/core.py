@@ -1,7 +1,7 @@
 """Facade of a core, with names instead of numbers."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from functools import partial
 
 from hil.core._native import NativeCore
 from hil.core.abi import Event
@@ -55,11 +55,11 @@ class Core:
         full = None
         if plan.plant == "full":
             full = {name: plan.parameters[name] for name in FULL_PARAMETERS}
-        axis = self.native.axis_open(group, kind.law, motor, full, asdict(plan.load), plan.seed & SEED_MASK)
+        axis = self.native.axis_open(group, kind.law, motor, full, vars(plan.load), plan.seed & SEED_MASK)
         made: CoreAxis = kind.make(self.native, axis, kind)
         made.holding_Nm = kind.holding_Nm(plan.parameters)
         made.speed_limit_rpm = speed_limit_rpm(plan.parameters)
-        made.followed = followed_speed(plan)
+        made.find_followed = partial(followed_speed, plan)
         made.set_load_Nm = motor[LOAD]
         if plan.fields:
             self.native.cells(axis, [kind.fields[own.name] for own in plan.fields])

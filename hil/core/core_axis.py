@@ -2,8 +2,9 @@
 
 import math
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 
 from hil.core._native import NativeCore
 from hil.core.abi import AxisFault
@@ -36,8 +37,8 @@ class CoreAxis:
         """Maximum torque of the motor, without that of its magnets."""
         self.speed_limit_rpm = math.inf
         """Maximum speed of the shaft, whatever drags it."""
-        self.followed = FollowedSpeed()
-        """Speeds up to which the motor follows, by its figures."""
+        self.find_followed: Callable[[], FollowedSpeed] = FollowedSpeed
+        """Function that computes ``followed``, once it is asked for: a bench has many axes."""
         self.is_on_bus = False
         """True if the drive of a CAN bus's node counts by the axis's angle."""
         self.is_in_run = False
@@ -46,6 +47,11 @@ class CoreAxis:
         """Faults of the board's own fields."""
         self.set_load_Nm = 0.0
         """Load torque as it was set last, without that of faults."""
+
+    @cached_property
+    def followed(self) -> FollowedSpeed:
+        """Speeds up to which the motor follows, by its figures."""
+        return self.find_followed()
 
     def get(self, field: str) -> float:
         """A field by its name (``AxisKind.fields``). Raises KeyError for another name."""

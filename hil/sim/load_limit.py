@@ -40,9 +40,9 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
 def motor_notes(shot: Mapping[str, float], axis: CoreAxis) -> Iterator[str]:
     """Notes on an axis's fields ``shot``, for the operator: a load that is more than the motor holds, a shaft
     at its largest speed, a speed that the motor cannot follow, and steps that it has lost."""
-    holding_Nm, speed_limit_rpm, last_rpm = axis.holding_Nm, axis.speed_limit_rpm, axis.followed.last_rpm
+    holding_Nm, speed_limit_rpm = axis.holding_Nm, axis.speed_limit_rpm
     asked_rpm = abs(shot.get(axis.kind.commanded_rpm, 0.0))
-    if asked_rpm > last_rpm:
+    if asked_rpm and asked_rpm > (last_rpm := axis.followed.last_rpm):
         yield f"{asked_rpm:g} rpm are more than the motor follows, {last_rpm:.0f} rpm by its figures"
     yield from filter(None, (stall_note(shot, axis), blocked_note(shot, axis)))
     load_Nm, speed_rpm = shot["load_torque_Nm"], shot["velocity_rpm"]
