@@ -175,7 +175,9 @@ class ModbusDrive(ClosedLoopDrive):
 
     @property
     def target_deg(self) -> float:
-        """Angle at which a move that is under way will end, or the set-point."""
+        """Angle at which a move that is under way will end, or the set-point; of what turns, that of now."""
+        if self.is_running:
+            return self._where()[0]
         return self._path[-1].r if self.is_moving else self.axis.get("r")
 
     def tell(self) -> None:

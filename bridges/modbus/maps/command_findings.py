@@ -12,7 +12,7 @@ from hil.config.document import Finding, KeyPath
 from hil.config.explain import no_such
 
 _MOVE = "move_"
-_STARTS = ("start", "start_absolute", "start_relative", "run", "home")
+_STARTS = ("start", "start_absolute", "start_relative", "start_directed", "run", "home")
 _CONTRADICT = (
     frozenset({"enable", "disable"}),
     frozenset({"forward", "reverse"}),
@@ -24,10 +24,20 @@ _CONTRADICT = (
 _NEEDS = {
     "start_absolute": ("set_point_deg",),
     "start_relative": ("set_point_deg",),
+    "start_directed": ("set_point_deg",),
     "run": ("set_velocity_rpm", "run_velocity_rpm"),
     "start": ("set_point_deg", "set_velocity_rpm", "run_velocity_rpm"),
 }
 """Values of which a command needs one."""
+_OPPOSITES = (("enabled", "disabled"), ("moving", "standing"), ("fault", "sound"))
+"""Conditions of which one always holds."""
+_IMPLIED = {
+    "arrived": ("enabled", "standing"),
+    "at_speed": ("moving",),
+    "running": ("enabled",),
+    "ready": ("sound", "disabled"),
+}
+"""Conditions that hold whenever one does."""
 
 
 def command_findings(given: Mapping[Any, Any], rows: Sequence[PartRow]) -> Iterator[Finding]:
@@ -49,9 +59,19 @@ def command_findings(given: Mapping[Any, Any], rows: Sequence[PartRow]) -> Itera
         for condition in conditions:
             yield from _condition_findings((*row.path, "refuse_while", condition), condition)
     for name, block in blocks_of(given).items():
-        yield from _words_findings(
-            ("blocks", name, "then"), f"the block {name}", block.words, values, count, stored=stored
-        )
+        for key, words in (("then", block.words), ("at_zero_speed", block.at_zero_speed)):
+            yield from _words_findings(
+                ("blocks", name, key), f"the block {name}", words, values, count, stored=stored
+            )
+    yield from _standard_findings(rows)
+
+
+def _standard_findings(rows: Sequence[PartRow]) -> Iterator[Finding]:
+    """Findings of a second control word: there is one state machine."""
+    words = [row for row in rows if isinstance(row.text, ByValueText) and row.text.standard]
+    for row in words[1:]:
+        what = f"{words[0].name} is the control word of {words[0].text.standard} already"
+        yield Finding((*row.path, "standard"), what, "keep one of the two", at_key=True)
 
 
 def state_findings(row: PartRow, text: StateRowText) -> Iterator[Finding]:
@@ -63,7 +83,21 @@ def state_findings(row: PartRow, text: StateRowText) -> Iterator[Finding]:
         yield Finding(path, "no state is given", "add values, as in values: {moving: 1}")
     for condition in text.values:
         yield from _condition_findings((*path, "values", condition), condition)
+    before: list[str] = []
+    for condition in text.values:
+        if hides := _hides(before, condition):
+            what = f"{condition} never counts: where it holds, {hides} does, and stands before it"
+            yield Finding((*path, "values", condition), what, "put it before, or remove it", at_key=True)
+        before.append(condition)
     yield from _number_findings(row, {**text.values, "": text.otherwise}, is_state=True)
+
+
+def _hides(before: Collection[str], condition: str) -> str:
+    """Conditions among those before one that hold whenever it does, in words; empty: there are none."""
+    for pair in _OPPOSITES:
+        if set(pair) <= set(before):
+            return f"{pair[0]} or {pair[1]}"
+    return next((each for each in before if each in _IMPLIED.get(condition, ())), "")
 
 
 def _condition_findings(path: KeyPath, condition: str) -> Iterator[Finding]:
@@ -81,7 +115,7 @@ def _values_findings(
             (*path, "values"), f"{text.standard} has its own commands", "remove one of the two", True
         )
     if not text.standard and not text.values:
-        yield Finding(path, "no command is given", "add values, as in values: {1: start}")
+        yield Finding(path, "no command is given", "add values, as in values: {stop: 1}")
     if text.scale != 1 or text.type == "text":
         key = "scale" if text.scale != 1 else "type"
         yield Finding((*path, key), "a command is a whole number", "remove it", at_key=True)

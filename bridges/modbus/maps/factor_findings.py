@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from bridges.modbus.maps.map_part_rows import PartRow
+from bridges.modbus.maps.map_parts_text import cell_part
 from bridges.modbus.maps.map_row_models import CellText, PlaceText
 from hil.config.document import Finding, KeyPath
 from hil.config.explain import no_such
@@ -22,6 +23,7 @@ def factor_findings(given: Mapping[Any, Any], rows: Sequence[PartRow]) -> Iterat
     for path, text in _texts(given, rows):
         yield from _name_findings(path, text, names | moves, cells)
     yield from _loop_findings(cells)
+    yield from _locked_up_findings(cells)
 
 
 def _texts(given: Mapping[Any, Any], rows: Sequence[PartRow]) -> Iterator[tuple[KeyPath, Any]]:
@@ -57,6 +59,38 @@ def _name_findings(
     elif cell is not None and cell == path[-1]:
         what = f"{cell} is locked by itself"
         yield Finding((*path, "locked_by", "cell"), what, "name another cell, which unlocks it")
+    elif lock is not None and cell is not None and cell in cells:
+        yield from _lock_findings((*path, "locked_by", "value"), lock.value, cells[cell])
+
+
+def _lock_findings(path: KeyPath, value: float, cell: PartRow) -> Iterator[Finding]:
+    """Findings of a lock whose cell never has the value that opens it."""
+    place = cell.place
+    if place is None or cell.text.type == "text":
+        return
+    part = cell_part(cell.text, place)
+    if part.default == value:
+        return
+    is_plain = not place.is_bit and (place.conversion is None or not place.conversion.names)
+    if not part.is_written:
+        yield Finding(path, f"{cell.name} is {part.default:g} for good, and never {value:g}", "write another")
+    elif not part.lowest <= value <= part.highest or (is_plain and not place.holds(value)):
+        yield Finding(path, f"{cell.name} never is {value:g}", "write a value that it takes")
+
+
+def _locked_up_findings(cells: Mapping[str, PartRow]) -> Iterator[Finding]:
+    """Findings of cells that lock each other: none of them can be unlocked first."""
+    locks = {name: lock for name, row in cells.items() if (lock := row.text.locked_by) is not None}
+    told: set[str] = set()
+    for first in locks:
+        trail = [first]
+        while (following := locks.get(trail[-1])) is not None and following.cell not in trail:
+            trail.append(following.cell)
+        if following is None or following.cell != first or len(trail) == 1 or told & set(trail):
+            continue
+        told |= set(trail)
+        what = f"a loop of locks: {' by '.join([*trail, first])}"
+        yield Finding((*cells[first].path, "locked_by", "cell"), what, "let one of them be free")
 
 
 def _loop_findings(cells: Mapping[str, PartRow]) -> Iterator[Finding]:

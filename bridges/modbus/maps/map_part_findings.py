@@ -7,7 +7,7 @@ from typing import Any
 from bridges.modbus.maps.command_findings import command_findings, state_findings
 from bridges.modbus.maps.drive_map_model import NEW_PARTS
 from bridges.modbus.maps.factor_findings import factor_findings
-from bridges.modbus.maps.map_part_rows import PartRow, blocks_of, part_rows
+from bridges.modbus.maps.map_part_rows import MOVE_NAMES, PartRow, blocks_of, part_rows
 from bridges.modbus.maps.map_parts_text import READ_ONLY, cell_part
 from bridges.modbus.maps.map_places import is_new, place_findings
 from bridges.modbus.maps.map_row_models import (
@@ -92,6 +92,25 @@ def part_findings(given: object, places: MutableMapping[KeyPath, RegisterPlace])
     yield from factor_findings(given, rows)
     yield from command_findings(given, rows)
     yield from _protocol_findings(given, places)
+    yield from _reserved_findings(given)
+
+
+def _reserved_findings(given: Mapping[Any, Any]) -> Iterator[Finding]:
+    """Findings of reserved registers: one table, and none behind its end."""
+    reserved = given.get("reserved")
+    for at, each in enumerate(reserved if isinstance(reserved, list | tuple) else ()):
+        if not isinstance(each, dict):
+            continue
+        path: KeyPath = ("reserved", at)
+        tables = [word for word in ("input", "holding") if each.get(word) is not None]
+        if len(tables) != 1:
+            what = f"{' and '.join(tables)} are both given" if tables else "no table is given"
+            yield Finding(path, f"{what}; an entry is in one table", "write input or holding")
+            continue
+        first, count = each[tables[0]], each.get("registers", 1)
+        if isinstance(first, int) and isinstance(count, int) and first < ADDRESSES < first + count:
+            what = f"behind {ADDRESSES - 1} there is no register"
+            yield Finding((*path, "registers"), what, f"write {ADDRESSES - first} or less")
 
 
 def _row_findings(row: PartRow) -> Iterator[Finding]:
@@ -127,6 +146,9 @@ def _row_findings(row: PartRow) -> Iterator[Finding]:
     yield from place_findings(path, text, is_bit=row.is_bit, quantity=row.quantity)
     if "on_write" in text.model_fields_set and text.on_write:
         yield Finding((*path, "on_write"), f"{row.name} is no bit of control", "remove it", at_key=True)
+    if row.path[:2] == ("moves", "cells") and row.name in MOVE_NAMES:
+        what = f"{row.name} is a column of moves already"
+        yield Finding(path, what, "write it beside cells, or give it another name", at_key=True)
     if isinstance(text, CellText):
         yield from _cell_findings(row, text)
     elif isinstance(text, StateRowText):

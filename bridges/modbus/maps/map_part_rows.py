@@ -114,7 +114,7 @@ def blocks_of(given: object) -> dict[str, BlockPart]:
     for number, (name, each) in enumerate(blocks.items() if isinstance(blocks, dict) else (), 1):
         head = {
             key: each[key]
-            for key in ("input", "holding", "registers", "then")
+            for key in ("input", "holding", "registers", "then", "at_zero_speed")
             if isinstance(each, dict) and each.get(key) is not None
         }
         text = _read(BlockText, head)
@@ -123,7 +123,8 @@ def blocks_of(given: object) -> dict[str, BlockPart]:
         table = Table.INPUT_REGISTERS if text.input is not None else Table.HOLDING_REGISTERS
         address = text.input if text.input is not None else text.holding
         words = text.then.split("+") if text.then else ()
-        found[str(name)] = BlockPart(number, table, address, text.registers, tuple(words))
+        at_zero = tuple(text.at_zero_speed.split("+")) if text.at_zero_speed else ()
+        found[str(name)] = BlockPart(number, table, address, text.registers, tuple(words), at_zero)
     return found
 
 
@@ -145,16 +146,21 @@ def _move_rows(moves: Mapping[Any, Any]) -> Iterator[PartRow]:
     count, step = moves.get("count", 1), moves.get("registers", 8)
     if not (isinstance(count, int) and 1 <= count <= 256 and isinstance(step, int) and 1 <= step <= 1000):
         return
-    for name, value in moves.items():
-        if name not in MOVE_NAMES:
-            continue
-        text = _read(ModeText if name == "mode" else CellText, value)
+    own_cells = moves.get("cells")
+    named: dict[KeyPath, Any] = {
+        ("moves", name): value for name, value in moves.items() if name in MOVE_NAMES
+    }
+    if isinstance(own_cells, dict):
+        named |= {("moves", "cells", name): value for name, value in own_cells.items()}
+    for path, value in named.items():
+        name = str(path[-1])
+        text = _read(ModeText if path == ("moves", "mode") else CellText, value)
         if text is None:
             continue
         for move in range(count):
             shifted = {table: getattr(text, table) + move * step for table in text.tables if move}
             own = text.model_copy(update=shifted) if shifted else text
-            yield PartRow(("moves", name), "cell", name, own, move=move)
+            yield PartRow(path, "cell", name, own, move=move)
 
 
 def _read(model: type[PlaceText] | type[BlockText], value: object) -> Any:

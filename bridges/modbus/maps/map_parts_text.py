@@ -58,6 +58,7 @@ def parts_of(of: MapText) -> tuple[MapParts, list[tuple[str, RegisterPlace]]]:
         protocol.writes_most,
         round(protocol.pause_ms * NS_PER_MS),
         protocol.gaps == "zero",
+        protocol.halves == "refuse",
         dict(protocol.exceptions),
     )
     reserved = tuple(
@@ -77,7 +78,7 @@ def _moves(of: MapText) -> MovesPart:
     names = frozenset(
         name
         for name in type(moves).model_fields
-        if name not in ("count", "registers") and getattr(moves, name)
+        if name not in ("count", "registers", "cells") and getattr(moves, name)
     )
     return MovesPart(moves.count, names, by_number(moves.mode.values) if moves.mode else {})
 

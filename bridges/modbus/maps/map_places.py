@@ -10,19 +10,20 @@ from bridges.modbus.registers.drive_map import TYPES, RegisterPlace
 from bridges.modbus.registers.map_parts import Conversion
 from hil.config.document import Finding, KeyPath
 
-ANGLE, SPEED, RAMP, OTHER = "an angle", "a speed", "a ramp", ""
+ANGLE, SPEED, RAMP, CURRENT, OTHER = "an angle", "a speed", "a ramp", "a current", ""
 UNITS: Mapping[str, Mapping[str, float]] = {
     ANGLE: {"deg": 1.0, "turn": 360.0, "rad": 57.29577951308232},
     SPEED: {"rpm": 1.0, "Hz": 60.0, "deg/s": 1 / 6, "turn/s": 60.0},
     RAMP: {"rpm/s": 1.0, "Hz/s": 60.0, "deg/s2": 1 / 6, "turn/s2": 60.0, "s": 1.0, "ms": 0.001},
+    CURRENT: {"A": 1.0, "mA": 0.001},
 }
-"""Factors of units by quantity, to deg, rpm and rpm/s; of times to seconds."""
+"""Factors of units by quantity, to deg, rpm, rpm/s and A; of times to seconds."""
 _TIMES, _PER_POLE = ("s", "ms"), ("Hz", "Hz/s")
 
 
 def quantity_of(name: str) -> str:
     """Quantity of a value by the end of its name."""
-    ends = {"_deg": ANGLE, "_rpm": SPEED, "_rpm_per_s": RAMP}
+    ends = {"_deg": ANGLE, "_rpm": SPEED, "_rpm_per_s": RAMP, "_A": CURRENT}
     return next((quantity for end, quantity in reversed(ends.items()) if name.endswith(end)), OTHER)
 
 
@@ -57,10 +58,11 @@ def _conversion(text: PlaceText, quantity: str) -> Conversion | None:
         text.offset or 0.0,
         factor,
         text.to_rpm if text.unit in _TIMES and quantity == RAMP else None,
+        text.at_zero,
     )
     if found == Conversion():
         return None
-    parts = [text.unit or {ANGLE: "deg", SPEED: "rpm", RAMP: "rpm/s"}.get(quantity, "")]
+    parts = [text.unit or {ANGLE: "deg", SPEED: "rpm", RAMP: "rpm/s", CURRENT: "A"}.get(quantity, "")]
     parts += [f"x {_said(text.times)}"] if text.times is not None else []
     parts += [f"/ {_said(text.per)}"] if text.per is not None else []
     parts += [f"to {_said(text.to_rpm)} rpm"] if text.to_rpm is not None else []
@@ -75,7 +77,7 @@ def place_findings(path: KeyPath, text: PlaceText, *, is_bit: bool, quantity: st
     """Findings of types, masks and units that contradict each other in one row."""
     given = text.model_fields_set
     if is_bit:
-        for key in ("mask", "registers", "unit", "word_order", "times", "per", "decimals", "offset"):
+        for key in (key for key in NEW_KEYS if key not in ("pole_pairs", "to_rpm")):
             if key in given and getattr(text, key) is not None:
                 yield Finding((*path, key), f"{path[-1]} is a bit, which has no {key}", "remove it", True)
         return

@@ -27,7 +27,7 @@ TABLES = {
 _MOST_SCALE = 1e12
 NEW_KEYS = (
     *("word_order", "mask", "registers", "unit", "pole_pairs", "to_rpm"),
-    *("times", "per", "decimals", "offset"),
+    *("times", "per", "decimals", "offset", "at_zero"),
 )
 """Keys of a place that version 2 has."""
 PART_NAME = "^[A-Za-z][A-Za-z0-9_.]{0,47}$"
@@ -87,7 +87,8 @@ class PlaceText(DefaultsModel):
     unit: str | None = Field(
         default=None,
         description="Unit of the number: of an angle `deg`, `turn` or `rad`; of a speed `rpm`, `Hz`,"
-        " `deg/s` or `turn/s`; of a ramp `rpm/s`, `Hz/s`, `deg/s2` or `turn/s2`, or `s` or `ms`"
+        " `deg/s` or `turn/s`; of a current `A` or `mA`; of a ramp `rpm/s`, `Hz/s`, `deg/s2` or `turn/s2`,"
+        " or `s` or `ms`"
         " from a stand to `to_rpm`. Of a cell a word for people.",
     )
     pole_pairs: Annotated[int, Field(ge=1, le=100)] | None = Field(
@@ -106,6 +107,11 @@ class PlaceText(DefaultsModel):
         default=None, description="Cell with the number of decimals that the register has."
     )
     offset: float | None = Field(default=None, description="Added to the number x `scale`.")
+    at_zero: float | None = Field(
+        default=None,
+        description="Value of the number 0, where the formula does not hold for it: 1000000 of a ramp without"
+        " one.",
+    )
 
     @model_serializer(mode="wrap")
     def _as_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -260,6 +266,9 @@ class BlockText(StrictModel):
     then: str | None = Field(
         default=None, description="Command that a write of it is, behind its values, as `enable+run`."
     )
+    at_zero_speed: str | None = Field(
+        default=None, description="Command in place of `then`, where the speed that is written is 0."
+    )
     values: Mapping[str, AtPlaceText] = Field(
         default={}, description="Values of the drive, by name, as at the top of a map."
     )
@@ -280,6 +289,9 @@ class MovesText(StrictModel):
     set_velocity_rpm: CellText | None = Field(default=None, description="Its speed; `value` is in rpm.")
     acceleration_rpm_per_s: CellText | None = Field(default=None, description="Its acceleration.")
     deceleration_rpm_per_s: CellText | None = Field(default=None, description="Its deceleration.")
+    cells: Mapping[PartName, CellText] = Field(
+        default={}, description="Plain cells that each move has, by name: `move_0.NAME` and so on."
+    )
 
 
 class ReservedText(StrictModel):
@@ -312,6 +324,10 @@ class ProtocolText(StrictModel):
     gaps: Literal["refuse", "zero"] = Field(
         default="refuse",
         description="What registers do that the map has not: `refuse`, or read as `zero`.",
+    )
+    halves: Literal["take", "refuse"] = Field(
+        default="take",
+        description="What a part of a value does, as one register of two: `take`, or `refuse`.",
     )
     exceptions: Mapping[str, _ExceptionCode] = Field(
         default={},

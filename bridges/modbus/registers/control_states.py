@@ -36,6 +36,8 @@ def status_word(now: StatesNow) -> int:
         word = _FAULT
     word |= _REMOTE | (_REACHED if is_on and _has_reached(now) else 0)
     is_position = now.mode in ("absolute", "relative")
+    if now.mode == "home" and is_on and now.holds("homed"):
+        word |= _ACKNOWLEDGED
     return word | (_ACKNOWLEDGED if is_position and is_on and _last(now) & _NEW_SET_POINT else 0)
 
 

@@ -13,6 +13,8 @@ from hil.vocab.packed_fields import value_at
 
 MODE = "mode"
 """Name of the command whose number is the mode."""
+HOMING, ASKED, DONE = "homing.word", 1, 2
+"""Cell that says whether `home` was asked for, and whether it had arrived before the next motion."""
 _SAME = {
     "deceleration_rpm_per_s": "acceleration_rpm_per_s",
     "run_velocity_rpm": "set_velocity_rpm",
@@ -92,8 +94,10 @@ class MapNow:
             return hypot(self._field("current_a_A"), self._field("current_b_A"))
         if name == "following_error_deg":
             return said.off_by_deg if said.is_on else 0.0
-        if name == "speed_rpm":
-            return abs(self._field("velocity_rpm"))
+        if name in ("speed_rpm", "velocity_rpm"):
+            velocity_rpm = self._field("velocity_rpm")
+            stands = abs(velocity_rpm) <= TURNS_RPM and bool(said.is_on) and not said.is_moving
+            return 0.0 if stands else abs(velocity_rpm) if name == "speed_rpm" else velocity_rpm
         if name in ("enabled", "moving"):
             return float(bool(said.is_on if name == "enabled" else said.is_moving))
         return self._field(name)
@@ -129,8 +133,12 @@ class MapNow:
             return bool(self._told.get("running", 0))
         if condition == "reversed":
             return bool(self._told.get("reverse", 0))
+        if condition == "homed" and (asked := self.kept(HOMING)):
+            return asked == DONE or (is_on and not moves)
         if condition in ("homing", "homed"):
             return bool(self._told.get(condition, 0))
+        if condition == "stored":
+            return all(self._is_stored(name) for name in self._parts.cells)
         if condition == "home_switch":
             return "pin_d3" in self._of.info.fields and not self._field("pin_d3")
         velocity_rpm = self.told("velocity_rpm")
@@ -140,6 +148,10 @@ class MapNow:
             )
         set_rpm = abs(self._told.get("running_rpm", self._told.get("set_velocity_rpm", 0.0)))
         return moves and abs(abs(velocity_rpm) - set_rpm) <= max(_NEAR * set_rpm, _NEAR_RPM)
+
+    def _is_stored(self, name: str) -> bool:
+        part = self._parts.cells[name][1]
+        return part.keeps != "by_command" or self.kept(name) == self._told.get(STORED + name, part.default)
 
     def _field(self, name: str) -> float:
         if self._look is None or (field := self._of.info.fields.get(name)) is None:

@@ -6,7 +6,7 @@ What they mean to a unit is in ``bridges.modbus.registers.map_unit``; how they a
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, isfinite
 
 from bridges.modbus.protocol.pdu import Code, Table
@@ -23,9 +23,11 @@ COMMANDS_BY_WORD = {
     "start": "move to the set-point, or turn, as the mode says",
     "start_absolute": "move to the set-point",
     "start_relative": "move by the set-point",
+    "start_directed": "move by the set-point, forward or in reverse as the last command of a direction says",
     "run": "turn at `set_velocity_rpm`, whose sign and `reverse` say the direction, until a stop",
     "forward": "turn in the direction of the speed's sign, from now on",
     "reverse": "turn in the other direction, from now on",
+    "turn_about": "turn in the other direction than now",
     "stop": "stop by the ramp",
     "halt": "stop at once",
     "reset": "clear the fault",
@@ -51,7 +53,8 @@ CONDITIONS = {
     "ready": "it has none, and the loop is off",
     "home_switch": "the input D3 is low: the home switch is active",
     "homing": "it searches the home switch",
-    "homed": "the last search has found it, since power-up",
+    "homed": "the last search has found it, or the last `home` has arrived, since power-up",
+    "stored": "the cells that are `stored: by_command` are stored as they are",
 }
 """Conditions of states and refusals, with their meanings."""
 MODES = ("absolute", "relative", "velocity", "home")
@@ -63,6 +66,7 @@ CAUSES = {
     "address": (Code.ILLEGAL_DATA_ADDRESS, "a register that it has not"),
     "read_only": (Code.ILLEGAL_DATA_ADDRESS, "a write of what can only be read"),
     "write_only": (Code.ILLEGAL_DATA_ADDRESS, "a read of what can only be written"),
+    "half": (Code.ILLEGAL_DATA_ADDRESS, "a part of a value, with `halves: refuse`"),
     "count": (Code.ILLEGAL_DATA_VALUE, "more registers than one request may have, or a part of a block"),
     "value": (Code.ILLEGAL_DATA_VALUE, "a value or a command that it does not know"),
     "locked": (Code.ILLEGAL_DATA_ADDRESS, "a cell that is locked"),
@@ -83,6 +87,8 @@ class Conversion:
     offset: float = 0.0
     factor: float = 1.0
     time_to: Factor | None = None
+    at_zero: float | None = None
+    """Value of the number 0, for which the formula does not hold."""
     shown: str = ""
     """Unit of the number, for people."""
 
@@ -94,7 +100,9 @@ class Conversion:
 
         time_to = None if self.time_to is None else number(self.time_to)
         per = number(self.per) or 1.0
-        return Conversion(number(self.times), per, number(self.decimals), self.offset, self.factor, time_to)
+        return replace(
+            self, times=number(self.times), per=per, decimals=number(self.decimals), time_to=time_to
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -109,6 +117,8 @@ class Conversion:
 
     def value(self, scaled: float) -> float:
         """Value of a number that has its scale."""
+        if self.at_zero is not None and not scaled:
+            return self.at_zero
         converted = (scaled * self._step + self.offset) * self.factor
         if self.time_to is None:
             return converted + 0.0
@@ -116,6 +126,8 @@ class Conversion:
 
     def scaled(self, value: float) -> float:
         """Number of a value, before its scale."""
+        if value == self.at_zero:
+            return 0.0
         if self.time_to is not None:
             value = float(self.time_to) / value if value and isfinite(value) else (0.0 if value else inf)
         return (value / self.factor - self.offset) / (self._step or 1.0)
@@ -183,13 +195,15 @@ class StatePart:
 @dataclass(frozen=True)
 class BlockPart:
     """Block that is read or written as a whole, from its first address on: others may overlap it.
-    ``number``: from 1 on; ``words``: commands that a write of it is."""
+    ``number``: from 1 on; ``words``: commands that a write of it is; ``at_zero_speed``: those in their place
+    where the speed that is written is 0."""
 
     number: int
     table: Table
     address: int
     registers: int
     words: tuple[str, ...] = ()
+    at_zero_speed: tuple[str, ...] = ()
 
     @property
     def base(self) -> int:
@@ -211,14 +225,15 @@ class MovesPart:
 class Manners:
     """Manners of a drive on the line. ``functions``: those that it has, None: all; ``reads_most``,
     ``writes_most``: registers of one request; ``pause_ns``: silence behind an answer, in which it hears
-    nothing; ``reads_gaps``: registers that are nobody's read as 0, and writes to them do nothing; ``codes``:
-    exceptions of its own, by their cause."""
+    nothing; ``reads_gaps``: registers that are nobody's read as 0, and writes to them do nothing;
+    ``is_whole``: a part of a value is refused; ``codes``: exceptions of its own, by their cause."""
 
     functions: frozenset[int] | None = None
     reads_most: int = 125
     writes_most: int = 123
     pause_ns: int = 0
     reads_gaps: bool = False
+    is_whole: bool = False
     codes: Mapping[str, int] = field(default_factory=dict)
 
     def code(self, cause: str) -> int:

@@ -13,7 +13,7 @@ from bridges.modbus.registers.cells import Halves, WrittenWords
 from bridges.modbus.registers.control_states import words_of_control
 from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 from bridges.modbus.registers.map_entries import MapEntries, MapRow
-from bridges.modbus.registers.map_now import MODE, MapNow
+from bridges.modbus.registers.map_now import ASKED, DONE, HOMING, MODE, MapNow
 from bridges.modbus.registers.map_parts import CIA402, CellPart, CommandPart
 from bridges.modbus.registers.register_map import Wanted
 from bridges.modbus.registers.register_unit import VerbStage
@@ -22,7 +22,11 @@ from hil.vocab.drive_words import cells_text, is_finite
 
 MOST = {"acceleration_rpm_per_s": 1e6, "deceleration_rpm_per_s": 1e6}
 """Values of ramps that take no time."""
+_NO_RAMP = 1e9
+"""Ramp of a move that takes no time, as its cell has it: the number 0 is read back as 0."""
 MOVE = "move_"
+_MOTIONS = ("start", "run", MOVE, "stop", "halt", "disable")
+"""Beginnings of the commands that end a way home."""
 _MOVE_VALUES = ("set_velocity_rpm", "acceleration_rpm_per_s", "deceleration_rpm_per_s")
 
 
@@ -69,6 +73,7 @@ class MapUnit:
         """
         span = self.map.span(span)
         self.map.check(span)
+        self._check_halves(span)
         now = MapNow(self.map, look)
         elements = dict(halves) if span.table is Table.HOLDING_REGISTERS else {}
         addresses = range(span.address, span.address + span.count)
@@ -103,6 +108,17 @@ class MapUnit:
         """Check that all of a span is there. Raises Refused."""
         self.map.check(self.map.span(span))
 
+    def _check_halves(self, span: Span) -> None:
+        """Refuse a part of a value, where the drive does. Raises Refused."""
+        if not self.manners.is_whole:
+            return
+        end = span.address + span.count
+        for address in (span.address, end - 1):
+            for row in self.map.at.get((span.table, address), ()):
+                first = row.place.address
+                if first < span.address or first + row.place.width > end:
+                    raise Refused(self.manners.code("half"), f"{row.name} is read and written as a whole")
+
     # ---- writes ----
 
     def write(self, write: Write, halves: Halves, look: AxisLook | None = None) -> list[Wanted]:
@@ -114,6 +130,7 @@ class MapUnit:
         """
         span = self.map.span(Span(write.table, write.address, len(write.values)))
         self.map.check(span)
+        self._check_halves(span)
         now, taken = MapNow(self.map, look), _Taken()
         words = dict(enumerate(write.values, span.address))
         written = WrittenWords(words, halves)
@@ -128,7 +145,8 @@ class MapUnit:
                 value = self._place(place, now).value(own, is_low_first=self._is_low_first)
                 self._take(row, value, taken, now)
         if block := self.map.blocks.get((write.table, write.address)):
-            taken.words += block.words
+            is_still = block.at_zero_speed and not taken.values.get("set_velocity_rpm", 1)
+            taken.words += block.at_zero_speed if is_still else block.words
         wanted = list(self._wanted(taken, now))
         # From here on nothing is refused: what was written is taken.
         written.keep()
@@ -171,6 +189,8 @@ class MapUnit:
         if isinstance(part, CommandPart):
             self._take_command(row, part, int(value), taken, now)
         elif isinstance(part, CellPart):
+            if name.startswith(MOVE) and name.rpartition(".")[2] in MOST:
+                value = min(value, _NO_RAMP)
             if not is_finite(value) or not part.lowest <= value <= part.highest:
                 limits = f"{part.lowest:g} to {part.highest:g}"
                 raise Refused(self.manners.code("value"), f"{name}: {value:g} is not within {limits}")
@@ -216,7 +236,12 @@ class MapUnit:
         if taken.cleared:
             yield _do("write", **taken.cleared)
         yield from (Wanted("set", {"field": name, "value": value}) for name, value in taken.fields.items())
-        for word in (*taken.words, *self._words_of_mode(taken, now)):
+        words = (*taken.words, *self._words_of_mode(taken, now))
+        if now.kept(HOMING) and "search_home" in words:
+            yield _do("put", cells=cells_text({HOMING: 0}))
+        elif now.kept(HOMING) == ASKED and any(word.startswith(_MOTIONS) for word in words):
+            yield _do("put", cells=cells_text({HOMING: DONE if now.holds("homed") else 0}))
+        for word in words:
             yield from self._of_word(word, taken, now)
         if taken.stored:
             yield _do("store", names=" ".join(taken.stored))
@@ -248,10 +273,19 @@ class MapUnit:
                 yield _do("move_abs", position_deg=target_deg)
             else:
                 yield _do("move_rel", angle_deg=target_deg - now.origin_deg)
+        elif word == "start_directed":
+            turn = next((each for each in reversed(taken.words) if each in ("forward", "reverse")), "")
+            is_reversed = turn == "reverse" if turn else now.holds("reversed")
+            angle_deg = taken.values.get("set_point_deg", now.told("set_point_deg") + now.origin_deg)
+            angle_deg -= now.origin_deg
+            yield _do("move_rel", angle_deg=-angle_deg if is_reversed else angle_deg)
         elif word == "home":
             yield _do("move_abs", position_deg=now.origin_deg)
+            yield _do("put", cells=cells_text({HOMING: ASKED}))
         elif word in ("forward", "reverse"):
             yield _do("put", reverse=float(word == "reverse"))
+        elif word == "turn_about":
+            yield _do("put", reverse=float(not now.holds("reversed")))
         elif word in ("stop", "halt"):
             yield _do("stop", how="grace" if word == "stop" else "prejudice")
         elif word == "store":
@@ -289,6 +323,7 @@ class MapUnit:
             yield _do("move_rel", angle_deg=target_deg, **ramps)
         elif mode == "home":
             yield _do("move_abs", position_deg=now.origin_deg, **ramps)
+            yield _do("put", cells=cells_text({HOMING: ASKED}))
         elif mode == "absolute":
             yield _do("move_abs", position_deg=target_deg + now.origin_deg, **ramps)
         else:

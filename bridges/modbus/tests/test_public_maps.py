@@ -117,6 +117,34 @@ def test_a_steppers_settings_survive_its_power_when_they_were_stored(plant: Plan
     assert plant.get(STEPPER, 0x0191) == [30]
 
 
+def test_a_stepper_keeps_options_and_pauses_of_its_paths(plant: Plant) -> None:
+    assert plant.put(STEPPER, 0x0F, 1, single=True) is None
+    assert plant.put(STEPPER, 0x6208, 0x4011, 0, 0, 100, 0, 0, 250, 0) is None  # jump, interrupt; no ramps
+    assert plant.get(STEPPER, 0x6208, 8) == [0x4011, 0, 0, 100, 0, 0, 250, 0]
+    assert plant.put(STEPPER, 0x6002, 0x11, single=True) is None
+    plant.run(1000)
+    assert i32(plant.get(STEPPER, 0x1014, 2)) == pytest.approx(0, abs=30)
+
+
+def test_a_stepper_says_when_it_is_home_and_when_its_settings_are_stored(plant: Plant) -> None:
+    assert plant.put(STEPPER, 0x0F, 1, single=True) is None
+    assert plant.put(STEPPER, 0x6200, 1, 0, 2000, 200, 100, 100, 0, 0x10) is None
+    plant.run(1000)
+    assert not plant.get(STEPPER, 0x1003)[0] & 0x40
+    assert plant.put(STEPPER, 0x6002, 0x20, single=True) is None
+    assert not plant.get(STEPPER, 0x1003)[0] & 0x40
+    plant.run(2000)
+    assert plant.get(STEPPER, 0x1003)[0] & 0x40
+    assert plant.put(STEPPER, 0x6002, 0x10, single=True) is None
+    assert plant.get(STEPPER, 0x1003)[0] & 0x44 == 0x44  # it was home, and moves
+    plant.run(1000)
+    assert plant.put(STEPPER, 0x0191, 35, single=True) is None
+    assert plant.get(STEPPER, 0x1901) == [0]
+    assert plant.put(STEPPER, 0x1801, 0x2211, single=True) is None
+    assert plant.get(STEPPER, 0x1901) == [0x5555]
+    assert plant.put(STEPPER, 0x1801, 0x2233, single=True) is None
+
+
 def test_a_servo_has_blocks_that_overlap_and_counts_of_48_bits(plant: Plant) -> None:
     assert plant.put(SERVO, 0xF5, 250, 300, 0, 0x4000) is None  # one turn
     assert plant.get(SERVO, 0xF1, inputs=True) == [2]
@@ -144,6 +172,47 @@ def test_a_servo_turns_at_a_speed_and_has_the_acceleration_of_its_formula(plant:
     assert plant.put(SERVO, 0xF7, 1, single=True) is None
     plant.run(300)
     assert plant.get(SERVO, 0x32, inputs=True) == [0]
+
+
+def test_a_servo_starts_without_a_ramp_where_its_acceleration_is_0(plant: Plant) -> None:
+    assert plant.put(SERVO, 0xF6, 0, 300) is None
+    plant.run(100)
+    assert plant.get(SERVO, 0x32, inputs=True)[0] == pytest.approx(300, abs=6)
+    assert plant.put(SERVO, 0xF6, 0, 0) is None
+    plant.run(100)
+    assert plant.get(SERVO, 0x32, inputs=True) == [0]
+
+
+def test_a_servo_moves_by_pulses_in_its_direction_and_stops_at_a_speed_of_0(plant: Plant) -> None:
+    def turns() -> float:
+        carry = plant.get(SERVO, 0x30, 3, inputs=True)
+        return i32(carry[:2]) + carry[2] / 0x4000
+
+    begin = turns()
+    for direction, ends_at in ((0x100, begin - 1), (0, begin)):
+        assert plant.put(SERVO, 0xFD, direction | 250, 300, 0, 3200) is None
+        plant.run(1500)
+        assert turns() == pytest.approx(ends_at, abs=0.01)
+    assert plant.put(SERVO, 0xFD, 250, 60, 1, 0) is None
+    plant.run(300)
+    assert plant.put(SERVO, 0xFD, 250, 0, 0, 0) is None
+    plant.run(300)
+    assert plant.get(SERVO, 0xF1, inputs=True) == [1]
+    assert turns() < begin + 2
+
+
+def test_an_inverter_turns_at_the_frequency_of_the_mains_and_turns_about(plant: Plant) -> None:
+    for address in (0x010C, 0x010D):
+        assert plant.put(FAN, address, 200, single=True) is None
+    assert plant.put(FAN, 0x2000, 0x12, 5000) is None
+    plant.run(3000)
+    assert plant.get(FAN, 0x2103)[0] == pytest.approx(5000, abs=50)
+    assert plant.put(FAN, 0x2000, 0x1032, single=True) is None
+    plant.run(5000)
+    assert plant.get(FAN, 0x2101) == [0x051B]
+    assert plant.put(FAN, 0x2000, 0x11, single=True) is None
+    plant.run(3000)
+    assert plant.get(FAN, 0x2103) == [0]
 
 
 def test_an_inverter_turns_by_frequency_with_the_time_of_its_ramp(plant: Plant) -> None:
@@ -201,6 +270,25 @@ def test_a_meter_has_no_axis_and_values_that_are_set_from_outside(plant: Plant) 
     assert plant.put(METER, 0x18, 0x447A, 0) is None  # the password, 1000
     assert plant.put(METER, 0x14, 0x4000, 0) is None
     assert plant.get(METER, 0x14, 2) == [0x4000, 0]
+
+
+def test_a_meter_reads_and_takes_whole_values(plant: Plant) -> None:
+    assert plant.get(METER, 0, 1, inputs=True) == 2
+    assert plant.get(METER, 1, 2, inputs=True) == 2
+    assert plant.put(METER, 0x18, 0x447A) == 2
+    assert plant.put(METER, 0x18, 0x447A, 0) is None  # 1000
+    assert plant.put(METER, 0x02, 0x41F0, 0) is None  # 30
+    assert plant.get(METER, 0x02, 2) == [0x41F0, 0]
+
+
+def test_a_drive_of_cia_402_says_that_it_is_home(plant: Plant) -> None:
+    assert plant.put(SLIDE, 0x3500, 6, single=True) is None
+    for word in (0x06, 0x07, 0x0F, 0x1F):
+        assert plant.put(SLIDE, 0x3100, word, single=True) is None
+    plant.run(1000)
+    assert plant.get(SLIDE, 0x3200)[0] & 0x1400 == 0x1400
+    assert plant.put(SLIDE, 0x3100, 0x00, single=True) is None
+    assert plant.put(SLIDE, 0x3500, 1, single=True) is None
 
 
 def test_a_drive_of_cia_402_goes_through_its_states(plant: Plant) -> None:
