@@ -48,5 +48,5 @@ class CommandCutter:
     def ended(self, end: int = 0) -> str:
         """Command that has come, without its last ``end`` characters."""
         text = self.text[: len(self.text) - end]
-        self.text = ""
+        self.text, self.is_cut = "", self.is_cut or len(text) > self._cuts.longest
         return text

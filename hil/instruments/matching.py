@@ -97,10 +97,11 @@ def row_match(
     if not isinstance(typed, str):
         return False
     matched = match(row.command, typed, 0, present)
-    if isinstance(matched, Match):
-        return matched.found if matched.end == len(typed) else False
-    first = row.command.parts[0]
-    return matched == 1 and isinstance(first, Literal) and len(typed) > len(first.text) > 1
+    if isinstance(matched, Match) and matched.end == len(typed):
+        return matched.found
+    first, *others = row.command.parts
+    is_begun = isinstance(first, Literal) and len(typed) > len(first.text) > 1
+    return is_begun and matched != 0 and any(isinstance(part, Slot) for part in others)
 
 
 def prefixed(table: InstrumentTable, line: str, look: Look) -> str | None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.config import ConfigError, ProfileInfo
+from hil.config import ConfigError, ProfileInfo, yaml_text
 from hil.config.catalogue import profile_from_yaml
 
 HEAD = "name: it\ntitle: It\nuarts: {main: {baud: 9600}}\n"
@@ -190,6 +190,13 @@ def test_all_is_said_at_once() -> None:
 def test_messages_that_the_line_cannot_carry() -> None:
     (found,) = problems(TABLE + "  messages: [{every_ms: 5, says: '0123456789'}]\n" + ASK)
     assert "it takes 12.5 ms at 9600 baud, and comes each 5 ms" in found
+
+
+@pytest.mark.parametrize("name", ["power_supply", "temperature_controller", "relay_card"])
+def test_signs_in_quotes_leave_a_table_to_the_fast_parser(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(yaml_text, "_compose_slowly")
+    file = Path(__file__).parents[3] / "examples/instruments/boards" / name / "profile.yaml"
+    assert profile_from_yaml(file.read_text(), Path(name)).name == name
 
 
 def test_a_table_is_read_in_20_ms() -> None:
