@@ -10,18 +10,37 @@ from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace
 
 @dataclass(frozen=True)
 class RegisterWrite:
-    """Write of words from an address on, or of bits of a table of bits (0 and 1)."""
+    """Write of words from an address on, or of bits of a table of bits (0 and 1). ``keeps``: bits of the one
+    register that stay as the drive has them."""
 
     table: Table
     address: int
     words: tuple[int, ...]
+    keeps: int = 0
 
 
 def value_write(of: DriveMap, place: RegisterPlace, value: float) -> RegisterWrite:
     """Write of a value. Raises ValueError: its registers cannot hold it."""
     if not place.holds(value):
         raise ValueError(f"the registers of the drive cannot hold {value:g}")
-    return RegisterWrite(place.table, place.address, place.words(value, is_low_first=of.is_low_first))
+    words = place.words(value, is_low_first=of.is_low_first)
+    return RegisterWrite(place.table, place.address, words, settings_beside(of, place))
+
+
+def settings_beside(of: DriveMap, place: RegisterPlace) -> int:
+    """Bits of a place's register that are settings of others; 0 of a place that has all of it. Commands that
+    clear themselves are none: with them again they would be given again."""
+    if (own := place.bits) is None:
+        return 0
+    parts, found = of.parts, 0
+    others = [*of.values.values(), *of.parameters.values(), *(place for _, place in parts.also)]
+    others += [each for each in of.control.values() if not each.on_write]
+    others += [each for each, cell in parts.cells.values() if cell.is_written and cell.is_read]
+    others += [each for each, command in parts.commands.values() if command.is_kept or command.sets_mode]
+    for other in others:
+        if (other.table, other.address) == (place.table, place.address):
+            found |= other.bits or 0
+    return found & ~own
 
 
 def bits_write(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from bridges.modbus.drives.control_bits import RegisterWrite, value_write
+from bridges.modbus.drives.control_bits import RegisterWrite, settings_beside, value_write
 from bridges.modbus.protocol.pdu import Table
 from bridges.modbus.registers.drive_map import DriveMap, RegisterPlace, lowest_bit
 from bridges.modbus.registers.map_parts import CIA402, MODES, BlockPart, CommandPart
@@ -86,13 +86,12 @@ class MapOrders:
         number = next((number for number, mode in row[1].sets_mode.items() if mode == wanted), None)
         return () if number is None else (self._number_write(row[0], number),)
 
-    @staticmethod
-    def _number_write(place: RegisterPlace, number: int) -> RegisterWrite:
-        if place.is_bit:
-            return RegisterWrite(place.table, place.address, (number << (place.bit or 0),))
-        if place.mask is not None:
-            return RegisterWrite(place.table, place.address, (number << lowest_bit(place.mask) & place.mask,))
-        return RegisterWrite(place.table, place.address, place.words(number))
+    def _number_write(self, place: RegisterPlace, number: int) -> RegisterWrite:
+        if (bits := place.bits) is None:
+            words = (number,) if place.is_bit else place.words(number)
+        else:
+            words = (number << lowest_bit(bits) & bits,)
+        return RegisterWrite(place.table, place.address, words, settings_beside(self._of, place))
 
     def _numbers(self, word: str) -> Iterator[tuple[RegisterPlace, int]]:
         """Places and numbers of a command: those that are it alone first."""
@@ -116,7 +115,8 @@ class MapOrders:
         if beside is None:
             return (own,)
         if (beside.table, beside.address) == (own.table, own.address):
-            return (RegisterWrite(own.table, own.address, (own.words[0] | beside.words[0],)),)
+            words = (own.words[0] | beside.words[0],)
+            return (RegisterWrite(own.table, own.address, words, own.keeps & beside.keeps),)
         return beside, own
 
     def _move(self, values: Mapping[str, float]) -> list[Writes] | None:

@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from bridges.modbus.drives.control_bits import RegisterWrite, bits_write, value_write
@@ -11,7 +11,7 @@ from bridges.modbus.drives.drive_line import DriveLine
 from bridges.modbus.drives.modbus_client import Excepted, ModbusClient
 from bridges.modbus.drives.modbus_drive_address import ModbusDriveAddress
 from bridges.modbus.drives.poll_plan import PollPlan
-from bridges.modbus.protocol.pdu import Table
+from bridges.modbus.protocol.pdu import Span, Table
 from bridges.modbus.registers.drive_map import DriveMap
 from hil.drives.drive_fields import (
     FOLLOW_RPM,
@@ -95,6 +95,15 @@ class RegisterSpec:
     pace: DrivePace
 
 
+async def _with_settings(client: ModbusClient, unit: int, write: RegisterWrite) -> RegisterWrite:
+    """Complete a write of some bits of a register with those that stay as the drive has them. Raises as
+    ``ModbusClient.read``."""
+    if not write.keeps:
+        return write
+    (known,) = await client.read(unit, Span(write.table, write.address, 1))
+    return replace(write, words=(write.words[0] | known & write.keeps,), keeps=0)
+
+
 class RegisterDrive(RealDrive):
     """Drive whose registers a map says."""
 
@@ -103,8 +112,7 @@ class RegisterDrive(RealDrive):
         self.unit, self.place, self.map = spec.address.unit, spec.address.place, spec.map
         self.plan = PollPlan.of_map(spec.map)
         values = spec.map.values
-        has_position = "position_deg" in values
-        self.fields = drive_fields(values, spec.map.parameters, has_position=has_position)
+        self.fields = drive_fields(values, spec.map.parameters, has_position="position_deg" in values)
         self.verbs = map_verbs(spec.map)
         self.holding: dict[int, int] = {}
         """Words of the drive's holding registers, as they were read or written last."""
@@ -236,7 +244,8 @@ class RegisterDrive(RealDrive):
                     raise
 
     async def _written(self, client: ModbusClient, writes: tuple[RegisterWrite, ...]) -> None:
-        for write in writes:
+        for given in writes:
+            write = await _with_settings(client, self.unit, given)
             await client.write(self.unit, write, self.map.parts.manners.functions)
             self.link.counters.writes += 1
             if write.table is Table.HOLDING_REGISTERS:

@@ -38,13 +38,8 @@ def overlap_findings(
 
 def _share(one: RegisterPlace, other: RegisterPlace) -> bool:
     """True if two entries can be in one register: as different bits of it."""
-    own, others = _bits(one), _bits(other)
+    own, others = one.bits, other.bits
     return own is not None and others is not None and not own & others
-
-
-def _bits(place: RegisterPlace) -> int | None:
-    """Bits of a register that a place has; None: all."""
-    return place.mask if place.mask is not None else None if place.bit is None else 1 << place.bit
 
 
 def _told(
@@ -56,7 +51,7 @@ def _told(
     if is_in_block or place.mask is not None or other.mask is not None:
         where = f"register {register & 0xFFFF} of the block" if is_in_block else f"{word} {register}"
         key = "at" if is_in_block else word
-        bits = [f"bits {_bits(each):04X}h" for each in (place,) if _bits(each) is not None]
+        bits = [] if place.bits is None else [f"bits {place.bits:04X}h"]
         message = f"{' and '.join([where, *bits])}: {whose} is there"
         return (*path, key), message, "write a register that is free, or bits that are"
     at, free = (*path, word), "write a register that is free"

@@ -79,6 +79,11 @@ class RegisterPlace:
         """True if there is a bit, and no value."""
         return self.type == BIT
 
+    @property
+    def bits(self) -> int | None:
+        """Bits that it has of its register; None: all, or a bit of a table of bits."""
+        return self.mask if self.mask is not None else None if self.bit is None else 1 << self.bit
+
     def resolved(self, look: Look) -> "RegisterPlace":
         """Place with the numbers of the cells that it looks at."""
         if self.conversion is None or not self.conversion.names:

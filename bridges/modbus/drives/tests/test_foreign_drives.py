@@ -9,6 +9,9 @@ from drive_world import in_drive_world
 from foreign_drives import ForeignDrives, drive_map
 from modbus_world import ModbusWorld
 
+from bridges.modbus.drives.map_orders import MapOrders
+from bridges.modbus.drives.register_drive import RegisterDrive
+from bridges.modbus.maps.drive_map_text import read_drive_map
 from hil.vocab.path import PathPiece
 from hil.vocab.time import NS_PER_MS
 from hil.vocab.verbs import VerbRefused
@@ -221,3 +224,23 @@ def test_why_a_run_fails() -> None:
 
 
 FOLLOWING = 16
+
+
+def test_a_write_of_some_bits_leaves_the_others_as_the_drive_has_them() -> None:
+    text = """
+modbus_map: 2
+position_deg: {input: 0, type: i32, scale: 0.01}
+set_velocity_rpm: {holding: 40, mask: 0x0FF0}
+cells: {filter: {holding: 40, mask: 0xF00F}}
+"""
+
+    async def doing(world: ModbusWorld, foreign: ForeignDrives, at: str) -> None:
+        of = read_drive_map(text, "map.yaml")
+        x = await world.there(world.add("x", f"{at}3", map=of))
+        assert isinstance(x.drive, RegisterDrive)
+        await foreign.set_word(3, 40, 0xA125)
+        writes = MapOrders(of, lambda cell: 0).value("set_velocity_rpm", 0x77)
+        await x.drive.write_all(writes, x.drive.link.session)
+        assert await foreign.word(3, 40) == 0xA775
+
+    with_drives(doing, 3)

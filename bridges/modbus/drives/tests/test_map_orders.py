@@ -58,6 +58,33 @@ def test_a_drive_of_cia_402_is_led_through_its_states() -> None:
     assert moved[1:] == [[(0x3500, [1])], [(0x3100, [0x0F])], [(0x3100, [0x1F])]]
 
 
+SHARED = """
+modbus_map: 2
+position_deg: {input: 0, type: i32, scale: 0.01}
+set_velocity_rpm: {holding: 40, mask: 0x0FF0}
+cells:
+  filter: {holding: 40, bit: 0}
+  secret: {holding: 40, bit: 1, access: w}
+commands:
+  go: {holding: 41, mask: 0x000F, values: {run: 1, stop: 2}}
+  way: {holding: 41, mask: 0x0030, reads: written, values: {forward: 1, reverse: 2}}
+mode: {holding: 40, mask: 0xF000, values: {velocity: 9}}
+"""
+
+
+def test_a_write_keeps_the_settings_that_are_in_its_register_and_no_commands() -> None:
+    of = read_drive_map(SHARED, "map.yaml")
+    orders = MapOrders(of, lambda cell: 0)
+    (speed,) = orders.value("set_velocity_rpm", 5)
+    assert (speed.address, speed.words, speed.keeps) == (40, (0x0050,), 0xF001)
+    stop = orders.order("stop")
+    assert stop is not None
+    assert [(write.address, write.words, write.keeps) for write in stop[0]] == [(41, (2,), 0x0030)]
+    run = orders.order("run", {"set_velocity_rpm": 5})
+    assert run is not None
+    assert [(write.address, write.words, write.keeps) for write in run[-1]] == [(41, (0x11,), 0)]
+
+
 def test_what_the_registers_cannot_hold_is_refused() -> None:
     with pytest.raises(ValueError, match="cannot hold"):
         steps("mks_servo42d", "start_absolute", set_point_deg=1e12)
