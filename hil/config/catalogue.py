@@ -277,7 +277,8 @@ def _fitted(value: Any, path: KeyPath) -> tuple[Any, list[Finding]]:
 
 
 def _parameter_findings(path: KeyPath, parameter: AxisParameter, law: str) -> Iterator[Finding]:
-    known, name = (*KINDS[law].parameters, *FULL_PARAMETERS) if law in KINDS else (), str(path[-1])
+    kind, name = KINDS.get(law), str(path[-1])
+    known = (*kind.parameters, *kind.optional_parameters, *FULL_PARAMETERS) if kind else ()
     if known and name not in known:
         message = f"neither the law {law} nor a plant has this parameter"
         yield Finding(path, message, suggestion(name, known), at_key=True)

@@ -67,6 +67,8 @@ class AxisKind:
     outputs: Mapping[str, int]
     parameters: tuple[str, ...]
     """Numbers that a profile gives for its motor, driver and load; empty: there is no motor."""
+    optional_parameters: tuple[str, ...] = ()
+    """Numbers that a profile may give, or leave out."""
     fields: Mapping[str, int]
     """Indices of the kind's fields in the table, by name."""
     default_signals: tuple[str, ...]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from math import nan
 
 from hil.core._native import NativeCore
 from hil.core.abi import Event
@@ -52,6 +53,7 @@ class Core:
         """
         kind = kind_of(plan.law, plan.processor, plan.fields)
         motor = {name: plan.parameters[name] for name in kind.parameters} or _NO_MOTOR
+        motor |= {name: plan.parameters.get(name, nan) for name in kind.optional_parameters}
         full = None
         if plan.plant == "full":
             full = {name: plan.parameters[name] for name in FULL_PARAMETERS}

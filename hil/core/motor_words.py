@@ -28,6 +28,17 @@ def stall_note(shot: Mapping[str, float], axis: CoreAxis) -> str:
     )
 
 
+def heat_note(shot: Mapping[str, float]) -> str:
+    """Note on a driver that is too hot, or was; empty: it never was, or its kind has no heat."""
+    trips = int(shot.get("thermal_trips", 0))
+    if not trips:
+        return ""
+    if shot["is_too_hot"]:
+        return f"its driver is too hot ({shot['junction_degC']:.0f} degC): no current until it has cooled"
+    often = "once" if trips == 1 else f"{trips} times"
+    return f"its driver was too hot {often}; its current is back since {shot['cooled_at_ns'] / 1e9:.3f} s"
+
+
 def followed_text(followed: FollowedSpeed) -> str:
     """Text on the speeds that a motor follows by its figures."""
     if followed.whole_rpm == followed.last_rpm:

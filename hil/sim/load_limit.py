@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from hil.core import CoreAxis
-from hil.core.motor_words import blocked_note, stall_note
+from hil.core.motor_words import blocked_note, heat_note, stall_note
 from hil.vocab.faults import MOST_LOADS
 
 AS_SHOWN = 1e-5
@@ -39,12 +39,13 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
 
 def motor_notes(shot: Mapping[str, float], axis: CoreAxis) -> Iterator[str]:
     """Notes on an axis's fields ``shot``, for the operator: a load that is more than the motor holds, a shaft
-    at its largest speed, a speed that the motor cannot follow, and steps that it has lost."""
+    at its largest speed, a speed that the motor cannot follow, steps that it has lost, and a driver that is
+    too hot."""
     holding_Nm, speed_limit_rpm = axis.holding_Nm, axis.speed_limit_rpm
     asked_rpm = abs(shot.get(axis.kind.commanded_rpm, 0.0))
     if asked_rpm and asked_rpm > (last_rpm := axis.followed.last_rpm):
         yield f"{asked_rpm:g} rpm are more than the motor follows, {last_rpm:.0f} rpm by its figures"
-    yield from filter(None, (stall_note(shot, axis), blocked_note(shot, axis)))
+    yield from filter(None, (stall_note(shot, axis), blocked_note(shot, axis), heat_note(shot)))
     load_Nm, speed_rpm = shot["load_torque_Nm"], shot["velocity_rpm"]
     if abs(load_Nm) > holding_Nm and not math.isclose(abs(load_Nm), holding_Nm, rel_tol=AS_SHOWN):
         yield f"the load of {load_Nm:g} Nm is more than the motor holds ({holding_Nm:g} Nm)"

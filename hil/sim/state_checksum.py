@@ -7,13 +7,20 @@ from struct import Struct
 from hil.core._native import PackedValues
 from hil.core.fields import OFFSETS, Snapshot
 
-LEFT_OUT = frozenset({"stalls", "stalled_at_ns"})
-"""Fields that logs of before them have not in their checksums. They follow from others' courses."""
+_LATER = frozenset({"stalls", "stalled_at_ns", "thermal_trips", "too_hot_at_ns", "cooled_at_ns"})
+_LATER_OF_SERVOS = _LATER | {"is_too_hot", "junction_degC"}
+
+
+def left_out(names: Mapping[str, int]) -> frozenset[str]:
+    """Fields, of an axis that has these, that logs of before them have not in their checksums. They follow
+    from others' courses."""
+    return _LATER_OF_SERVOS if "loop_on" in names else _LATER
 
 
 def snapshot_text(snapshot: Snapshot) -> str:
     """Text of the fields of which the checksum is."""
-    shown = (f"{name}={value}" for name, value in snapshot.as_dict().items() if name not in LEFT_OUT)
+    without = left_out(snapshot.names)
+    shown = (f"{name}={value}" for name, value in snapshot.as_dict().items() if name not in without)
     return f"Snapshot({', '.join(shown)})"
 
 
@@ -48,9 +55,10 @@ class _SnapshotText:
 
     def __init__(self, snapshot: Snapshot) -> None:
         self.names: Mapping[str, int] = snapshot.names
-        first, *others = (name for name in self.names if name not in LEFT_OUT)
+        without = left_out(self.names)
+        first, *others = (name for name in self.names if name not in without)
         self._head, self._labels = f"Snapshot({first}=", [f", {name}=" for name in others]
-        self._first, *rest = (index for name, index in self.names.items() if name not in LEFT_OUT)
+        self._first, *rest = (index for name, index in self.names.items() if name not in without)
         self._offset = OFFSETS[first]
         self._order = rest
         types = ["d" if isinstance(value, float) else "q" for value in snapshot.values]

@@ -35,6 +35,7 @@ def test_mechaduino_is_the_motor_and_board_of_the_reference_data() -> None:
         "torque_constant_Nm_per_A": 0.225,
         "rotor_teeth": 50,
         "sense_resistor_ohm": 0.150,
+        "ambient_degC": 25.0,
         "start_deg": 6.3,
         "load_torque_Nm": 0.0,
         "supply_V": 12.0,

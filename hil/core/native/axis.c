@@ -32,10 +32,11 @@ int64_t axis_tells_ns(const hil_axis *a)
     return a->source.next_ns < tells_ns ? a->source.next_ns : tells_ns;
 }
 
-/* At its switches, and for its watchers. */
+/* At its switches and its driver's heat, and for its watchers. */
 static void look(hil_core *c, hil_axis *a, int64_t at_ns)
 {
     if (a->switch_next_ns == at_ns) switches_look(c, a);
+    if (a->heat_next_ns == at_ns) a->law->warm(a, at_ns);
     view_sample(a, at_ns);
     view_plan(a);
 }
@@ -99,7 +100,7 @@ int hil_axis_open(hil_core *c, int group, const hil_axis_params *params)
     c->groups[group].first_axis = axis;
     a->load_torque_Nm = params->load_torque_Nm;
     a->encoder.previous_command = 0xFFFF;
-    a->source.next_ns = a->watch_next_ns = a->switch_next_ns = HIL_FOREVER;
+    a->source.next_ns = a->watch_next_ns = a->switch_next_ns = a->heat_next_ns = HIL_FOREVER;
     make_room(c, &c->groups[group]);
     if (atomic_load(&c->rt.running)) { /* what was refused was said at the start */
         (void)rt_lock_axis(c, axis);

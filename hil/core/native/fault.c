@@ -74,8 +74,7 @@ int hil_axis_fault(hil_core *c, int axis, int what, double value)
     case HIL_FAULT_STUCK_HIGH: return pin_bank_fault(c, a, what, value, now_ns);
     default: return -1;
     }
-    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->is_swapped_a || f->is_swapped_b || f->slip_counts || f->noise_counts > 0 ||
-                   f->is_frozen || f->is_line_open;
+    shaft_sum_faults(a);
     a->law->drive(a);
     return 0;
 }

@@ -29,6 +29,7 @@ struct law {
     void (*show)(hil_axis *a); /* into its view, after the plant has filled it. NULL: the plant shows all */
     outputs *(*outputs)(hil_axis *a); /* NULL: it has none */
     int (*count)(hil_axis *a, int64_t t_ns); /* what its encoder reads of another axis's shaft. NULL: it reads its own axis's */
+    void (*warm)(hil_axis *a, int64_t at_ns); /* a look at its driver's heat, at heat_next_ns. NULL: it asks for none */
     int is_passive; /* its outputs change at edges of its inputs, and at nothing else */
     void (*look)(hil_axis *a, int64_t now_ns); /* called before and after the watchers of its outputs change. NULL: need not know */
 };

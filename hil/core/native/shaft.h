@@ -25,13 +25,24 @@ static inline void shaft_node(hil_axis *a, int64_t t_ns)
     else plant_node(&a->plant, t_ns);
 }
 
+/* Of the plant's last one. */
+static inline int64_t shaft_node_ns(const hil_axis *a) { return a->is_full ? a->full.node_ns : a->plant.node_ns; }
+
+/* After a change of what is wrong with it. */
+static inline void shaft_sum_faults(hil_axis *a)
+{
+    const axis_fault *f = &a->fault;
+    a->is_faulty = f->is_jammed || f->is_open_a || f->is_open_b || f->is_swapped_a || f->is_swapped_b || f->is_too_hot ||
+                   f->slip_counts || f->noise_counts > 0 || f->is_frozen || f->is_line_open;
+}
+
 static inline void shaft_set_currents(hil_axis *a, double a_A, double b_A)
 {
     a->fault.told_a_A = a_A;
     a->fault.told_b_A = b_A;
     if (a->is_faulty) {
-        if (a->fault.is_open_a) a_A = 0;
-        if (a->fault.is_open_b) b_A = 0;
+        if (a->fault.is_open_a || a->fault.is_too_hot) a_A = 0;
+        if (a->fault.is_open_b || a->fault.is_too_hot) b_A = 0;
         if (a->fault.is_swapped_a) a_A = -a_A;
         if (a->fault.is_swapped_b) b_A = -b_A;
     }

@@ -29,6 +29,7 @@ typedef struct switch_list switch_list; /* switches.h */
 /* What is wrong with an axis; all zeros: nothing. */
 typedef struct axis_fault {
     int is_jammed, is_open_a, is_open_b, is_swapped_a, is_swapped_b;
+    int is_too_hot; /* its driver has no current: the law's doing, nobody's fault */
     int32_t slip_counts; /* how far the magnet has slipped on the shaft */
     double noise_counts; /* standard deviation of a reading */
     double load_Nm;      /* beside the axis's own; no matter of is_faulty */
@@ -60,8 +61,8 @@ typedef struct hil_axis {
     int64_t stopped_ns;
     int is_full;   /* which of the two plants moves */
     int is_faulty; /* something of fault is set: no lane has room for it */
-    int64_t watch_next_ns; /* of the sample to come, or of the look at its switches to come; HIL_FOREVER: none */
-    int64_t switch_next_ns; /* of that look */
+    int64_t watch_next_ns; /* of the sample to come, or of the look at its switches or its driver's heat to come; HIL_FOREVER: none */
+    int64_t switch_next_ns, heat_next_ns; /* of these looks */
     switch_list *switches; /* NULL: it has none. One that has some is never idle */
     source source;
     encoder encoder;

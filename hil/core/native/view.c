@@ -62,6 +62,12 @@ static const slip *slip_of(const hil_axis *a)
 /* A rotor that has lost its step rests a whole number of teeth away. */
 static int64_t lost_steps(const hil_axis *a) { return (int64_t)(4 * nearbyint(lag_steps(a) / 4)); }
 
+static const heat *heat_of(const hil_axis *a)
+{
+    const a3967 *d = driver_of(a);
+    return d ? &d->heat : &servo_view(a)->heat;
+}
+
 static int step_dir_level(const hil_axis *a, int pin)
 {
     const a3967 *d = driver_of(a);
@@ -149,6 +155,10 @@ void view_publish(hil_axis *a, int64_t now_ns)
 {
     int stays = !a->is_active && !a->encoder.script_len && a->fault.noise_counts == 0 && !a->law->count;
     if (stays && a->is_shown) {
+        if (!heat_is_level(heat_of(a), now_ns)) { /* a driver at rest warms up, or cools down */
+            union { double degC; uint64_t word; } u = {heat_degC(heat_of(a), now_ns)};
+            seqlock_write(&a->published_lock, a->published + offsetof(hil_snapshot, junction_degC) / sizeof u.word, &u.word, 1);
+        }
         uint64_t word = (uint64_t)now_ns;
         seqlock_write(&a->published_lock, a->published + offsetof(hil_snapshot, at_ns) / sizeof word, &word, 1);
         return;
@@ -206,7 +216,8 @@ int hil_axis_watch_extremes(hil_core *c, int axis, int slot, int64_t num_ns, int
 void view_plan(hil_axis *a)
 {
     int64_t next_ns = watch_soonest_ns(a->watches);
-    a->watch_next_ns = a->switch_next_ns < next_ns ? a->switch_next_ns : next_ns;
+    if (a->switch_next_ns < next_ns) next_ns = a->switch_next_ns;
+    a->watch_next_ns = a->heat_next_ns < next_ns ? a->heat_next_ns : next_ns;
 }
 
 void view_shaft(hil_axis *a, int64_t at_ns, double *rev, double *rev_per_s)

@@ -53,6 +53,7 @@ KIND = AxisKind(
     inputs=numbers(ServoInput),
     outputs={},
     parameters=(*MOTOR, "sense_resistor_ohm"),
+    optional_parameters=("ambient_degC",),
     fields=fields_of(Kind.servo),
     default_signals=("r", "yw", "u"),
     fault_targets=frozenset({SHAFT, SERVO}),

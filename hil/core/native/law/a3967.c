@@ -17,8 +17,7 @@ enum { PULSE_NS = 1000, SETUP_NS = 200, WAKE_NS = 1000000 };
 /* Data sheet: source and sink of a coil drop 1.91 V at 0.4 A and 2.55 V at 0.75 A, the logic takes 50 mA of 5 V; shutdown
    and its hysteresis; 50 K/W on a board of two layers. How long it takes to warm up is chosen. */
 static const double DROP_V = 1.18, DROP_OHM = 1.83, LOGIC_W = 0.25;
-static const double HOT_degC = 165, COOL_degC = 150, K_PER_W = 50, WARMING_S = 10;
-enum { LOOK_NS = 100000000 }; /* how often a driver on its way to a threshold is looked at */
+static const heat_limits LIMITS = {.hot_degC = 165, .cool_degC = 150, .K_per_W = 50, .warming_s = 10};
 
 const a3967 *driver_view(const hil_axis *a)
 {
@@ -36,7 +35,7 @@ int driver_resolution(const a3967 *d)
 int driver_is_on(const a3967 *d)
 {
     const int32_t *pins = d->pins;
-    return !pins[HIL_DRIVER_IN_ENABLE] && pins[HIL_DRIVER_IN_SLEEP] && pins[HIL_DRIVER_IN_RESET] && !d->is_too_hot;
+    return !pins[HIL_DRIVER_IN_ENABLE] && pins[HIL_DRIVER_IN_SLEEP] && pins[HIL_DRIVER_IN_RESET] && !d->heat.is_too_hot;
 }
 
 double driver_commanded_rev(const a3967 *d) { return d->teeth ? d->origin_rev + (double)d->position / (CYCLE * d->teeth) : 0; }
@@ -82,48 +81,22 @@ static void drive(hil_axis *a) { tell(a, a->fault.told_a_A, a->fault.told_b_A); 
 
 /* ---- heat ---- */
 
-/* exp(-x) of plain operations: the same bits on every machine. */
-static double decay(double x)
-{
-    if (x > 40) return 0;
-    int halved = 0;
-    for (; x > 0.25; halved++) x *= 0.5;
-    double left = (12 - 6 * x + x * x) / (12 + 6 * x + x * x);
-    for (; halved; halved--) left *= left;
-    return left;
-}
-
 static double coil_W(double current_A) { return (DROP_V + DROP_OHM * fabs(current_A)) * fabs(current_A); }
 
-static double settled_degC(const a3967 *d)
+static double power_W(const a3967 *d)
 {
     double a_A, b_A;
-    if (!driver_is_on(d)) return d->ambient_degC;
+    if (!driver_is_on(d)) return 0;
     currents(d, &a_A, &b_A);
-    return d->ambient_degC + K_PER_W * (LOGIC_W + coil_W(a_A) + coil_W(b_A));
+    return LOGIC_W + coil_W(a_A) + coil_W(b_A);
 }
 
-double driver_junction_degC(const a3967 *d, int64_t now_ns)
-{
-    double settled = settled_degC(d);
-    return settled + (d->junction_degC - settled) * decay((double)(now_ns - d->heated_ns) * 1e-9 / WARMING_S);
-}
-
-/* When the heat is to be looked at, if it leads past a threshold. */
+/* After a change: what it warms with, and when to look at the heat, if that leads past a threshold. */
 static void plan(hil_axis *a, int64_t now_ns)
 {
-    const a3967 *d = a->own;
-    int is_on_its_way = d->is_too_hot || settled_degC(d) > HOT_degC;
-    a->law_next_ns = is_on_its_way ? now_ns + LOOK_NS : HIL_FOREVER;
-}
-
-/* Before the currents change, or to look at the heat. */
-static void heat(a3967 *d, int64_t now_ns)
-{
-    d->junction_degC = driver_junction_degC(d, now_ns);
-    d->heated_ns = now_ns;
-    if (d->junction_degC > HOT_degC) d->is_too_hot = 1;
-    if (d->junction_degC < COOL_degC) d->is_too_hot = 0;
+    a3967 *d = a->own;
+    d->heat.power_W = power_W(d);
+    a->law_next_ns = heat_is_on_its_way(&d->heat) ? now_ns + HEAT_LOOK_NS : HIL_FOREVER;
 }
 
 static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
@@ -134,7 +107,7 @@ static int64_t step(hil_core *c, hil_axis *a, int64_t until_ns)
         int64_t at_ns = a->law_next_ns;
         int was_on = driver_is_on(d);
         law_plant(a, at_ns);
-        heat(d, at_ns);
+        heat_to(&d->heat, at_ns);
         if (driver_is_on(d) != was_on) a->is_turned = 1;
         plan(a, at_ns);
         if (a->law_next_ns > until_ns) return looks;
@@ -228,7 +201,7 @@ static void set_pin(hil_core *c, hil_axis *a, int pin, int level, int64_t at_ns)
     int64_t position = d->position;
     int was_on = driver_is_on(d);
     law_plant(a, at_ns);
-    heat(d, at_ns);
+    heat_to(&d->heat, at_ns);
     d->pins[pin] = level;
     change(a, d, pin, level, at_ns);
     if (d->position != position || driver_is_on(d) != was_on) a->is_turned = 1;
@@ -245,12 +218,12 @@ static void open_driver(hil_axis *a, const hil_axis_params *params)
     d->teeth = params->rotor_teeth;
     d->trip_A = params->phase_current_A;
     d->fast_decay = params->fast_decay_pct / 100;
-    d->ambient_degC = d->junction_degC = params->ambient_degC;
     double start_teeth = params->start_deg / 360 * d->teeth;
     d->origin_rev = nearbyint(start_teeth - (double)HOME / CYCLE) / d->teeth;
     for (int pin = 0; pin < HIL_DRIVER_INPUTS; pin++) d->pins[pin] = PULLED_UP >> pin & 1;
     d->position = HOME;
-    d->heated_ns = HIL_FOREVER; /* until the power is on */
+    heat_open(&d->heat, &LIMITS, params->ambient_degC);
+    d->heat.power_W = power_W(d);
     if (!a->is_full) plant_halve(&a->plant);
 }
 
@@ -260,10 +233,10 @@ static void power_up(hil_core *c, hil_axis *a, int64_t now_ns)
 {
     (void)c;
     a3967 *d = a->own;
-    if (d->heated_ns == HIL_FOREVER) d->heated_ns = now_ns;
+    heat_begin(&d->heat, now_ns);
     law_plant(a, now_ns);
     shaft_node(a, now_ns);
-    heat(d, now_ns);
+    heat_to(&d->heat, now_ns);
     go_home(d);
     slip_clear(&d->slip, a, driver_commanded_rev(d), d->teeth);
     d->taken = d->ignored = d->timing_errors = 0;

@@ -4,21 +4,20 @@
 #define HIL_LAW_A3967_H
 
 #include "../law.h"
+#include "heat.h"
 #include "slip.h"
 
 typedef struct a3967 {
     int teeth;
     double trip_A, fast_decay, fall_a, fall_b; /* parts of the supply, 0 to 1; fall: of the present step, full.h */
-    double origin_rev, ambient_degC; /* origin: the shaft's angle where the position is 0 */
+    double origin_rev; /* the shaft's angle where the position is 0 */
     int32_t pins[HIL_DRIVER_INPUTS];
     int64_t position;   /* of the translator, in eighths of a full step, turns of its cycle included */
     int64_t before_rise; /* the position before the latest step, which a pulse that is too short takes back */
     int is_step_high;   /* the latest rise was a step */
     int64_t taken, taken_before, ignored, timing_errors;
     int64_t rise_ns, fall_ns, changed_ns, awake_ns; /* changed: DIR, MS1 or MS2; awake: when STEP is heard after SLEEP */
-    double junction_degC; /* at heated_ns */
-    int64_t heated_ns;
-    int is_too_hot;
+    heat heat;
     slip slip;
 } a3967;
 
@@ -31,7 +30,6 @@ const a3967 *driver_view(const hil_axis *a); /* of another law: all zeros */
 int driver_resolution(const a3967 *d);
 int driver_is_on(const a3967 *d);
 double driver_commanded_rev(const a3967 *d);
-double driver_junction_degC(const a3967 *d, int64_t now_ns);
 
 static inline int driver_index(const a3967 *d) { return (int)(d->position & 31); }
 

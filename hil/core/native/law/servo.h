@@ -5,6 +5,7 @@
 #include "../control/mechaduino.h"
 #include "../follow.h"
 #include "../law.h"
+#include "heat.h"
 
 typedef struct servo {
     mechaduino law;
@@ -14,6 +15,7 @@ typedef struct servo {
     int64_t loop_since_ns, loop_steps, control_steps; /* control step k is at since + k * 7385 / 48 MHz */
     follow follow;
     int32_t is_own_law, is_own_step; /* the firmware has a controller, or a step interrupt, of its own: it is told */
+    heat heat; /* of its driver */
     float table[];
 } servo;
 
