@@ -57,7 +57,7 @@ class DriveLine:
         self._is_closed = False
         self._gap_s = 0.0
         if isinstance(place, RtuPlace):
-            self._gap_s = max(3.5 * place.character_bits / place.baud, LEAST_GAP_S)
+            self._gap_s = self._client.pause_s = max(3.5 * place.character_bits / place.baud, LEAST_GAP_S)
         self._task = asyncio.get_running_loop().create_task(self._run())
 
     @property
@@ -67,7 +67,7 @@ class DriveLine:
 
     def extend_pause(self, pause_s: float) -> None:
         """Leave at least so much silence behind an answer from now on."""
-        self._gap_s = max(self._gap_s, pause_s)
+        self._gap_s = self._client.pause_s = max(self._gap_s, pause_s)
 
     def extend_timeout(self, timeout_s: float) -> None:
         """Wait at least so long for answers from now on."""

@@ -57,6 +57,9 @@ class ModbusClient:
         self._timeout_s = timeout_s
         self._lost = lost
         self._client: AsyncModbusTcpClient | AsyncModbusSerialClient | None = None
+        self.pause_s = 0.0
+        """Silence behind an answer."""
+        self._quiet_until_s = 0.0
         self._is_asking = False
         self._several_only: set[tuple[int, int]] = set()
         """Units and functions 05 and 06 that they have not: they are written by 15 and 16."""
@@ -188,6 +191,9 @@ class ModbusClient:
     async def _answer(self, asking: Any, code: int, asked: str) -> Any:
         from pymodbus.exceptions import ConnectionException, ModbusIOException
 
+        loop = asyncio.get_running_loop()
+        if (wait_s := self._quiet_until_s - loop.time()) > 0:
+            await asyncio.sleep(wait_s)  # of two writes that are asked for together
         self._is_asking = True
         try:
             answer = await asking
@@ -199,6 +205,7 @@ class ModbusClient:
             raise NoAnswer(f"no answer within {self._timeout_s:g} s") from None
         finally:
             self._is_asking = False
+            self._quiet_until_s = loop.time() + self.pause_s
         if answer.isError() and answer.function_code == code | 0x80:
             raise Excepted(answer.exception_code, asked)
         if answer.function_code != code:
