@@ -14,7 +14,6 @@ from hil.config.board_parameters import built
 from hil.config.port_model import USUAL_BAUD
 from hil.config.processor_model import FieldVoltage, measured
 from hil.config.station_names import station_uart
-from hil.config.switch_model import AxisSwitchConfig
 from hil.core import Core
 from hil.core.core import SEED_MASK
 from hil.firmware.runtime import Idle
@@ -35,6 +34,7 @@ from hil.vocab.time import NS_PER_S
 
 if TYPE_CHECKING:
     from hil.config.segment_model import SegmentConfig
+    from hil.config.switch_model import AxisSwitchConfig
 
 LEAST_AXES = 8
 
@@ -262,7 +262,7 @@ def switch_seed(config: BenchConfig, number: int) -> int:
     return (config.seed + ((1 << 20) + number << 32)) & SEED_MASK
 
 
-def _add_switch(bench: BenchRuntime, name: str, config: AxisSwitchConfig, seed: int) -> None:
+def _add_switch(bench: BenchRuntime, name: str, config: "AxisSwitchConfig", seed: int) -> None:
     axis, pin_axis, pin = bench.parts.axis(config.axis), None, ""
     if config.to:
         of, pin = pin_of(config.to)

@@ -2,18 +2,19 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal
-
-from pydantic import Field
+from typing import TYPE_CHECKING, Any
 
 from hil.config.document import Finding, KeyPath
-from hil.config.explain import StrictModel, no_such, shown
+from hil.config.explain import no_such, shown
 from hil.core.axis_kind import NoRoom
 from hil.core.fields import FIELDS
 from hil.core.kinds import FIELDS_LAW, kind_of
 from hil.vocab.axis_plan import ProcessorPlan
-from hil.vocab.own_fields import MOST, MOST_FIELDS, WHOLE, OwnField
+from hil.vocab.own_fields import MOST_FIELDS, OwnField
 from hil.vocab.parameters import plain
+
+if TYPE_CHECKING:
+    from hil.config.own_field_model import FieldInfo
 
 FIELDS_KEY = "fields"
 _NAME = re.compile(r"[a-z][A-Za-z0-9_]{0,31}")
@@ -26,44 +27,6 @@ _WORDS = {
 """Words of conditions (``hil.net.condition``), and of Python, whose tests read a field as an attribute."""
 
 
-class FieldInfo(StrictModel):
-    """Field of a board's own: a relay, a temperature, a counter."""
-
-    about: str
-    """Meaning, as in "temperature at the thermocouple"."""
-    type: Literal["number", "whole", "switch"] = "number"
-    """Type: a number, a whole number, or a switch, which is 0 or 1."""
-    unit: str = Field(default="", max_length=16)
-    minimum: float | None = Field(default=None, ge=-MOST, le=MOST)
-    maximum: float | None = Field(default=None, ge=-MOST, le=MOST)
-    value: float = 0.0
-    """Value at power-up; of an input, from the bench's start on."""
-    input: bool = False
-    """True if it is the world around the board, which is set from outside, and not by the firmware."""
-
-    def made(self, name: str, start: float | None = None) -> OwnField:
-        """Make the field. ``start``: its first value, where a device has another one."""
-        bounds = (0.0, 1.0) if self.type == "switch" else (-MOST, MOST)
-        low = bounds[0] if self.minimum is None else self.minimum
-        high = bounds[1] if self.maximum is None else self.maximum
-        return OwnField(
-            name,
-            self._type(),
-            self.unit,
-            self.about,
-            low,
-            high,
-            self.value if start is None else start,
-            self.input,
-        )
-
-    def _type(self) -> str:
-        if self.type == "number":
-            return "f64"
-        limits = [each for each in (self.minimum, self.maximum) if each is not None]
-        return "i32" if all(WHOLE.start <= each < WHOLE.stop for each in limits) else "i64"
-
-
 def with_fields_axis(value: Any) -> Any:
     """Complete a profile's mapping that has fields, and neither a motor nor a processor: with the axis that
     has them."""
@@ -73,7 +36,7 @@ def with_fields_axis(value: Any) -> Any:
 
 
 def made_fields(
-    fields: Mapping[str, FieldInfo], starts: Mapping[str, float] | None = None
+    fields: Mapping[str, "FieldInfo"], starts: Mapping[str, float] | None = None
 ) -> tuple[OwnField, ...]:
     """Make the fields of a board, in their order. ``starts``: first values that a device has instead."""
     given = starts or {}
@@ -81,7 +44,7 @@ def made_fields(
 
 
 def field_findings(
-    fields: Mapping[str, FieldInfo], law: str, processor: ProcessorPlan | None
+    fields: Mapping[str, "FieldInfo"], law: str, processor: ProcessorPlan | None
 ) -> Iterator[Finding]:
     """Findings about fields, beside those of the model. ``law``: of the axis that has them."""
     for name, info in fields.items():
@@ -114,7 +77,7 @@ def field_findings(
         return  # there is no such law, which is said elsewhere
 
 
-def start_findings(path: KeyPath, given: Any, fields: Mapping[str, FieldInfo]) -> Iterator[Finding]:
+def start_findings(path: KeyPath, given: Any, fields: Mapping[str, "FieldInfo"]) -> Iterator[Finding]:
     """Findings about the first values that a device at a path gives to its board's fields."""
     for name, value in given.items() if isinstance(given, dict) else ():
         if name not in fields:
@@ -127,7 +90,7 @@ def start_findings(path: KeyPath, given: Any, fields: Mapping[str, FieldInfo]) -
             yield Finding((*path, FIELDS_KEY, name), problem, remedy)
 
 
-def _value_findings(name: str, info: FieldInfo) -> Iterator[Finding]:
+def _value_findings(name: str, info: "FieldInfo") -> Iterator[Finding]:
     own = info.made(name)
     if info.type == "switch" and not {info.minimum, info.maximum} <= {None, 0.0, 1.0}:
         yield Finding((FIELDS_KEY, name, "type"), "a switch is 0 or 1", "leave minimum and maximum out")

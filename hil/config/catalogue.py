@@ -5,16 +5,11 @@ from contextlib import suppress
 from dataclasses import field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, PrivateAttr, ValidationError
 
-from hil.config.board_fields import (
-    FieldInfo,
-    field_findings,
-    made_fields,
-    with_fields_axis,
-)
+from hil.config.board_fields import field_findings, made_fields, with_fields_axis
 from hil.config.board_interfaces import UartNumbers, UsbDeviceInfo
 from hil.config.board_numbers import ANY_SUPPLY, AxisParameter, HardwareVersion
 from hil.config.board_parameters import BuildParameter, own_value_findings
@@ -25,7 +20,7 @@ from hil.config.board_processor import (
     with_processors_axis,
 )
 from hil.config.document import Document, Finding, KeyPath
-from hil.config.explain import StrictModel, findings_of, no_such, shown, suggestion
+from hil.config.explain import LazyModel, StrictModel, findings_of, no_such, shown, suggestion
 from hil.config.motors import MOTORS, motor_parameters
 from hil.config.yaml_text import document_from_yaml
 from hil.core.axis_kind import AxisKind
@@ -40,6 +35,17 @@ from hil.vocab.own_fields import OwnField
 from hil.vocab.problem import ConfigError, Problem, Unusable
 from hil.vocab.profile import Profile
 from hil.vocab.wire import WireInfo
+
+if TYPE_CHECKING:
+    from hil.config.own_field_model import FieldInfo
+else:
+
+    def _field() -> type[BaseModel]:
+        from hil.config.own_field_model import FieldInfo
+
+        return FieldInfo
+
+    FieldInfo = Annotated[Any, LazyModel(_field)]
 
 ONLY_AXIS = "axis"
 """Name of the axis of a profile that does not name it."""

@@ -4,13 +4,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hil.config.board_fields import FIELDS_KEY, FieldInfo, field_findings
+from hil.config.board_fields import FIELDS_KEY, field_findings
 from hil.config.dialogue_checks import table_findings
 from hil.config.dialogue_model import DialogueInfo
 from hil.config.dialogue_table import DIALOGUE, TableReader
 from hil.config.dialogue_variables import field_keys, names_of
 from hil.config.document import Document, Finding
 from hil.config.explain import findings_of
+from hil.config.own_field_model import FieldInfo
 from hil.core.kinds import FIELDS_LAW
 from hil.instruments.instrument_table import InstrumentTable
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, Field, SerializeAsAny
 
@@ -19,7 +19,6 @@ from hil.config.port_model import Name, PortConfig, usable_path
 from hil.config.processor_model import DriverPins, Voltages, measured
 from hil.config.recordings_model import RecordingsConfig
 from hil.config.shaft_load import LoadConfig
-from hil.config.switch_model import AxisSwitchConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
@@ -27,6 +26,7 @@ from hil.vocab.ports import ADAPTER, UsbIdentity
 
 if TYPE_CHECKING:
     from hil.config.segment_model import SegmentConfig, WireConfig
+    from hil.config.switch_model import AxisSwitchConfig
 else:
 
     def _segment() -> type[BaseModel]:
@@ -39,21 +39,35 @@ else:
 
         return WireConfig
 
-    SegmentConfig, WireConfig = (Annotated[Any, LazyModel(load)] for load in (_segment, _wire))
+    def _switch() -> type[BaseModel]:
+        from hil.config.switch_model import AxisSwitchConfig
+
+        return AxisSwitchConfig
+
+    SegmentConfig, WireConfig, AxisSwitchConfig = (
+        Annotated[Any, LazyModel(load)] for load in (_segment, _wire, _switch)
+    )
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
 
 
-_NO_KEYS = AxisConfig()
+class AxisKeys(NamedTuple):
+    """Keys of an axis: its own, over the device's. As ``AxisConfig``, whose values are checked already."""
+
+    plant: Literal["simple", "full"]
+    motor: str | None
+    load: LoadConfig | None
+    axis: Mapping[str, float]
+    registers: Mapping[str, int]
 
 
-def _parameters(own: AxisConfig, info: AxisInfo) -> dict[str, float]:
+def _parameters(own: AxisKeys, info: AxisInfo) -> dict[str, float]:
     numbers = _usual_parameters(own, info) | dict(own.axis)
     return own.load.with_friction(numbers) if own.load else numbers
 
 
-def _usual_parameters(own: AxisConfig, info: AxisInfo) -> dict[str, float]:
+def _usual_parameters(own: AxisKeys, info: AxisInfo) -> dict[str, float]:
     numbers = {key: each.default(str(own.plant)) for key, each in info.axis.items()}
     return with_motor(numbers, own.motor, str(own.plant), info.law) if own.motor else numbers
 
@@ -233,16 +247,16 @@ class DeviceConfig(DefaultsModel):
             return ADAPTER
         return UsbIdentity(**device.model_dump(), is_native=profile.usb == "native")
 
-    def axis_config(self, profile: ProfileInfo, name: str) -> AxisConfig:
+    def axis_config(self, profile: ProfileInfo, name: str) -> AxisKeys:
         """Keys of an axis: those under its name, over the device's own if it is the first axis."""
-        given, is_first = self.axes.get(name, _NO_KEYS), name == next(iter(profile.axes))
-        return AxisConfig(
-            plant=given.plant or self.plant,
-            motor=given.motor or (self.motor if is_first else None),
-            load=given.load or (self.load if is_first else None),
-            axis=(dict(self.axis) if is_first else {}) | dict(given.axis),
-            registers=(dict(self.registers) if is_first else {}) | dict(given.registers),
+        is_first = name == next(iter(profile.axes))
+        motor, load, axis, registers = (
+            (self.motor, self.load, self.axis, self.registers) if is_first else (None, None, {}, {})
         )
+        if given := self.axes.get(name):
+            motor, load = given.motor or motor, given.load or load
+            axis, registers = dict(axis) | dict(given.axis), dict(registers) | dict(given.registers)
+        return AxisKeys((given and given.plant) or self.plant, motor, load, axis, registers)
 
     def axis_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
         """Parameters of an axis: the profile's for its plant, with its motor's and its own in their place,

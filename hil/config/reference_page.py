@@ -34,7 +34,7 @@ def reference(catalogue: Catalogue) -> str:
         "## Axes of a board with several: `devices.<name>.axes.<axis>`",
         keys_table(definitions["AxisConfig"]),
         "## Switches: `switches.<name>`",
-        keys_table(definitions["AxisSwitchConfig"]),
+        keys_table(next(iter(whole["properties"]["switches"]["patternProperties"].values()))),
         "## Segments: `segments.<name>`",
         keys_table(definitions["SegmentConfig"]),
         "## Taps: `segments.<name>.taps.<name>`",
