@@ -1,11 +1,12 @@
 """Checks of a motor of the catalogue at its driver: whether the driver can feed it, and it bears that."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from hil.config.catalogue import ProfileInfo
 from hil.config.motor_bounds import Beyond
 from hil.config.motors import MOTORS
+from hil.core.axis_kind import AxisKind
 from hil.core.kinds import KINDS
 from hil.sim.load_limit import AS_SHOWN
 
@@ -42,22 +43,25 @@ def unfed(device: "DeviceConfig", profile: ProfileInfo, axis: str) -> Iterator[B
             f"the driver gives {most_A:g} A at most, and {_wanted(own.motor, motor.rated_A, given_A, is_own)}"
         )
         weaker = [name for name, each in MOTORS.items() if each.rated_A <= most_A]
-        less = (
-            f"write axis.{kind.current_parameter}: {most_A:g}, with which it is weaker, or"
-            if kind.driver_A
-            else "write"
-        )
-        yield Beyond(where, what, f"{less} a motor that it can feed: {', '.join(weaker)}")
+        less = f"axis.{kind.current_parameter}: {most_A:g}, with which it is weaker" if kind.driver_A else ""
+        yield Beyond(where, what, _remedy(kind, less, "that it can feed", weaker))
     elif given_A > TOO_MUCH * motor.rated_A:
         what = f"the driver gives it {given_A:g} A, and {own.motor} is rated for {motor.rated_A:g} A"
         stronger = [name for name, each in MOTORS.items() if TOO_MUCH * each.rated_A >= given_A]
-        less = f"write axis.{kind.current_parameter}: {motor.rated_A:g}, or" if kind.driver_A else "write"
-        yield Beyond(where, what, f"{less} a motor that bears it: {', '.join(stronger)}")
+        less = f"axis.{kind.current_parameter}: {motor.rated_A:g}" if kind.driver_A else ""
+        yield Beyond(where, what, _remedy(kind, less, "that bears it", stronger))
     supply_V, ohm = numbers.get("supply_V", 0.0), numbers.get("phase_resistance_ohm", 0.0)
     if device.axis_config(profile, axis).plant == "full" and given_A * ohm > supply_V:
         what = f"{supply_V:g} V drive {supply_V / ohm:.3g} A through {ohm:g} ohm, and {given_A:g} A are set"
         key = ("axis", "supply_V") if "supply_V" in own.axis else where
         yield Beyond(key, what, f"write axis.supply_V: {given_A * ohm:.3g} or more, or a smaller current")
+
+
+def _remedy(kind: AxisKind, less: str, which: str, motors: Sequence[str]) -> str:
+    """Remedy of a motor that does not go with its driver. ``less``: another current, empty: the driver has
+    none that can be set; ``motors``: those of the catalogue that do."""
+    fitting = f"a motor {which}: {', '.join(motors)}" if motors else ""
+    return f"write {', or '.join(filter(None, (less, fitting))) or f'another axis.{kind.current_parameter}'}"
 
 
 def _wanted(name: str, rated_A: float, given_A: float, is_own: bool) -> str:

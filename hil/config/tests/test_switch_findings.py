@@ -135,6 +135,13 @@ switches: {a: {axis: s1}}
     )
 
 
+def test_the_remedy_names_no_motors_where_the_catalogue_has_none() -> None:
+    (found,) = problems(
+        "bench: t\ndevices: {m1: {profile: mechaduino, motor: nema17-2A, axis: {sense_resistor_ohm: 0.02}}}\n"
+    )
+    assert found.endswith("(write another axis.sense_resistor_ohm)")
+
+
 def test_a_motor_of_the_catalogue_takes_the_place_of_the_boards() -> None:
     config = parse(
         "bench: t\ndevices: {s1: {profile: sac, plant: full, motor: nema17-2A-long, axis: {supply_V: 30},"
