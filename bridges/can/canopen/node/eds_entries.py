@@ -97,22 +97,21 @@ class EntryReader:
             return real, False
         plain = without_comment(text)
         plain = _BOOLEANS.get(plain.lower(), plain) if data_type is DataType.BOOLEAN else plain
-        value = number_of(plain, 0)
-        with_id = number_of(plain, 1) if "$" in plain else value
-        if value is None or with_id is None:
-            if (real := _real(plain, DataType.REAL64)) is None or not float(real).is_integer():
-                remedy = "write a number, as in 100, 0x64 or $NODEID+0x200"
-                self._add(at, f"{shown_key(key)} is {data_type.name}, and {text!r} is no number", remedy)
-                return 0, False
-            value = with_id = int(real)  # tools of some makers write 0.0
+        whole, is_number = _whole_of(plain, data_type), True
+        if whole is None and number_of(plain, 0) is None:
+            is_number = (real := _real(plain, DataType.REAL64)) is not None and float(real).is_integer()
+            whole = _whole_of(str(int(real or 0)), data_type) if is_number else None  # some write 0.0
+        if whole is not None:
+            self.given.add(key)
+            return whole
         low, high = bounds_of(data_type)
-        signed = of_sign(data_type, value)
-        if not low <= signed <= high:
-            remedy = f"write {low} to {high}, or the type that it has"
-            self._add(at, f"{shown_key(key)} is {data_type.name}, which cannot be {plain}", remedy)
-            return 0, False
-        self.given.add(key)
-        return signed, with_id != value
+        remedy = f"write {low} to {high}, or the type that it has"
+        message = f"{shown_key(key)} is {data_type.name}, which cannot be {plain}"
+        if not is_number:
+            remedy = "write a number, as in 100, 0x64 or $NODEID+0x200"
+            message = f"{shown_key(key)} is {data_type.name}, and {text!r} is no number"
+        self._add(at, message, remedy)
+        return 0, False
 
     def _bytes(self, key: Key, text: str, at: int) -> bytes:
         try:
@@ -134,18 +133,8 @@ class EntryReader:
 
     def _limit(self, key: Key, data_type: DataType, fields: EdsFields, name: str) -> float | None:
         text, at = fields.get(name, ("", 0))
-        plain = without_comment(text)
-        if not plain:
-            return None
-        if data_type in REALS:
-            value: float | None = _real(plain, data_type)
-        else:
-            value = number_of(plain, 0)
-            least, most = bounds_of(data_type)
-            value = None if value is None else of_sign(data_type, int(value))
-            if value is not None and not least <= value <= most:
-                return None  # a limit that no value of the type can reach
-        if value is None:
+        value, is_number = _limit_of(text, data_type)
+        if not is_number:
             remedy = "write a number, or leave it empty"
             self._add(at, f"{shown_key(key)} has {text!r} as a limit, which is no number", remedy)
         return value
@@ -170,6 +159,35 @@ def plain_number(fields: EdsFields, key: str) -> int:
 @lru_cache(maxsize=1024)
 def _plain(text: str) -> int:
     return number_of(without_comment(text), 0) or 0
+
+
+@lru_cache(maxsize=4096)
+def _limit_of(text: str, data_type: DataType) -> tuple[float | None, bool]:
+    """Limit that a text is, and whether it is one, or empty. None: there is none, or no value reaches it."""
+    plain = without_comment(text)
+    if not plain:
+        return None, True
+    if data_type in REALS:
+        real = _real(plain, data_type)
+        return real, real is not None
+    if (whole := number_of(plain, 0)) is None:
+        return None, False
+    low, high = bounds_of(data_type)
+    value = of_sign(data_type, whole)
+    return (value if low <= value <= high else None), True
+
+
+@lru_cache(maxsize=4096)
+def _whole_of(text: str, data_type: DataType) -> tuple[int, bool] | None:
+    """Whole number that a text is for a type, and whether the node's id is added to it; None: it is none, or
+    the type cannot have it."""
+    value = number_of(text, 0)
+    with_id = number_of(text, 1) if "$" in text else value
+    if value is None or with_id is None:
+        return None
+    low, high = bounds_of(data_type)
+    signed = of_sign(data_type, value)
+    return (signed, with_id != value) if low <= signed <= high else None
 
 
 def _real(text: str, data_type: DataType) -> float | None:
