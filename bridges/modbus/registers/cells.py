@@ -1,11 +1,11 @@
 """Values in registers: how many each type takes, and their words, the high one first."""
 
 from collections.abc import Mapping, MutableMapping
-from dataclasses import dataclass
 from math import isfinite
 from struct import Struct
 
 from bridges.modbus.protocol.pdu import Table
+from hil.vocab.late_dataclass import dataclass
 
 Halves = MutableMapping[int, int]
 """Holding registers that a client has written of values whose other registers it has not, by address."""

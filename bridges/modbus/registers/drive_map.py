@@ -4,7 +4,7 @@ The text of such a map is read by ``bridges.modbus.maps.drive_map_text``.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import isfinite
 
 from bridges.modbus.protocol.pdu import Table
@@ -21,6 +21,7 @@ from bridges.modbus.registers.map_parts import (
     MovesPart,
     StatePart,
 )
+from hil.vocab.late_dataclass import dataclass
 
 TYPES = ("u16", "i16", "u32", "i32", "f32")
 """Types of values in registers."""

@@ -2,7 +2,6 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ from bridges.modbus.registers.map_parts import FREE, BlockPart, CellPart, Comman
 from bridges.modbus.registers.register_map import crc_of
 from hil.vocab.desk_protocol import DeviceInfo
 from hil.vocab.drive_words import MORE_TAKEN, MORE_TOLD, TAKEN, TOLD
+from hil.vocab.late_dataclass import dataclass
 
 _ABOUT = {**TOLD, **TAKEN, **MORE_TOLD, **MORE_TAKEN}
 _UNITS = {"deg": "deg", "rpm": "rpm", "A": "A", "s": "rpm/s"}

@@ -6,10 +6,11 @@ What they mean to a unit is in ``bridges.modbus.registers.map_unit``; how they a
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import inf, isfinite
 
 from bridges.modbus.protocol.pdu import Code, Table
+from hil.vocab.late_dataclass import dataclass
 
 Factor = float | str
 """Number, or the name of the cell that has it."""
