@@ -51,7 +51,9 @@ class MapNow:
     def mode(self) -> str:
         """Meaning of the mode: one of ``MODES``."""
         row = self._parts.commands.get(MODE)
-        return row[1].sets_mode.get(int(self.kept(MODE)), "") if row else "absolute"
+        if row:
+            return row[1].sets_mode.get(int(self.kept(MODE)), "")
+        return "absolute" if self._of.of.has_angle else "velocity"
 
     @property
     def origin_deg(self) -> float:

@@ -360,3 +360,26 @@ def test_a_log_has_the_maps_themselves_and_a_replay_reads_them_back() -> None:
     for name, device in config.devices.items():
         profile = catalogue.profiles[device.profile]
         assert catalogue.own_map(logged.devices[name], profile) == catalogue.own_map(device, profile)
+
+
+def test_an_inverter_of_cia_402_without_a_mode_turns_when_it_is_enabled() -> None:
+    # Addresses of Schneider's "ATV320 Communication parameters": CMD, LFRD, RFRD, ETA.
+    of = {
+        "modbus_map": 2,
+        "commands": {"cmd": {"holding": 8501, "standard": "cia402", "reads": "written"}},
+        "states": {"eta": {"holding": 3201, "standard": "cia402"}},
+        "run_velocity_rpm": {"holding": 8602, "type": "i16"},
+        "velocity_rpm": {"holding": 8604, "type": "i16"},
+    }
+    bench = Bench(
+        {"bench": "b", "devices": {"atv": {"profile": "modbus_drive", "map": of}}, "bridges": {"modbus": {}}}
+    )
+    bench.start()
+    bench.run(ms=300)
+    plc = bench.modbus()
+    for address, word in ((8501, 6), (8501, 7), (8602, 300), (8501, 15)):
+        assert not plc.write_register(address, word, device_id=1).isError()
+    bench.run(ms=1500)
+    assert plc.read_holding_registers(8604, count=1, device_id=1).registers == [pytest.approx(300, abs=3)]
+    assert plc.read_holding_registers(3201, count=1, device_id=1).registers == [0x0637]
+    bench.close()
