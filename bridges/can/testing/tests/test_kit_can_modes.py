@@ -36,7 +36,7 @@ def test_a_speed_is_kept_and_left(drive, profile: str) -> None:
     bench.run(ms=1000)
     before = actual(it)
     bench.run(ms=100)
-    assert abs(actual(it) - before) < 100
+    assert abs(actual(it) - before) < 200  # a fifth of a degree
     it.controlword(0x0F)
     bench.run(ms=1000)
     assert abs(actual(it) - before) > 10_000
