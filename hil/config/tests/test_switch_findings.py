@@ -142,6 +142,16 @@ def test_the_remedy_names_no_motors_where_the_catalogue_has_none() -> None:
     assert found.endswith("(write another axis.sense_resistor_ohm)")
 
 
+def test_each_motor_that_a_remedy_names_is_taken() -> None:
+    head = "bench: t\ndevices:\n  m1: {profile: modbus_drive, motor: "
+    for motor in ("nema34-6A", "nema17-2A-400", "nema14-0.5A"):
+        (found,) = problems(f"{head}{motor}}}\n")
+        named = found.rpartition("(write ")[2].rstrip(")").rpartition(": ")[2].removeprefix("one of ")
+        assert named, found
+        for other in named.split(", "):
+            assert problems(f"{head}{other}}}\n") == [], other
+
+
 def test_a_motor_of_the_catalogue_takes_the_place_of_the_boards() -> None:
     config = parse(
         "bench: t\ndevices: {s1: {profile: sac, plant: full, motor: nema17-2A-long, axis: {supply_V: 30},"
