@@ -62,9 +62,7 @@ class WireKind:
     """Puts the wires, with what is on them, into a bench whose devices are there. Arguments: the
     ``BenchRuntime``, the ``BenchConfig``, the ``Catalogue``."""
     kit: FaceKind | None = None
-    read: (
-        Callable[[Raw, Any, Callable[[Any], bytes] | None], tuple[Raw, Iterable[Any], Iterable[Any]]] | None
-    ) = None
+    read: ReadFiles | None = None
     """Reads the files that wires name, before they are checked; None: they name none."""
 
 
