@@ -8,7 +8,7 @@ from device_profiles.mechaduino.firmware import Mechaduino
 from device_profiles.mechaduino.serial_usb import Steps
 from hil.firmware.arduino import float32
 from hil.firmware.sketch_serial import SketchSerial
-from hil.firmware.sketch_waits import HIGH, Hook, SketchMistake, SketchWaits, Waiting, caller
+from hil.firmware.sketch_waits import HIGH, LOW, Hook, SketchMistake, SketchWaits, Waiting, caller
 from hil.vocab.firmware import Board, Delay, ServoAxis
 from hil.vocab.time import NS_PER_MS, NS_PER_US
 
@@ -145,8 +145,9 @@ class SketchBoard:
         return self._levels.get(pin, 0)
 
     def digitalWrite(self, pin: int, level: int) -> None:
-        """Set an output, which the board tells as a value of its own: `d13`."""
-        self._levels[pin] = int(level == HIGH)
+        """Set an output, which the board tells as a value of its own: `d13`. All but 0 is high, as an
+        Arduino has it."""
+        self._levels[pin] = HIGH if level else LOW
         self._board.tell(f"d{pin}", float(self._levels[pin]))
 
     def analogFastWrite(self, pin: int, value: int) -> None:

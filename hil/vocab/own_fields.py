@@ -36,11 +36,6 @@ class OwnField:
         """True if it has whole numbers alone."""
         return self.type != "f64"
 
-    @property
-    def is_switch(self) -> bool:
-        """True if it is on or off."""
-        return self.is_whole and (self.low, self.high) == (0, 1)
-
     def refusal(self, value: float) -> str | None:
         """Reason why it cannot have a value, or None."""
         if value < self.low:

@@ -180,6 +180,13 @@ def test_a_time_of_a_turn_that_is_computed_and_wrong_is_a_mistake(tmp_path):
     assert failed.endswith("(mine.py)")
 
 
+def test_each_level_but_0_is_high(tmp_path):
+    text = SETUP + "    board.digitalWrite(13, 2)\n    board.digitalWrite(12, 0)\ndef loop(board): pass\n"
+    bench, _ = _own(tmp_path, text)
+    told = bench.runtime.devices["m1"].told
+    assert (told["d13"], told["d12"]) == (1, 0)
+
+
 def test_an_interrupt_that_waits_is_a_mistake(tmp_path):
     text = SETUP + "    board.enableTCInterrupts()\ndef controller(board):\n    yield board.delay(1)\n"
     bench, _ = _own(tmp_path, text + "def loop(board): pass\n")
