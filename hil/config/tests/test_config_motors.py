@@ -56,7 +56,12 @@ def test_each_figure_has_its_unit_meaning_and_origin(motor: object) -> None:
 
 @pytest.mark.parametrize(
     ("motor", "holding_Nm", "rated_A"),
-    [("nema17-2A", 0.45, 2.0), ("nema17-2A-long", 0.59, 2.0), ("nema23-2.8A", 1.26, 2.8)],
+    [
+        ("nema17-2A", 0.45, 2.0),
+        ("nema17-2A-long", 0.59, 2.0),
+        ("nema23-2.8A", 1.26, 2.8),
+        ("nema23-3A", 1.89, 3.0),
+    ],
 )
 def test_two_coils_at_the_rated_current_hold_what_the_data_sheet_says(
     motor: str, holding_Nm: float, rated_A: float

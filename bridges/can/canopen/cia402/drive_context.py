@@ -11,11 +11,12 @@ from math import inf
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from bridges.can.canopen.cia402.motor_axis import NEGATIVE, POSITIVE, MotorAxis, MotorLook
+from bridges.can.canopen.cia402.motor_axis import MotorAxis, MotorLook
 from bridges.can.canopen.cia402.movers import MotionRules, Mover, PathMover, RampMover
 from bridges.can.canopen.cia402.objects import LIMITED_JERK
 from bridges.can.canopen.node.application import Entry
 from bridges.can.canopen.node.canopen_node import CanOpenNode
+from hil.firmware.homing_methods import NEGATIVE, POSITIVE
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_MS, NS_PER_S
 

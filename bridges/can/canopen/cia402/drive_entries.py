@@ -4,7 +4,6 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from bridges.can.canopen.can_ids import RPDO, TPDO
-from bridges.can.canopen.cia402.homing import methods_of
 from bridges.can.canopen.cia402.motor_axis import MotorAxis
 from bridges.can.canopen.cia402.objects import (
     CONST,
@@ -31,6 +30,7 @@ from bridges.can.canopen.cia402_words import (
 )
 from bridges.can.canopen.node.application import Entry
 from bridges.can.canopen.node.communication_entries import mapping_entries
+from hil.firmware.homing_methods import methods_of
 
 MAPPED = {
     0x1600: (0x6040,),

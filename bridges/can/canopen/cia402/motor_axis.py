@@ -9,8 +9,6 @@ from hil.vocab.path import Path
 
 CURRENT = "current_A"
 """Name by which ``MotorAxis.measured`` answers the current that makes torque."""
-HOME, NEGATIVE, POSITIVE = "home", "negative", "positive"
-"""Names of the switches among ``MotorLook.inputs``: homing, and the limit switches at both ends."""
 _NO_INPUTS: Mapping[str, int] = MappingProxyType({})
 
 
@@ -32,8 +30,8 @@ class MotorLook(NamedTuple):
     failure: str | None = None
     """Reason why the board does nothing any more: the drive is gone with it."""
     inputs: Mapping[str, int] = _NO_INPUTS
-    """Levels of switches and other inputs by name, 1 active: always the same names, of ``HOME``, ``NEGATIVE``
-    and ``POSITIVE`` those that there are."""
+    """Levels of switches and other inputs by name, 1 active: always the same names, of those in
+    ``hil.firmware.homing_methods`` those that there are."""
     is_ready: bool = True
     """False while the board starts or is in a routine of its own, and takes no verbs."""
     fault_code: int = 0

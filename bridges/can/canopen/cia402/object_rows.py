@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 
 from bridges.can.canopen.cia402.error_codes import ABOUT
-from bridges.can.canopen.cia402.homing import METHODS, HomingMethod
 from bridges.can.canopen.cia402.objects import MODES, NAMES, PATHS, ROWS, TORQUE
 from bridges.can.canopen.node.application import Access, Entry
+from hil.firmware.homing_methods import METHODS, HomingMethod
 
 _NEEDS = {"": "", PATHS: "boards that follow paths", TORQUE: "boards with `torque`"}
 _WAYS = {-1: "negative", 1: "positive"}

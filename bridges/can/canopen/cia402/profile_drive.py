@@ -12,8 +12,8 @@ from bridges.can.canopen.cia402.drive_automaton import AutomatonClock, DriveAuto
 from bridges.can.canopen.cia402.drive_context import FACTORS, OWN_WAYS, DriveContext, MakersWays, to_int32
 from bridges.can.canopen.cia402.drive_entries import entries_of, modes_of, names_of
 from bridges.can.canopen.cia402.error_codes import LOST, DriveError
-from bridges.can.canopen.cia402.homing import Homing, methods_of
-from bridges.can.canopen.cia402.motor_axis import HOME, NEGATIVE, POSITIVE, MotorAxis
+from bridges.can.canopen.cia402.homing import Homing
+from bridges.can.canopen.cia402.motor_axis import MotorAxis
 from bridges.can.canopen.cia402.operating_mode import OperatingMode
 from bridges.can.canopen.cia402.profile_position import ProfilePosition
 from bridges.can.canopen.cia402.profile_torque import ProfileTorque
@@ -28,6 +28,7 @@ from bridges.can.canopen.cia402_words import (
 )
 from bridges.can.canopen.node.application import Access, Entry, SdoAbort, Value
 from bridges.can.canopen.node.canopen_node import CanOpenNode
+from hil.firmware.homing_methods import HOME, NEGATIVE, POSITIVE, methods_of
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.time import NS_PER_S
 

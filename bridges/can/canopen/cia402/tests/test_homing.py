@@ -3,8 +3,8 @@
 import pytest
 from drive_rig import STEPPER, DriveRig, SimpleAxis, Switch
 
-from bridges.can.canopen.cia402.homing import METHODS
 from bridges.can.canopen.node.application import SdoAbort
+from hil.firmware.homing_methods import METHODS
 from hil.vocab.path import PathPiece
 
 DONE, ATTAINED, ERROR = 0x1400, 0x1000, 0x2000
