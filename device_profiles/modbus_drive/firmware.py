@@ -1,9 +1,11 @@
 """Program of the drive: its loop, its ramps, and what makes it give up."""
 
-from device_profiles.modbus_drive.home_search import HomeSearch
+from device_profiles.modbus_drive.home_search import HomeSearch, is_at_limit
 from hil.firmware.closed_loop_drive import CURRENT, ENCODER, IDLE_NS, WATCH_NS, ClosedLoopDrive, DriveFault
+from hil.firmware.homing_methods import METHODS
 from hil.firmware.kept_cells import KeptCells
 from hil.firmware.set_point_paths import at, joined, length_ns, trapezoid
+from hil.vocab.drive_words import USUAL_HOMING
 from hil.vocab.firmware import Board, Delay, Main
 from hil.vocab.path import DEG_PER_S, Path, PathPiece
 from hil.vocab.time import NS_PER_MS, NS_PER_S
@@ -28,6 +30,7 @@ class ModbusDrive(ClosedLoopDrive):
 
     def __init__(self, board: Board) -> None:
         super().__init__(board, FOLLOWING)
+        self._servo = board.servo
         self.set_point_deg = 0.0
         """Value of the register: the target of a move, the last set-point that was followed."""
         self.velocity_rpm, self.acceleration_rpm_per_s = VELOCITY_RPM, ACCELERATION_RPM_PER_S
@@ -40,8 +43,14 @@ class ModbusDrive(ClosedLoopDrive):
         self.repeats_start = False
         """True if a master has written the start bit again since, as one does that writes in a cycle."""
         self._changed_ns = self._following_ns = 0
+        self.homing_method = USUAL_HOMING
+        self.homing_velocity_rpm: float | None = None
+        self.homing_slow_rpm: float | None = None
+        """Speeds of the search for home; None: never written."""
         self._search: HomeSearch | None = None
-        self._has_home = False
+        self._has_home = self._has_missed = False
+        self._limit_deg: float | None = None
+        """Angle at which it comes to rest because of a limit switch; None: it does not."""
         self.deceleration_rpm_per_s: float | None = None
         """None: never written; ramps down as up."""
         self.run_velocity_rpm: float | None = None
@@ -58,6 +67,7 @@ class ModbusDrive(ClosedLoopDrive):
         self.cells = KeptCells(board.nvm, board.tell)
 
     def main(self) -> Main:
+        self._servo.do("own_step", 1)  # D1 is the switch's, and no input for steps
         yield from self._start()
         self.set_point_deg = self.here_deg()
         self.is_busy = False
@@ -168,10 +178,10 @@ class ModbusDrive(ClosedLoopDrive):
         """Let a master see the present angle of the shaft as 0."""
         self.origin_deg = self.here_deg()
 
-    def search_home(self, velocity_rpm: float) -> None:
-        """Search the home switch. ``velocity_rpm``: its sign is the direction. Raises VerbRefused."""
-        self._has_home = False
-        self._search = HomeSearch(self, velocity_rpm)
+    def search_home(self, method: int, fast_rpm: float, slow_rpm: float) -> None:
+        """Search home by a homing method, which there is. Raises VerbRefused."""
+        self._has_home = self._has_missed = False
+        self._search = HomeSearch(self, METHODS[method], fast_rpm, slow_rpm)
 
     @property
     def target_deg(self) -> float:
@@ -201,6 +211,10 @@ class ModbusDrive(ClosedLoopDrive):
             "running_rpm": self.running_rpm,
             "homing": float(self._search is not None) or None,
             "homed": float(self._has_home) or None,
+            "home_missed": float(self._has_missed) or None,
+            "homing_method": None if self.homing_method == USUAL_HOMING else float(self.homing_method),
+            "homing_velocity_rpm": self.homing_velocity_rpm,
+            "homing_slow_rpm": self.homing_slow_rpm,
         }
         for name, rare_value in rare.items():
             self._tell(name, rare_value)
@@ -226,6 +240,8 @@ class ModbusDrive(ClosedLoopDrive):
             self.tell()
         if self._search:
             self._search_on(self._search)
+        elif self.is_on:
+            self._keep_off_limits()
         if self.is_running and self._turns_until_ns - self._now_ns < TURNS_AGAIN_NS:
             running_rpm, is_reversed = self.running_rpm or 0.0, self.is_reversed
             by_registers, self.is_reversed = self._runs_by_registers, False
@@ -237,7 +253,18 @@ class ModbusDrive(ClosedLoopDrive):
         if self.is_on:
             search.step()
         if search.is_over or not self.is_on:
-            self._search, self._has_home = None, search.has_found
+            self._search, self._has_home = None, search.home_deg is not None
+            self._has_missed = not self._has_home
+            self.origin_deg = self.origin_deg if search.home_deg is None else search.home_deg
+            self.tell()
+
+    def _keep_off_limits(self) -> None:
+        """Stop a motion by the ramp that goes on beyond a limit switch."""
+        if not self.is_moving:
+            self._limit_deg = None
+        elif self._limit_deg != self.target_deg and is_at_limit(self.axis, self._where()[1]):
+            ramp_rpm_per_s = self.deceleration_rpm_per_s or self.acceleration_rpm_per_s
+            self._limit_deg = self.ramp_down(ramp_rpm_per_s)[-1].r
             self.tell()
 
     def _fault(self) -> DriveFault | None:

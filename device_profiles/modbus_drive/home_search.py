@@ -1,24 +1,26 @@
-"""Search of the home switch: towards it, to a stand, and slowly off it again; its edge is 0."""
+"""Search for home by the drive's inputs: legs of the homing method, each to a stand; home is 0 then."""
 
-from typing import Protocol
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol
 
+from hil.firmware.homing_methods import HOME, NEGATIVE, POSITIVE, HomingEnd, HomingMethod, HomingSearch
 from hil.vocab.firmware import Axis
 from hil.vocab.path import Path
 
-SWITCH = "pin_d3"
-"""Field of the input that the switch pulls low."""
-SLOWLY = 0.1
-"""Share of the speed of the search at which the switch is left."""
+SWITCH, LOWER, UPPER = "pin_d3", "pin_dir", "pin_step"
+"""Fields of the inputs D3, D0 and D1: the home switch pulls its own low; a limit switch is normally closed to
+ground, so that its own is high where the switch or its wire is open. Inputs that nothing drives are low."""
+INDEX_DEG = 0.0
+"""Angle within a turn of the encoder's index: its count 0."""
 
 
 class SearchingDrive(Protocol):
-    """Drive that searches its home switch."""
+    """Drive that searches home."""
 
     axis: Axis
     acceleration_rpm_per_s: float
     is_reversed: bool
     running_rpm: float | None
-    origin_deg: float
 
     @property
     def is_moving(self) -> bool:
@@ -38,47 +40,63 @@ class SearchingDrive(Protocol):
         """Stop on a ramp."""
 
 
-def is_pressed(drive: SearchingDrive) -> bool:
-    """True while the switch is active, or nothing drives its input, which is low then."""
-    return not drive.axis.get(SWITCH)
+class InputsLook(NamedTuple):
+    """Look at the drive's shaft and inputs, a ``HomingLook``."""
+
+    position_deg: float
+    inputs: Mapping[str, int]
+
+
+def is_at_limit(axis: Axis, direction: float) -> bool:
+    """True if the limit switch in a direction, by its sign, is active."""
+    return bool(direction and axis.get(UPPER if direction > 0 else LOWER))
 
 
 class HomeSearch:
-    """Search at a speed whose sign is the switch's direction. ``is_over``: found or not, it has ended."""
+    """Search that has begun. ``is_over``: found or not, it has ended; ``home_deg``: home, once found."""
 
-    def __init__(self, drive: SearchingDrive, velocity_rpm: float) -> None:
-        self._drive, self._velocity_rpm = drive, velocity_rpm
-        self.is_over = self.has_found = False
-        self._edge_deg = 0.0
-        self._stand_deg: float | None = None
-        """Angle at which it comes to a stand between two legs; None: it turns."""
-        self._was_pressed = self._leaves = is_pressed(drive)
-        """State of the switch at the last look in the leg off it, and whether this is that leg."""
+    def __init__(self, drive: SearchingDrive, method: HomingMethod, fast_rpm: float, slow_rpm: float) -> None:
+        self._drive, self._fast_rpm, self._slow_rpm = drive, fast_rpm, slow_rpm
+        self.is_over = False
+        self._search = HomingSearch(method, self._look(), INDEX_DEG)
+        self._ended: HomingEnd | None = None
+        self._stand_deg = 0.0
+        """End of a leg, and the angle at which it comes to a stand behind it; None: it turns."""
         self._turn()
 
+    @property
+    def home_deg(self) -> float | None:
+        return self._search.home_deg
+
     def step(self) -> None:
-        """Look at the switch, once in a millisecond. What else moves the drive ends the search."""
+        """Look at the inputs, once in a millisecond. What else moves the drive ends the search."""
         drive = self._drive
-        if self._stand_deg is not None:
+        if self.is_over:
+            return
+        if self._ended:
             if drive.is_moving:
                 self.is_over = drive.target_deg != self._stand_deg
-            elif self._leaves:
-                drive.origin_deg, self.has_found, self.is_over = self._edge_deg, True, True
-            else:
-                self._leaves, self._was_pressed, self._stand_deg = True, False, None
-                self._turn()
+                return
+            ended, self._ended = self._ended, None
+            self._search.go_on(ended, self._look())
+            self._turn()
         elif drive.running_rpm != self._rpm:
             self.is_over = True
-        elif self._is_at_edge():
-            self._edge_deg = drive.here_deg()
+        elif end := self._search.end_of_leg(self._look()):
+            self._ended = end
             self._stand_deg = drive.ramp_down(drive.acceleration_rpm_per_s)[-1].r
 
-    def _is_at_edge(self) -> bool:
-        """Look whether the leg has come to its end; it may have run over a narrow cam in the one before."""
-        before, self._was_pressed = self._was_pressed, is_pressed(self._drive)
-        return before and not self._was_pressed if self._leaves else self._was_pressed
+    def _look(self) -> InputsLook:
+        axis = self._drive.axis
+        levels = {HOME: not axis.get(SWITCH), NEGATIVE: axis.get(LOWER), POSITIVE: axis.get(UPPER)}
+        return InputsLook(self._drive.here_deg(), {name: int(level) for name, level in levels.items()})
 
     def _turn(self) -> None:
-        drive, rpm = self._drive, -self._velocity_rpm * SLOWLY if self._leaves else self._velocity_rpm
+        """Begin the leg, or end the search."""
+        drive, leg = self._drive, self._search.leg
+        if leg is None:
+            self.is_over = True
+            return
+        rpm = leg.direction * (self._fast_rpm if leg.is_fast else self._slow_rpm)
         drive.run(-rpm if drive.is_reversed else rpm)
         self._rpm = drive.running_rpm

@@ -6,6 +6,8 @@ from dataclasses import replace
 from device_profiles.modbus_drive.firmware import BITS, ModbusDrive
 from hil.firmware.cell_verbs import CELL_VERBS, CELLS
 from hil.firmware.closed_loop_drive import duration_of
+from hil.firmware.homing_methods import METHODS
+from hil.vocab.drive_words import SLOWLY
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import Effect, Verb, VerbRefused
 
@@ -14,6 +16,8 @@ RPM, RPM_PER_S = (0.1, 3000.0), (1.0, 1e6)
 SIGNED_RPM, FAST_RPM_PER_S = (-1e4, 1e4), (0.001, 1e6)
 """Limits within which every path can be computed."""
 Answer = Mapping[str, float | str | int]
+UPWARDS = 19
+"""Homing method of a search of the home switch towards larger angles."""
 _NAMES = {"set_velocity_rpm": "velocity_rpm", "acceleration_rpm_per_s": "acceleration_rpm_per_s"}
 """Attributes of the firmware by names of values."""
 
@@ -103,6 +107,8 @@ def put(board: ModbusDrive, cells: str = "", **given: float) -> None:
     board.must_be_ready()
     if cells:
         board.cells.take_text(cells, board.now_ns)
+    if "homing_method" in given:
+        _must_be_method("homing_method", given["homing_method"])
     for name, value in given.items():
         if name == "reverse":
             board.is_reversed = bool(value)
@@ -129,12 +135,27 @@ def run(
     board.tell()
 
 
-def search_home(board: ModbusDrive, velocity_rpm: float | None = None) -> None:
-    """Search the home switch at D3, and let the registers call its edge 0. Raises VerbRefused."""
+def search_home(
+    board: ModbusDrive,
+    velocity_rpm: float | None = None,
+    method: int | None = None,
+    slow_rpm: float | None = None,
+) -> None:
+    """Search home, and let the registers call it 0. Raises VerbRefused."""
+    if method is None:
+        method = UPWARDS if velocity_rpm is not None and velocity_rpm > 0 else board.homing_method
+    _must_be_method("method", method)
     board.must_be_on()
     board.bits["follow"] = 0
-    board.search_home(-board.velocity_rpm if velocity_rpm is None else velocity_rpm)
+    fast_rpm = velocity_rpm or board.homing_velocity_rpm or board.velocity_rpm
+    board.search_home(int(method), abs(fast_rpm), slow_rpm or board.homing_slow_rpm or abs(fast_rpm) * SLOWLY)
     board.tell()
+
+
+def _must_be_method(name: str, method: float) -> None:
+    if method not in METHODS:
+        known = ", ".join(map(str, sorted(METHODS)))
+        raise VerbRefused("bad_parameter", f"{name}: {method:g} is no homing method; there are {known}")
 
 
 def origin(board: ModbusDrive) -> None:
@@ -173,6 +194,9 @@ VERBS = (
             Parameter("run_velocity_rpm", "speed to turn at", "rpm", *SIGNED_RPM, is_optional=True),
             Parameter("acceleration_rpm_per_s", "acceleration", "rpm/s", *FAST_RPM_PER_S, is_optional=True),
             Parameter("deceleration_rpm_per_s", "deceleration", "rpm/s", *FAST_RPM_PER_S, is_optional=True),
+            Parameter("homing_method", "way to search home", "", 1, 37, is_whole=True, is_optional=True),
+            Parameter("homing_velocity_rpm", "speed of the search", "rpm", *RPM, is_optional=True),
+            Parameter("homing_slow_rpm", "speed at the edge", "rpm", *RPM, is_optional=True),
             Parameter("reverse", "1: turn in the other direction", is_whole=True, is_optional=True),
         ),
         put,

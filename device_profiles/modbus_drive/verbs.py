@@ -192,14 +192,21 @@ VERBS = (
     ),
     Verb(
         "search_home",
-        "search the home switch at D3, which pulls it low, and let the registers call its edge 0",
+        "search home by a homing method of CiA 402, and let the registers call it 0",
         (
             Parameter(
                 "velocity_rpm",
-                "speed, whose sign is the direction; left out: the register's, towards smaller angles",
+                "speed of the search for the switch; left out: the register's; above 0 and without a"
+                f" method: {registers.UPWARDS}",
                 "rpm",
                 *SIGNED_RPM,
                 is_optional=True,
+            ),
+            Parameter(
+                "method", "which; left out: the register's", "", 1, 37, is_whole=True, is_optional=True
+            ),
+            Parameter(
+                "slow_rpm", "speed at the edge; left out: the register's", "rpm", *RPM, is_optional=True
             ),
         ),
         registers.search_home,

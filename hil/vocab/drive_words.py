@@ -28,8 +28,13 @@ MORE_TOLD = {
 MORE_TAKEN = {
     "deceleration_rpm_per_s": "deceleration of the ramps; never written: as the acceleration",
     "run_velocity_rpm": "speed to turn at, where it is another value than `set_velocity_rpm`",
+    "homing_method": "way to search home, by the number of a homing method; never written: 21",
+    "homing_velocity_rpm": "speed of the search for the switch; never written: `set_velocity_rpm`",
+    "homing_slow_rpm": "speed at the edge and to the index; never written: a tenth of the other",
 }
 """Values that a drive takes by a map of version 2."""
+USUAL_HOMING, SLOWLY = 21, 0.1
+"""Homing method, and the slow speed as a part of the fast one, of a drive to which none was written."""
 CELL, STORED = "cell.", "stored."
 """Beginnings of the names by which a board tells its cells, and what of them is stored."""
 MOST_TEXT = 16384

@@ -12,7 +12,7 @@ from hil.config.document import Finding, KeyPath
 from hil.config.explain import no_such
 
 _MOVE = "move_"
-_STARTS = ("start", "start_absolute", "start_relative", "start_directed", "run", "home")
+_STARTS = ("start", "start_absolute", "start_relative", "start_directed", "run", "home", "search_home")
 _CONTRADICT = (
     frozenset({"enable", "disable"}),
     frozenset({"forward", "reverse"}),

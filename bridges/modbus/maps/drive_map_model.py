@@ -131,6 +131,9 @@ class MapText(StrictModel):
     ordered_rpm: Entry = _entry(MORE_TOLD["ordered_rpm"])
     deceleration_rpm_per_s: Entry = _entry(MORE_TAKEN["deceleration_rpm_per_s"])
     run_velocity_rpm: Entry = _entry(MORE_TAKEN["run_velocity_rpm"])
+    homing_method: Entry = _entry(MORE_TAKEN["homing_method"])
+    homing_velocity_rpm: Entry = _entry(MORE_TAKEN["homing_velocity_rpm"])
+    homing_slow_rpm: Entry = _entry(MORE_TAKEN["homing_slow_rpm"])
     cells: Mapping[PartName, CellText] = Field(
         default={},
         description="Plain cells by name: constants, and what a master keeps there. It needs `modbus_map: 2`,"

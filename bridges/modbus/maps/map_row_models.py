@@ -210,7 +210,7 @@ class ByValueText(GuardedText):
 class ModeText(GuardedText):
     """Register of the mode."""
 
-    values: Mapping[Literal["absolute", "relative", "velocity", "home"], _Numbers] = Field(
+    values: Mapping[Literal["absolute", "relative", "velocity", "home", "search_home"], _Numbers] = Field(
         min_length=1, description="Values by meaning, one or a list of them."
     )
     value: _Number = Field(default=0, description="Its value at first.")

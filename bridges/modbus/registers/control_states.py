@@ -26,6 +26,7 @@ _NEW_SET_POINT, _RELATIVE, _RESET, _HALT = 1 << 4, 1 << 6, 1 << 7, 1 << 8
 _WORDS = {DISABLED: 0x0040, READY: 0x0031, SWITCHED_ON: 0x0033}
 _OPERATION, _FAULT = 0x0037, 0x0008
 _REMOTE, _REACHED, _ACKNOWLEDGED = 1 << 9, 1 << 10, 1 << 12
+_ATTAINED, _HOMING_ERROR = 1 << 12, 1 << 13
 
 
 def status_word(now: StatesNow) -> int:
@@ -35,6 +36,8 @@ def status_word(now: StatesNow) -> int:
     if now.holds("fault"):
         word = _FAULT
     word |= _REMOTE | (_REACHED if is_on and _has_reached(now) else 0)
+    if now.mode == "search_home":
+        word |= _ATTAINED if now.holds("homed") else _HOMING_ERROR if now.holds("home_missed") else 0
     is_position = now.mode in ("absolute", "relative")
     if now.mode == "home" and is_on and now.holds("homed"):
         word |= _ACKNOWLEDGED
@@ -89,8 +92,8 @@ def _moved(now: StatesNow, word: int, rises: Callable[[int], bool]) -> list[str]
         return ["stop"] if rises(_HALT) else []
     if now.mode == "velocity":
         return [] if now.holds("running") else ["run"]
-    if now.mode == "home":
-        return ["home"] if rises(_NEW_SET_POINT) else []
+    if now.mode in ("home", "search_home"):
+        return [now.mode] if rises(_NEW_SET_POINT) else []
     if not rises(_NEW_SET_POINT) or not now.mode:
         return []
     return ["start_relative" if word & _RELATIVE or now.mode == "relative" else "start_absolute"]

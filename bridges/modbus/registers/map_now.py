@@ -8,7 +8,7 @@ from bridges.modbus.registers.map_entries import MapEntries, MapRow
 from bridges.modbus.registers.map_parts import CIA402, CellPart, CommandPart, StatePart
 from hil.vocab.axis import TURNS_RPM
 from hil.vocab.desk_protocol import AxisLook
-from hil.vocab.drive_words import CELL, STORED
+from hil.vocab.drive_words import CELL, SLOWLY, STORED, USUAL_HOMING
 from hil.vocab.packed_fields import value_at
 
 MODE = "mode"
@@ -18,9 +18,12 @@ HOMING, ASKED, DONE = "homing.word", 1, 2
 _SAME = {
     "deceleration_rpm_per_s": "acceleration_rpm_per_s",
     "run_velocity_rpm": "set_velocity_rpm",
+    "homing_velocity_rpm": "set_velocity_rpm",
     "ordered_rpm": "set_velocity_rpm",
 }
 """Values that are as others until they are written."""
+_LIMITS = {"negative_limit": "pin_dir", "positive_limit": "pin_step"}
+"""Fields of the inputs D0 and D1."""
 _NEAR, _NEAR_RPM = 0.03, 2.0
 """Part of a speed, and speed, within which it counts as reached."""
 
@@ -86,6 +89,10 @@ class MapNow:
         name = _SAME.get(name, name) if name not in self._told else name
         if name in self._told:
             return self._told[name]
+        if name == "homing_method":
+            return USUAL_HOMING
+        if name == "homing_slow_rpm":
+            return self.told("homing_velocity_rpm") * SLOWLY
         look = self._look
         if name == "fault":
             return float(look is not None and look.failed is not None)
@@ -137,12 +144,14 @@ class MapNow:
             return bool(self._told.get("reverse", 0))
         if condition == "homed" and (asked := self.kept(HOMING)):
             return asked == DONE or (is_on and not moves)
-        if condition in ("homing", "homed"):
+        if condition in ("homing", "homed", "home_missed"):
             return bool(self._told.get(condition, 0))
         if condition == "stored":
             return all(self._is_stored(name) for name in self._parts.cells)
         if condition == "home_switch":
             return "pin_d3" in self._of.info.fields and not self._field("pin_d3")
+        if condition in _LIMITS:
+            return bool(self._field(_LIMITS[condition]))
         velocity_rpm = self.told("velocity_rpm")
         if condition == "backward":
             return velocity_rpm < -TURNS_RPM or (

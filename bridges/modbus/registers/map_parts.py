@@ -33,7 +33,7 @@ COMMANDS_BY_WORD = {
     "halt": "stop at once",
     "reset": "clear the fault",
     "home": "move to 0",
-    "search_home": "search the home switch at D3 towards smaller angles, and let its edge be 0",
+    "search_home": "search home by `homing_method`, and let it be 0",
     "zero": "let the shaft's angle be 0",
     "store": "store the cells that are `stored: by_command`",
     "restore": "give all cells their defaults, and store them",
@@ -53,12 +53,15 @@ CONDITIONS = {
     "sound": "it has none",
     "ready": "it has none, and the loop is off",
     "home_switch": "the input D3 is low: the home switch is active",
-    "homing": "it searches the home switch",
+    "negative_limit": "the input D0 is high: the limit switch at the lower end is active",
+    "positive_limit": "the input D1 is high: that at the upper end is",
+    "homing": "it searches home",
     "homed": "the last search has found it, or the last `home` has arrived, since power-up",
+    "home_missed": "the last search has not, and has ended",
     "stored": "the cells that are `stored: by_command` are stored as they are",
 }
 """Conditions of states and refusals, with their meanings."""
-MODES = ("absolute", "relative", "velocity", "home")
+MODES = ("absolute", "relative", "velocity", "home", "search_home")
 """Meanings of the numbers of a mode."""
 CIA402 = "cia402"
 """Standard of control and status words."""

@@ -27,6 +27,8 @@ _NO_RAMP = 1e9
 MOVE = "move_"
 _MOTIONS = ("start", "run", MOVE, "stop", "halt", "disable")
 """Beginnings of the commands that end a way home."""
+_STARTS = {"velocity": "run", "home": "home", "search_home": "search_home", "relative": "start_relative"}
+"""Words that `start` is, by the mode; of another mode `start_absolute`."""
 _MOVE_VALUES = ("set_velocity_rpm", "acceleration_rpm_per_s", "deceleration_rpm_per_s")
 
 
@@ -262,9 +264,7 @@ class MapUnit:
         if MODE in taken.cells and (row := self._of.parts.commands.get(MODE)):
             mode = row[1].sets_mode.get(int(taken.cells[MODE]), "")
         if word == "start":
-            word = {"velocity": "run", "home": "home", "relative": "start_relative"}.get(
-                mode, "start_absolute"
-            )
+            word = _STARTS.get(mode, "start_absolute")
         if word.startswith(MOVE):
             yield from self._of_move(word, taken, now)
         elif word in ("start_absolute", "start_relative"):
