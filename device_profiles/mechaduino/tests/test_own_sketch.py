@@ -215,3 +215,16 @@ def test_a_sketch_that_is_not_there_and_a_board_that_takes_none():
         _bench("nowhere.py")
     with pytest.raises(ConfigError, match="the firmware of a sac takes no sketch"):
         Bench({"bench": "t", "devices": {"s1": {"profile": "sac", "sketch": "x.py"}}})
+
+
+def test_a_limit_switch_is_searched_and_left_by_half_a_turn():
+    device = {
+        "profile": "mechaduino",
+        "sketch": str(EXAMPLES / "limit_switch.py"),
+        "flash": {"table": "identity"},
+    }
+    lower = {"axis": "m1", "to_deg": -90, "hysteresis_deg": 1, "bounce_ms": 2, "to": "m1.D3"}
+    bench = Bench({"bench": "t", "devices": {"m1": device}, "switches": {"lower": lower}})
+    bench.run(ms=8000)
+    assert bench.axis("m1").snapshot().yw == pytest.approx(90, abs=0.2)
+    assert not bench.device("m1").failed

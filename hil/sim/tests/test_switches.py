@@ -187,3 +187,34 @@ def test_a_servo_that_pushes_and_stands_says_so():
     b.port("m1").write(b"r90\n")
     b.run(ms=1500)
     assert b.device("m1").notes["motor"] == "it pushes with its whole effort, and stands"
+
+
+def test_a_second_motors_way_is_the_sync_the_encoder_and_the_estop_of_a_sac():
+    """An index releases a command that waits; two tracks of a disc are an encoder of 100 pulses a turn, which
+    gives as many pulses, half steps here, while nothing else moves; a limit switch ends all."""
+    disc = {"axis": "d1", "every_deg": 3.6, "closed": "high"}
+    b = bench(
+        {
+            "index": {"axis": "d1", "from_deg": 10, "to_deg": 20, "every_deg": 360, "to": "s1.sync"},
+            "track_a": {**disc, "from_deg": 0, "to_deg": 1.8, "to": "s1.EnA"},
+            "track_b": {**disc, "from_deg": 0.9, "to_deg": 2.7, "to": "s1.EnB"},
+            "end": {"axis": "d1", "from_deg": 380, "to": "s1.Estop"},
+        },
+        s1={"profile": "sac"},
+        d1={"profile": "sac"},
+    )
+    b.port("s1").write(b"m100v60s\r")
+    b.run(ms=1000)
+    assert b.axis("s1").snapshot().position_deg == pytest.approx(0, abs=0.5)
+    b.port("d1").write(b"m8v30\r")
+    b.run(ms=3000)
+    assert b.axis("s1").snapshot().position_deg == pytest.approx(180, abs=1)
+    b.port("d1").write(b"m192v30\r")
+    b.run(ms=4000)
+    assert b.axis("s1").snapshot().position_deg == pytest.approx(180 + 0.96 * 90, abs=1.8)
+    assert b.axis("s1").snapshot().pin_estop == 1
+    b.port("s1").write(b"m-200v60\r")
+    b.port("d1").write(b"m20v60\r")
+    b.run(ms=3000)
+    assert b.axis("s1").snapshot().pin_estop == 0
+    assert b.axis("s1").snapshot().position_deg > 180
