@@ -12,9 +12,9 @@ from typing import Any, Literal
 
 from hil.drives.drive_link import ASKING, PlaceLost, Reading, Stale
 from hil.drives.real_drive import RealDrive
-from hil.firmware.set_point_paths import length_ns
+from hil.firmware.set_point_paths import at, length_ns, to_rest
 from hil.vocab.axis import How
-from hil.vocab.path import Path
+from hil.vocab.path import DEG_PER_S, Path
 
 ARRIVED_DEG = 0.5
 """Maximum distance from the target at which a motion has come to it."""
@@ -116,11 +116,11 @@ class DriveMotion(ABC):
     def check(self, *angles_deg: float) -> None:
         """Check that the drive can hold set-points. Raises VerbRefused."""
 
-    @abstractmethod
     def follow(self, path: Path, start_ns: int) -> None:
-        """Stream a path's set-points from a time on. Raises VerbRefused."""
+        """Stream a path's set-points from a time on; they are in effect at once. Raises VerbRefused."""
+        self.check(*(piece.r for piece in path))
+        self._follow(path, start_ns)
 
-    @abstractmethod
     def move(
         self,
         position_deg: float,
@@ -129,6 +129,10 @@ class DriveMotion(ABC):
         start_ns: int,
     ) -> None:
         """Send the drive to an angle by its own ramps from a time on. Raises VerbRefused."""
+        self.check(position_deg)
+        session = self._of.link.session
+        self._begin(self._send(position_deg, velocity_rpm, acceleration_rpm_per_s, start_ns, session))
+        self._begins_ns = start_ns
 
     @abstractmethod
     async def stop(self, how: How = "grace", acceleration_rpm_per_s: float | None = None) -> None:
@@ -154,6 +158,31 @@ class DriveMotion(ABC):
         self._of.listeners.remove(self._look)
 
     # ---- how ----
+
+    @abstractmethod
+    async def _send(
+        self,
+        position_deg: float,
+        velocity_rpm: float | None,
+        acceleration_rpm_per_s: float | None,
+        start_ns: int,
+        session: int,
+    ) -> None:
+        """Give the drive a move at its time."""
+
+    async def _stream(self, path: Path, start_ns: int, session: int) -> None:
+        """Give the drive the set-points of a path; needed of one that follows paths."""
+        raise NotImplementedError
+
+    def _follow(self, path: Path, start_ns: int) -> None:
+        self._begin(self._stream(path, start_ns, self._of.link.session))
+        self._path = path, start_ns
+
+    def _run_down(self, streamed: tuple[Path, int], acceleration_rpm_per_s: float) -> None:
+        """Stream the set-points of a ramp to a stand behind those of a path."""
+        now_ns = self._of.now_ns()
+        set_deg, rate = at(streamed[0], now_ns - streamed[1])
+        self._follow(to_rest(set_deg, rate, acceleration_rpm_per_s * DEG_PER_S), now_ns)
 
     def _begin(self, doing: Coroutine[Any, Any, None]) -> None:
         self.abandon()

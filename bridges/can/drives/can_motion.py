@@ -25,9 +25,9 @@ from bridges.can.drives.sdo_dialogue import Aborted
 from hil.drives.drive_link import ASKING, Denied, Stale
 from hil.drives.drive_motion import DriveMotion
 from hil.drives.real_drive import SentSetPoint
-from hil.firmware.set_point_paths import at, length_ns, to_rest
+from hil.firmware.set_point_paths import at, length_ns
 from hil.vocab.axis import How
-from hil.vocab.path import DEG_PER_S, Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 
 HOMING_POLL_S, SHOWS_S = 0.05, 0.2
@@ -57,25 +57,6 @@ class CanMotion(DriveMotion):
             except (ValueError, OverflowError) as error:
                 raise VerbRefused("bad_parameter", f"position_deg: {error}") from None
 
-    def follow(self, path: Path, start_ns: int) -> None:
-        self.check(*(piece.r for piece in path))
-        self._begin(self._stream(path, start_ns, self._drive.link.session))
-        self._path = path, start_ns
-
-    def move(
-        self,
-        position_deg: float,
-        velocity_rpm: float | None,
-        acceleration_rpm_per_s: float | None,
-        start_ns: int,
-    ) -> None:
-        self.check(position_deg)
-        doing = self._send(
-            position_deg, velocity_rpm, acceleration_rpm_per_s, start_ns, self._drive.link.session
-        )
-        self._begin(doing)
-        self._begins_ns = start_ns
-
     async def stop(self, how: How = "grace", acceleration_rpm_per_s: float | None = None) -> None:
         """Stop the drive: a stream with its last set-points, all else by the drive's quick stop.
 
@@ -84,16 +65,10 @@ class CanMotion(DriveMotion):
         """
         streamed, drive = self._path, self._drive
         self.abandon()
-        session = drive.link.session
         if streamed and how == "grace" and acceleration_rpm_per_s:
-            now_ns = drive.now_ns()
-            set_deg, rate = at(streamed[0], now_ns - streamed[1])
-            path = to_rest(set_deg, rate, acceleration_rpm_per_s * DEG_PER_S)
-            self._begin(self._stream(path, now_ns, session))
-            self._path = path, now_ns
-            return
-        if drive.is_on:
-            await self._quick_stop(_BY_PROFILE if how == "grace" else _BY_QUICK_STOP, session)
+            self._run_down(streamed, acceleration_rpm_per_s)
+        elif drive.is_on:
+            await self._quick_stop(_BY_PROFILE if how == "grace" else _BY_QUICK_STOP, drive.link.session)
 
     async def end(self) -> None:
         """Let a drive that stands follow no set-points any more."""

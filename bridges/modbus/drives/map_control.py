@@ -6,10 +6,9 @@ from types import MappingProxyType
 from bridges.modbus.drives.map_orders import MapOrders, Writes
 from bridges.modbus.drives.register_control import RegisterControl
 from bridges.modbus.drives.register_drive import RegisterDrive
-from bridges.modbus.drives.register_motion import RegisterMotion
+from bridges.modbus.drives.register_motion import RegisterMotion, ramps_of
 from hil.drives.drive_link import IN_TURN, URGENT
 from hil.vocab.axis import How
-from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 
 NO_ANGLE = "this drive only turns: its map has no set_point_deg and no moves; use run"
@@ -38,10 +37,6 @@ class MapMotion(RegisterMotion):
             raise VerbRefused("cannot", f"the map has no command for {word.partition('_')[0]}")
         return steps
 
-    def follow(self, path: Path, start_ns: int) -> None:
-        self.check()
-        super().follow(path, start_ns)
-
     async def tell(
         self, word: str, values: Mapping[str, float] = MappingProxyType({}), order: int = IN_TURN
     ) -> None:
@@ -50,24 +45,19 @@ class MapMotion(RegisterMotion):
         for writes in self._order(word, values):
             await self._drive.write_all(writes, session, order)
 
-    def move(
+    async def _send(
         self,
         position_deg: float,
         velocity_rpm: float | None,
         acceleration_rpm_per_s: float | None,
         start_ns: int,
+        session: int,
     ) -> None:
-        self.check(position_deg)
-        ramps = {"set_velocity_rpm": velocity_rpm, "acceleration_rpm_per_s": acceleration_rpm_per_s}
-        given = {name: value for name, value in ramps.items() if value}
-        self._begin(self._send(position_deg, given, start_ns, self._drive.link.session))
-        self._begins_ns = start_ns
-
-    async def _send(self, position_deg: float, ramps: dict[str, float], start_ns: int, session: int) -> None:
         if "start" in self._drive.map.control:
-            await super()._send(position_deg, ramps, start_ns, session)
+            await super()._send(position_deg, velocity_rpm, acceleration_rpm_per_s, start_ns, session)
             return
-        for writes in self._order("start_absolute", {**ramps, "set_point_deg": position_deg}):
+        values = ramps_of(velocity_rpm, acceleration_rpm_per_s) | {"set_point_deg": position_deg}
+        for writes in self._order("start_absolute", values):
             await self._drive.write_all(writes, session)
         self._await_end(position_deg)
         self._begins_ns = None

@@ -7,15 +7,21 @@ from bridges.modbus.drives.control_bits import value_write
 from bridges.modbus.drives.register_drive import RegisterDrive
 from hil.drives.drive_link import ASKING, URGENT, NoAnswer
 from hil.drives.drive_motion import DriveMotion
-from hil.firmware.set_point_paths import at, length_ns, to_rest
+from hil.firmware.set_point_paths import at, length_ns
 from hil.vocab.axis import How
-from hil.vocab.path import DEG_PER_S, Path
+from hil.vocab.path import Path
 from hil.vocab.verbs import VerbRefused
 
 PULSE_S = 0.05
 """Time for which a bit that acts as it becomes 1 stays so: longer than a drive's own cycle."""
 LATE_NS = 500_000_000
 """Time without a confirmed set-point after which a stream has failed."""
+
+
+def ramps_of(velocity_rpm: float | None, acceleration_rpm_per_s: float | None) -> dict[str, float]:
+    """Values that a move is given beside its angle."""
+    ramps = {"set_velocity_rpm": velocity_rpm, "acceleration_rpm_per_s": acceleration_rpm_per_s}
+    return {name: value for name, value in ramps.items() if value}
 
 
 class RegisterMotion(DriveMotion):
@@ -36,26 +42,6 @@ class RegisterMotion(DriveMotion):
             except ValueError as error:
                 raise VerbRefused("bad_parameter", f"set_point_deg: {error}") from None
 
-    def follow(self, path: Path, start_ns: int) -> None:
-        """Stream a path's set-points from a time on; they are in effect at once. Raises VerbRefused."""
-        self.check(*(piece.r for piece in path))
-        self._begin(self._stream(path, start_ns, self._drive.link.session))
-        self._path = path, start_ns
-
-    def move(
-        self,
-        position_deg: float,
-        velocity_rpm: float | None,
-        acceleration_rpm_per_s: float | None,
-        start_ns: int,
-    ) -> None:
-        """Send the drive to an angle by its own ramps from a time on. Raises VerbRefused."""
-        self.check(position_deg)
-        ramps = {"set_velocity_rpm": velocity_rpm, "acceleration_rpm_per_s": acceleration_rpm_per_s}
-        given = {name: value for name, value in ramps.items() if value and name in self._drive.map.values}
-        self._begin(self._send(position_deg, given, start_ns, self._drive.link.session))
-        self._begins_ns = start_ns
-
     async def stop(self, how: How = "grace", acceleration_rpm_per_s: float | None = None) -> None:
         """Stop the drive: by its own bit, or with a stream's last set-points, or where it is.
 
@@ -70,10 +56,7 @@ class RegisterMotion(DriveMotion):
             await self._pulse("stop", session, URGENT, start=False, follow=False)
             return
         if streamed and how == "grace" and acceleration_rpm_per_s:
-            set_deg, rate = at(streamed[0], drive.now_ns() - streamed[1])
-            path = to_rest(set_deg, rate, acceleration_rpm_per_s * DEG_PER_S)
-            self._begin(self._stream(path, drive.now_ns(), session))
-            self._path = path, drive.now_ns()
+            self._run_down(streamed, acceleration_rpm_per_s)
             return
         here_deg = drive.position_deg
         if not streamed and here_deg is not None:
@@ -90,10 +73,18 @@ class RegisterMotion(DriveMotion):
 
     # ---- how ----
 
-    async def _send(self, position_deg: float, ramps: dict[str, float], start_ns: int, session: int) -> None:
+    async def _send(
+        self,
+        position_deg: float,
+        velocity_rpm: float | None,
+        acceleration_rpm_per_s: float | None,
+        start_ns: int,
+        session: int,
+    ) -> None:
         drive = self._drive
-        for name, value in ramps.items():
-            await drive.write_value(name, value, session)
+        for name, value in ramps_of(velocity_rpm, acceleration_rpm_per_s).items():
+            if name in drive.map.values:
+                await drive.write_value(name, value, session)
         await drive.write_bits(session, follow=False, start=False)
         await drive.write_value("set_point_deg", position_deg, session)
         await asyncio.sleep(max(start_ns - drive.now_ns(), 0) / 1e9)

@@ -28,19 +28,6 @@ class TmclMotion(DriveMotion):
     def follow(self, path: Path, start_ns: int) -> None:
         raise VerbRefused("cannot", "a TMCL module follows no paths")
 
-    def move(
-        self,
-        position_deg: float,
-        velocity_rpm: float | None,
-        acceleration_rpm_per_s: float | None,
-        start_ns: int,
-    ) -> None:
-        self.check(position_deg)
-        ramps = {MOST_SPEED: velocity_rpm, MOST_ACCELERATION: acceleration_rpm_per_s}
-        given = {number: value for number, value in ramps.items() if value}
-        self._begin(self._send(position_deg, given, start_ns, self._drive.link.session))
-        self._begins_ns = start_ns
-
     async def stop(self, how: How = "grace", acceleration_rpm_per_s: float | None = None) -> None:
         self.abandon()
         self._drive.sent = None
@@ -49,9 +36,18 @@ class TmclMotion(DriveMotion):
     async def end(self) -> None:
         """Do nothing: it follows no set-points."""
 
-    async def _send(self, position_deg: float, ramps: dict[int, float], start_ns: int, session: int) -> None:
+    async def _send(
+        self,
+        position_deg: float,
+        velocity_rpm: float | None,
+        acceleration_rpm_per_s: float | None,
+        start_ns: int,
+        session: int,
+    ) -> None:
         drive = self._drive
-        for number, rpm in ramps.items():
+        for number, rpm in ((MOST_SPEED, velocity_rpm), (MOST_ACCELERATION, acceleration_rpm_per_s)):
+            if not rpm:
+                continue
             await drive.tell(Command.SAP, number, max(round(rpm / 60 * drive.per_turn), 1), session)
         await asyncio.sleep(max(start_ns - drive.now_ns(), 0) / 1e9)
         await drive.tell(Command.MVP, Move.ABS, round(position_deg / drive.step_deg), session)
