@@ -32,7 +32,10 @@ class CommandCutter:
         cuts = self._cuts
         self.text += byte
         if cuts.begins and len(self.text) <= len(cuts.begins) and not cuts.begins.startswith(self.text):
-            self.text = byte if cuts.begins.startswith(byte) else ""
+            while not cuts.begins.startswith(
+                self.text
+            ):  # its end may be a beginning, of FF FF FF that of FF FF FD
+                self.text = self.text[1:]
             return None
         if cuts.size and len(self.text) == cuts.size:
             return self.ended()
