@@ -173,6 +173,27 @@ def test_a_mistake_of_a_loop_is_said(tmp_path, body, said):
     assert said in (bench.device("m1").failed or "")
 
 
+def test_a_byte_that_is_peeked_at_waits_for_the_next(tmp_path):
+    """The Arduino core of 2018 counts what waits behind the byte that it holds."""
+    text = "def loop(board):\n    board.SerialUSB.peek()\n    yield from board.serialCheck()\n"
+    bench, port = _own(tmp_path, text)
+    port.read()
+    port.write(b"p")
+    bench.run(ms=100)
+    assert port.read() == b""
+    port.write(b"p")
+    bench.run(ms=100)
+    assert b"stepNumber" in port.read()
+
+
+def test_a_controller_that_raises_stops_its_board_at_that_interrupt(tmp_path):
+    text = SETUP + "    board.enableTCInterrupts()\nn = 0\ndef controller(board):\n    global n\n    n += 1\n"
+    bench, _ = _own(tmp_path, text + "    if n == 50: raise RuntimeError('boom')\ndef loop(b): pass\n")
+    bench.run(ms=100)
+    assert bench.device("m1").failed == "RuntimeError: boom (mine.py:8)"
+    assert bench.device("m2").failed is None
+
+
 def test_a_time_of_a_turn_that_is_computed_and_wrong_is_a_mistake(tmp_path):
     bench, _ = _own(tmp_path, "LOOP_US = 5 - 5\ndef loop(board): pass\n")
     failed = bench.device("m1").failed or ""

@@ -91,3 +91,103 @@ def test_a_reset_by_itself_prints_the_menu_and_frees_the_motor():
     bench.run(ms=4100)
     assert b"Main menu" in port.read()
     assert (bench.axis("m1").snapshot().loop_on, bench.axis("m1").snapshot().r) == (0, 0)
+
+
+@pytest.mark.parametrize("is_reset", [False, True])
+def test_a_rotor_that_the_loop_has_left_between_steps_may_look_wired_backwards(is_reset):
+    bench, port = _bench(flash={"table": "identity"})
+    port.write(b"xyr90\n")
+    bench.run(ms=1500)
+    port.write(b"n")
+    bench.run(ms=500)
+    if is_reset:
+        bench.device("m1").reset()
+        bench.run(ms=4100)
+    port.write(b"c")
+    bench.run(ms=60_000)
+    assert (b"Calibration complete!" if is_reset else b"Wired backwards") in port.read()
+
+
+def test_a_magnet_whose_counts_hardly_change_is_calibrated_and_nothing_is_written():
+    bench, port = _bench(flash={"table": "empty"})
+    bench.fault("encoder_freeze", "m1")
+    port.write(b"c")
+    bench.run(ms=60_000)
+    assert b"Calibration complete!" in port.read()
+    bench.device("m1").reset()
+    bench.run(ms=4100)
+    assert b"WARNING: Lookup table is empty!" in port.read()
+
+
+@pytest.mark.parametrize(("counts", "holds"), [(50, True), (200, False)])
+def test_a_magnet_that_has_slipped_is_off_by_its_angle_or_runs_away(counts, holds):
+    """A quarter of an electrical turn, 82 counts, is as far as the commutation bears it."""
+    bench, port = _bench(flash={"table": "identity"})
+    port.write(b"xyr90\n")
+    bench.run(ms=1500)
+    before_deg = bench.axis("m1").snapshot().position_deg
+    bench.fault("encoder_slip", "m1", counts=counts)
+    bench.run(ms=1500)
+    shot = bench.axis("m1").snapshot()
+    off_deg = before_deg - shot.position_deg
+    if holds:
+        assert shot.yw == pytest.approx(90, abs=0.2)
+        assert off_deg == pytest.approx(counts * 360 / 16384, abs=0.3)
+        return
+    assert abs(off_deg) > 360
+    bench.device("m1").reset()
+    bench.run(ms=4100)
+    port.write(b"c")
+    bench.run(ms=60_000)
+    port.write(b"xyr30\n")
+    bench.run(ms=2000)
+    assert bench.axis("m1").snapshot().yw == pytest.approx(30, abs=0.2)
+
+
+def test_a_monitor_whose_port_was_away_loses_text_and_the_loop_goes_on():
+    bench, port = _bench(flash={"table": "identity"})
+    port.write(b"xyr30\n")
+    bench.run(ms=1500)
+    port.read()
+    begun = bench.axis("m1").snapshot().control_steps
+    bench.fault("host_close", "m1", for_s=2)
+    port.write(b"m")
+    bench.run(ms=1900)
+    assert port.read() == b""
+    shot = bench.axis("m1").snapshot()
+    assert shot.yw == pytest.approx(30, abs=0.2)
+    assert shot.control_steps - begun == pytest.approx(1.9 * 6500, rel=0.01)
+    bench.run(ms=200)
+    port.write(b"m")
+    bench.run(ms=100)
+    assert port.read() != b""
+
+
+def test_a_driver_that_trips_lets_go_and_comes_back_with_a_wound_up_integral():
+    bench, port = _bench(flash={"table": "identity"})
+    port.write(b"xyr30\n")
+    bench.run(ms=1500)
+    bench.axis("m1").load_torque_Nm = 0.02
+    bench.run(ms=500)
+    before = bench.axis("m1").snapshot()
+    bench.fault("thermal_trip", "m1", start_s=1, for_s=2, every_s=10)
+    bench.run(ms=2900)
+    limp = bench.axis("m1").snapshot()
+    assert (limp.current_a_A, limp.current_b_A, limp.loop_on) == (0, 0, 1)
+    assert abs(limp.yw - 30) > 5
+    assert abs(limp.ITerm) > abs(before.ITerm) + 20
+    rows = bench.axis("m1").record("yw", interval_ms=1)
+    bench.run(ms=2000)
+    assert min(abs(row[1] - 30) for row in rows.rows) < 1
+    bench.run(ms=8000)
+    assert bench.axis("m1").snapshot().current_a_A == 0  # every ten seconds
+
+
+@pytest.mark.parametrize(("start_deg", "jumps"), [(190, True), (350, True), (170, False)])
+def test_a_first_step_beyond_half_a_turn_counts_a_turn_that_was_none(start_deg, jumps):
+    bench, port = _bench(axis={"start_deg": start_deg}, flash={"table": "identity"})
+    before_deg = bench.axis("m1").snapshot().position_deg
+    port.write(b"xy")
+    bench.run(ms=1500)
+    moved_deg = abs(bench.axis("m1").snapshot().position_deg - before_deg)
+    assert moved_deg == pytest.approx(360 if jumps else 0, abs=5)
