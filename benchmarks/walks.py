@@ -186,7 +186,7 @@ def controlword() -> Walk:
 
 def configuration() -> Walk:
     """A configuration of 200 characters."""
-    walk = Walk("configuration, 200 characters")
+    walk = Walk("configuration, 200 characters", most_calls=600)
     check_work("characters", len(SHORT_CONFIG), 200, 0.1)
     catalogue = find_catalogue()
     parse(SHORT_CONFIG, "short.yaml", catalogue)
