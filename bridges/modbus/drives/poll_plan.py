@@ -102,6 +102,8 @@ class PollPlan:
             else:
                 place = place.resolved(lambda cell: values.get(f"cells.{cell}", self._default(cell)))
                 values[name] = place.value(tuple(known), is_low_first=self.of.is_low_first)
+        if "velocity_rpm" not in values and (speed_rpm := values.get("speed_rpm")) is not None:
+            values["velocity_rpm"] = -speed_rpm if bits.get("status.backward") else speed_rpm
         return Reading(at_ns, values, bits, words)
 
     def _default(self, cell: str) -> float:
@@ -150,7 +152,9 @@ def _state_bits(part: StatePart, number: int) -> dict[str, bool]:
     counts = Counter(each for _, each in part.numbers)
     known = {condition for condition, each in part.numbers if counts[each] == 1}
     held = {condition for condition, each in part.numbers if each == number and condition in known}
-    bits = {f"status.{name}": name in held for name in ("enabled", "moving", "fault") if name in known}
+    bits = {
+        f"status.{name}": name in held for name in ("enabled", "moving", "fault", "backward") if name in known
+    }
     if "running" in known or "at_speed" in known or "standing" in known:
         bits["status.moving"] = bool(held & {"running", "at_speed", "moving"})
     return bits

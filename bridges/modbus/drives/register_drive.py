@@ -24,6 +24,7 @@ from hil.drives.drive_fields import (
 )
 from hil.drives.drive_link import IN_TURN, Garbled, NoAnswer, PlaceLost
 from hil.drives.real_drive import DrivePace, RealDrive, SentSetPoint
+from hil.vocab.axis import TURNS_RPM
 from hil.vocab.parameters import Parameter
 from hil.vocab.ports import EchoStats
 from hil.vocab.verbs import Verb
@@ -112,7 +113,8 @@ class RegisterDrive(RealDrive):
         self.unit, self.place, self.map = spec.address.unit, spec.address.place, spec.map
         self.plan = PollPlan.of_map(spec.map)
         values = spec.map.values
-        self.fields = drive_fields(values, spec.map.parameters, has_position="position_deg" in values)
+        told = {*values, "velocity_rpm"} if "speed_rpm" in values else {*values}
+        self.fields = drive_fields(told, spec.map.parameters, has_position="position_deg" in values)
         self.verbs = map_verbs(spec.map)
         self.holding: dict[int, int] = {}
         """Words of the drive's holding registers, as they were read or written last."""
@@ -278,9 +280,11 @@ class RegisterDrive(RealDrive):
 
     @property
     def is_on(self) -> bool:
-        """True if its loop is on, by what it tells, or else by what it was told."""
+        """True if its loop is on, by what it tells, or else by what it was told, or because it turns."""
         bits = self.reading.bits if self.reading else {}
-        told = bits.get("control.enable", self._told.get("enable", False))
+        velocity_rpm = self.reading.values.get("velocity_rpm", 0.0) if self.reading else 0.0
+        turns = self.map.version > 1 and abs(velocity_rpm) > TURNS_RPM
+        told = bits.get("control.enable", self._told.get("enable", False)) or turns
         return bits.get("status.enabled", told)
 
     @property

@@ -126,3 +126,12 @@ commands:
     )
     assert order is not None
     assert [write.words for write in order[0]] == [(0, 5000)]
+
+
+def test_a_speed_without_a_sign_gets_that_of_the_direction() -> None:
+    plan = PollPlan.of_map(drive_map("delta_vfd"))
+    words = dict.fromkeys(range(0x2100, 0x2110), 0) | {0x2103: 1000, 0x0100: 6000}
+    for state, expected_rpm in ((0x0503, 300.0), (0x051B, -300.0)):
+        reading = plan.reading(0, {Table.HOLDING_REGISTERS: words | {0x2101: state}})
+        assert reading.values["velocity_rpm"] == expected_rpm
+        assert reading.bits["status.moving"]
