@@ -98,7 +98,7 @@ def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     assert "d1 has no terminal, at which " in place.hil("step", "d1", "9", code=1)
     said = place.hil("plot", "m1", "--signals", "yv", code=2)
     assert re.search(
-        r'no signal .yv.; did you mean "\w+"\? there are position_deg, .*, yw, .*, following, dir\n', said
+        r'no signal .yv.; did you mean "\w+"\? there are position_deg, .*, yw, .*, following, .*\bdir\b', said
     )
     assert "no device 'm2'" in place.hil("plot", "m2", code=2)
     assert "write a name that ends in" in place.hil("plot", "m1", "-o", "x.gif", code=2)
