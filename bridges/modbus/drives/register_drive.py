@@ -1,7 +1,7 @@
 """Real Modbus drive: what is written to its registers, and what they tell."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -22,7 +22,7 @@ from hil.drives.drive_fields import (
     drive_fields,
     drive_verb,
 )
-from hil.drives.drive_link import IN_TURN, Garbled, NoAnswer, PlaceLost
+from hil.drives.drive_link import IN_TURN, Garbled, NoAnswer, PlaceLost, Reading
 from hil.drives.real_drive import DrivePace, RealDrive, SentSetPoint
 from hil.vocab.axis import TURNS_RPM
 from hil.vocab.parameters import Parameter
@@ -105,6 +105,18 @@ async def _with_settings(client: ModbusClient, unit: int, write: RegisterWrite) 
     return replace(write, words=(write.words[0] | known & write.keeps,), keeps=0)
 
 
+def _told_names(values: Iterable[str]) -> set[str]:
+    """Names of what a drive tells: of a speed without a sign, that with one, too."""
+    names = set(values)
+    return {*names, "velocity_rpm"} if "speed_rpm" in names else names
+
+
+def _turns(of: DriveMap, reading: Reading | None) -> bool:
+    """True if a drive of version 2 turns: it is on, whatever it was told."""
+    velocity_rpm = reading.values.get("velocity_rpm", 0.0) if reading else 0.0
+    return of.version > 1 and abs(velocity_rpm) > TURNS_RPM
+
+
 class RegisterDrive(RealDrive):
     """Drive whose registers a map says."""
 
@@ -113,8 +125,9 @@ class RegisterDrive(RealDrive):
         self.unit, self.place, self.map = spec.address.unit, spec.address.place, spec.map
         self.plan = PollPlan.of_map(spec.map)
         values = spec.map.values
-        told = {*values, "velocity_rpm"} if "speed_rpm" in values else {*values}
-        self.fields = drive_fields(told, spec.map.parameters, has_position="position_deg" in values)
+        self.fields = drive_fields(
+            _told_names(values), spec.map.parameters, has_position="position_deg" in values
+        )
         self.verbs = map_verbs(spec.map)
         self.holding: dict[int, int] = {}
         """Words of the drive's holding registers, as they were read or written last."""
@@ -282,9 +295,7 @@ class RegisterDrive(RealDrive):
     def is_on(self) -> bool:
         """True if its loop is on, by what it tells, or else by what it was told, or because it turns."""
         bits = self.reading.bits if self.reading else {}
-        velocity_rpm = self.reading.values.get("velocity_rpm", 0.0) if self.reading else 0.0
-        turns = self.map.version > 1 and abs(velocity_rpm) > TURNS_RPM
-        told = bits.get("control.enable", self._told.get("enable", False)) or turns
+        told = bits.get("control.enable", self._told.get("enable", False)) or _turns(self.map, self.reading)
         return bits.get("status.enabled", told)
 
     @property
