@@ -124,10 +124,8 @@ class RegisterDrive(RealDrive):
         super().__init__(spec.name, spec.address, spec.pace, now_ns)
         self.unit, self.place, self.map = spec.address.unit, spec.address.place, spec.map
         self.plan = PollPlan.of_map(spec.map)
-        values = spec.map.values
-        self.fields = drive_fields(
-            _told_names(values), spec.map.parameters, has_position="position_deg" in values
-        )
+        values, told = spec.map.values, _told_names(spec.map.values)
+        self.fields = drive_fields(told, spec.map.parameters, has_position="position_deg" in values)
         self.verbs = map_verbs(spec.map)
         self.holding: dict[int, int] = {}
         """Words of the drive's holding registers, as they were read or written last."""
