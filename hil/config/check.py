@@ -1,6 +1,6 @@
 """Checks of a bench's text or mapping, which find every problem at once."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,7 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
 
 def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = False) -> BenchConfig:
     catalogue, wrong_paths = _with_path(document, catalogue)
-    value, found, profiles, elsewhere = _completed(document, catalogue)
+    value, found, profiles, elsewhere, of_files = _completed(document, catalogue)
     findings = [*document.findings, *wrong_paths, *found]
     model = bench_model(catalogue.buses)
     config: BenchConfig | None = None
@@ -73,13 +73,29 @@ def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = Fa
     if opens_bridges and isinstance(value, dict) and isinstance(bridges := value.get(BRIDGES), dict):
         findings += bridge_findings(bridges, value, profiles) if profiles else []
         findings += file_findings(bridges)
-    if config is not None and profiles is not None and not elsewhere:
-        spoilt = {finding.path[1] for finding in findings if finding.path[:1] == ("devices",)}
-        findings += motor_findings(config, catalogue, spoilt if findings else ())
+    spoilt = of_files | {finding.path[1] for finding in findings if len(finding.path) > 1}
+    wrong_keys = {finding.path[0] for finding in findings if finding.path}
+    if good := (None if elsewhere else config) or _good_part(value, model, wrong_keys, spoilt):
+        findings += motor_findings(good, catalogue, spoilt)
     if config is None or findings or elsewhere:
         of_boards = _of_boards(value, catalogue)
         raise ConfigError([*document.error(findings).problems, *elsewhere, *of_boards])
     return config
+
+
+def _good_part(
+    value: Any, model: type[BenchConfig], wrong_keys: Collection[object], spoilt: Collection[object]
+) -> BenchConfig | None:
+    """Bench of those keys and devices that have no findings, so that its motors are checked in the same turn;
+    None: what is left is no bench."""
+    if not isinstance(value, dict) or not isinstance(devices := value.get("devices"), dict):
+        return None
+    kept = {key: each for key, each in value.items() if key not in wrong_keys}
+    good = {name: raw for name, raw in devices.items() if name not in spoilt}
+    try:
+        return model.model_validate({"bench": "bench", **kept, "devices": good})
+    except ValidationError:
+        return None
 
 
 def _with_path(document: Document, catalogue: Catalogue) -> tuple[Catalogue, list[Finding]]:
@@ -106,12 +122,13 @@ def _of_boards(value: Any, catalogue: Catalogue) -> list[Problem]:
 
 def _completed(
     document: Document, catalogue: Catalogue
-) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None, list[Problem]]:
+) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None, list[Problem], set[str]]:
     """Complete a document with the catalogue's defaults: its value, the findings, the profiles of all
-    devices, None for these if there are none, or not all are known, and problems of files that it names."""
+    devices, None for these if there are none, or not all are known, problems of files that it names, and
+    the devices that name these, or have a profile that is not known."""
     given: Any = document.value
     if not isinstance(given, dict) or not isinstance(given.get("devices"), dict):
-        return given, [], None, []
+        return given, [], None, [], set()
     ports = PortsCheck(document, catalogue.ports)
     devices = {
         name: DeviceCheck(name, raw, document, catalogue, ports)
@@ -142,7 +159,8 @@ def _completed(
     are_all = profiles and len(profiles) == len(given["devices"])
     of_devices = (problem for device in devices.values() for problem in device.problems)
     elsewhere = list(dict.fromkeys([*of_devices, *problems, *catalogue.bus_problems]))
-    return value, findings, profiles if are_all else None, elsewhere
+    of_files = {name for name, device in devices.items() if device.problems or not device.profile}
+    return value, findings, profiles if are_all else None, elsewhere, of_files
 
 
 def _with_taps(key: str, name: str, line: Any, ports: PortsCheck) -> Any:

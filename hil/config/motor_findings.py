@@ -1,4 +1,4 @@
-"""Checks of a configuration's motors and loads, once all keys are good."""
+"""Checks of a configuration's motors and loads, of devices whose keys are good."""
 
 from collections.abc import Collection, Iterator
 

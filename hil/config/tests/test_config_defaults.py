@@ -19,9 +19,12 @@ HOW_TOS = sorted((Path(__file__).parents[3] / "docs/how-to").glob("*.md"))
 _CODE = re.compile(r"`[^`]*`")
 _NUMBER = re.compile(r"(?<![\w./:#-])\d+(?:\.\d+)?(?![\w:-]|\.\d)")
 FACTS: dict[str, set[float]] = {
+    "at_zero": {0, 1_000_000},  # the number that is meant, and an example
+    "at_zero_speed": {0},
     "baud": {10, USUAL_BAUD},  # bit times of a character; the speed where no station has one
     "bench": {31},  # characters of a name
     "follow": {1},  # a bit's level
+    "homing_method": {21},  # the value where it is never written
     "identity": {43, 14},  # function of Modbus
     "like": {402},  # a profile of CiA
     "listen": {0},  # a port that is free

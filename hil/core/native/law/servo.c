@@ -13,8 +13,8 @@ const servo *servo_view(const hil_axis *a)
     return s ? s : &none;
 }
 
-/* Of an A4954. Allegro's data sheets of the A4952 to A4954: shutdown at 160 degC, 20 K of hysteresis; both switches of a
-   bridge have 0.8 ohm at 25 degC and 1.3 ohm at 125 degC, here taken hot. Chosen: 35 K/W, for its package with a thermal pad on a board of
+/* Of an A4954, with figures of the data sheet of its kin A4952 and A4953: shutdown at 160 degC, 20 K of hysteresis; both
+   switches of a bridge have 0.8 ohm at 25 degC and 1.3 ohm at 125 degC, here taken hot. Chosen: 35 K/W, for its package with a thermal pad on a board of
    four layers, and how long it takes to warm up. Its own 10 mA and what switching costs are left out. */
 static const heat_limits LIMITS = {.hot_degC = 160, .cool_degC = 140, .K_per_W = 35, .warming_s = 10};
 static const double BRIDGE_OHM = 1.3;
