@@ -44,8 +44,10 @@ def findings(done: "subprocess.CompletedProcess[bytes]") -> Findings:
 
 
 def is_of_load(found: str) -> bool:
-    """True if what was found holds for any bench on a machine that has too much to do."""
-    return "of the wakes of the last minute" in found or "answers were held up" in found
+    """True if what was found holds for any bench on a machine that has too much to do, or has many."""
+    return (
+        "shares CPU" in found or "of the wakes of the last minute" in found or "answers were held up" in found
+    )
 
 
 def status(place: Place, **launch: Any) -> dict[str, Any]:

@@ -348,7 +348,7 @@ class BenchConfig(StrictModel):
         default=None,
         ge=0,
         le=1023,
-        description="The CPU that the real-time core is pinned to; null: the last one allowed.",
+        description="The CPU that the real-time core is pinned to; null: the one that fewest benches have.",
     )
     recordings: RecordingsConfig = Field(
         default=RecordingsConfig(),

@@ -169,7 +169,8 @@ def _cpus(system: System, tried: Tried) -> _Judgement:
     if len(system.allowed_cpus) == 1:
         cost = "the core's thread and Python take turns: " + LATE
         return "note", listed, cost, "allow two: `taskset -c 0,1`, AllowedCPUs=, --cpuset-cpus=0,1"
-    return "ok", f"{listed}; the core takes {tried.cpu}" if tried.cpu >= 0 else listed
+    held = "".join(f"; bench {', '.join(benches)} has {cpu}" for cpu, benches in tried.held.items())
+    return "ok", f"{listed}{held}; the core takes {tried.cpu}" if tried.cpu >= 0 else listed
 
 
 def _isolation(system: System) -> _Judgement:

@@ -3,10 +3,11 @@
 import ctypes
 import os
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from hil.host.cpu_claim import by_cpu, holders
 from hil.host.real_time import wanted_cpu, wanted_priority
 from hil.host.system import Files
 
@@ -31,11 +32,14 @@ class Tried:
     runtime_failure: str
     state_dir: Path
     state_failure: str
+    held: Mapping[int, Sequence[str]] = field(default_factory=dict)
+    """Benches whose real-time threads hold a CPU, for each such CPU."""
 
 
 def try_all(devices: int, runtime_dir: Path, state_dir: Path) -> Tried:
     """Try everything that a bench of so many devices needs."""
-    priority, cpu = wanted_priority(), wanted_cpu(None)
+    held = holders()
+    priority, cpu = wanted_priority(), wanted_cpu(held)
     failure, fifo_errno, pin_errno, lock_errno, locked_kB = _try_core(devices, priority, cpu)
     return Tried(
         priority=priority,
@@ -51,6 +55,7 @@ def try_all(devices: int, runtime_dir: Path, state_dir: Path) -> Tried:
         runtime_failure=_try_folder(runtime_dir, own=True),
         state_dir=state_dir,
         state_failure=_try_folder(state_dir, own=False),
+        held=by_cpu(held),
     )
 
 

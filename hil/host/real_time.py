@@ -3,10 +3,11 @@
 import errno
 import os
 import resource
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hil.host.cpu_claim import CpuClaim, Holder, least_held
 from hil.host.refusal import memory_refused, pin_refused, raise_rtprio, real_time_refused
 from hil.host.system import System, read_system
 
@@ -30,6 +31,8 @@ class Grant:
     """Remedy where a lower priority than wanted was granted."""
     is_asked: bool = True
     """True if the user asked for real time: who did not is spared the remedies."""
+    claim: CpuClaim | None = None
+    """CPU that this bench holds, which others may hold, too."""
 
     @property
     def state(self) -> str:
@@ -39,10 +42,15 @@ class Grant:
     def line(self) -> str:
         lower = f", {WANTED_PRIORITY} was wanted: {self.more}" if self.more else ""
         pinned = f", CPU {self.cpu}" if self.cpu >= 0 else ""
+        shares = f"; {text}" if (text := self.shares()) else ""
         if not self.missing:
-            return f"rt: ok (SCHED_FIFO {self.priority}{pinned}, memory locked{lower})"
+            return f"rt: ok (SCHED_FIFO {self.priority}{pinned}, memory locked{lower}{shares})"
         cost = "; ".join(self.missing.values()) if self.is_asked else UNASKED
-        return f"rt: late (no {' and no '.join(self.missing)}): {cost}"
+        return f"rt: late (no {' and no '.join(self.missing)}{shares}): {cost}"
+
+    def shares(self) -> str:
+        """Say with which other benches the thread shares its CPU now; empty if with none."""
+        return self.claim.shares() if self.claim else ""
 
 
 def wanted_priority() -> int:
@@ -57,22 +65,27 @@ def is_asked(configured_cpu: int | None, require_rt: bool) -> bool:
     return require_rt or configured_cpu is not None or resource.getrlimit(resource.RLIMIT_RTPRIO)[0] > 0
 
 
-def wanted_cpu(configured: int | None) -> int:
-    """CPU to pin to: the configured one, else the last that is allowed, -1 where there is only one."""
-    if configured is not None:
-        return configured
-    allowed = sorted(os.sched_getaffinity(0))
-    return allowed[-1] if len(allowed) > 1 else -1
+def wanted_cpu(held: Sequence[Holder]) -> int:
+    """CPU that a bench without ``cpu:`` would be pinned to beside those that hold one; -1 where there is only
+    one."""
+    allowed = os.sched_getaffinity(0)
+    return least_held(allowed, held) if len(allowed) > 1 else -1
 
 
 def grant(
-    stats: "RtStats", priority: int, cpu: int, system: System | None = None, *, asked: bool = True
+    stats: "RtStats",
+    priority: int,
+    cpu: int,
+    system: System | None = None,
+    *,
+    asked: bool = True,
+    claim: CpuClaim | None = None,
 ) -> Grant:
     """Describe the core's report in words. The system is read where something was refused. ``asked``: whether
-    the user asked for real time."""
+    the user asked for real time; ``claim``: the CPU that is held, if others are to be told."""
     if not (stats["fifo_errno"] or stats["pin_errno"] or stats["lock_errno"]):
         more = raise_rtprio(system or read_system(), WANTED_PRIORITY) if priority < WANTED_PRIORITY else ""
-        return Grant(priority, cpu, {}, more, asked)
+        return Grant(priority, cpu, {}, more, asked, claim)
     system = system or read_system()
     missing = {}
     if stats["fifo_errno"]:
@@ -81,7 +94,7 @@ def grant(
         missing[f"CPU {cpu}"] = pin_refused(cpu).line()
     if stats["lock_errno"]:
         missing["locked memory"] = memory_refused(system).line()
-    return Grant(priority, cpu, missing, is_asked=asked)
+    return Grant(priority, cpu, missing, is_asked=asked, claim=claim)
 
 
 def refused(configured_cpu: int | None) -> str | None:

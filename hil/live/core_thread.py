@@ -7,7 +7,8 @@ from collections.abc import Callable
 from contextlib import AsyncExitStack
 
 from hil.config import BenchConfig
-from hil.host.real_time import Grant, grant, is_asked, refused, wanted_cpu, wanted_priority
+from hil.host.cpu_claim import claim_cpu
+from hil.host.real_time import Grant, grant, is_asked, refused, wanted_priority
 from hil.live.refusals import StartError
 from hil.sim.bench import BenchRuntime
 
@@ -65,14 +66,15 @@ def start_core(
     # a start leaves 550 objects of 100,000 behind, and to find them takes a tenth of its time.
     gc.freeze()
     gc.enable()
-    priority, cpu = wanted_priority(), wanted_cpu(config.cpu)
+    priority, claim = wanted_priority(), claim_cpu(config.cpu, config.bench)
+    stack.callback(claim.release)
     try:
-        bench.real_time.start(1_000_000_000 // config.rate_hz, config.speed, priority, cpu)
+        bench.real_time.start(1_000_000_000 // config.rate_hz, config.speed, priority, claim.pin)
     except OSError as error:
         raise StartError(f"the core's thread could not be started: {error.strerror}") from error
     epoch_ns = epoch_of(bench, config.speed)
     asked = is_asked(config.cpu, require_rt)
-    granted = grant(bench.core.native.rt_stats(), priority, cpu, asked=asked)
+    granted = grant(bench.core.native.rt_stats(), priority, claim.pin, asked=asked, claim=claim)
     if granted.missing and require_rt:
         raise StartError(granted.line())
     loop = asyncio.get_running_loop()

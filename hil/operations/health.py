@@ -25,7 +25,8 @@ ASKED_LOOP_LATE_NS = 250_000_000
 """The same where real time was asked for. The longest work of a healthy bench, a query of the look-up table,
 holds the loop for 20 ms."""
 KINDS = {
-    "real_time": "real time was asked for, and priority, CPU or locked memory was refused",
+    "real_time": "real time was asked for, and priority, CPU or locked memory was refused, or another bench"
+    " has the CPU of `cpu:`, too",
     "wakes": f"real time was asked for, and more than {MISSED_SHARE:.0%} of the core's wakes of the last"
     " minute came too late",
     "loop": f"answers were held up for more than {LOOP_LATE_NS // 1_000_000} ms in the last minute, or for"
@@ -112,6 +113,8 @@ def lateness(grant: Grant, missed_share: float, loop_worst_ns: int) -> Iterator[
     if grant.is_asked:
         for missing, remedy in grant.missing.items():
             yield HealthProblem("real_time", "", f"no {missing}", remedy)
+        if grant.claim and grant.claim.is_configured and (shares := grant.shares()):
+            yield HealthProblem("real_time", "", shares, "give one of them another `cpu:`, or none")
         if missed_share > MISSED_SHARE:
             what = f"{missed_share:.1%} of the wakes of the last minute came too late"
             again = "`hil doctor` looks for the cause; `hil docs real-time` says what helps"
