@@ -20,7 +20,7 @@ from markdown_blocks import fits
 from page_sessions import steps as steps_of
 
 PAGE = "docs/how-to/runs.md"
-VARIES = (r"-?\d+\.\d+", "ahead|behind")
+VARIES = (r"-?\d+\.\d+", "ahead|behind", "earlier|later")
 
 
 def epoch_ns(server: Server) -> tuple[int, int]:
@@ -67,6 +67,8 @@ def test_a_run_over_two_hosts_begins_at_one_time(hosts: Site) -> None:
     # Both computers are this one: what is measured between their clocks is what the measurement is off by.
     assert abs(clock["clock_offset_ns"]) < clock["clock_error_ns"] + 1_000_000
     assert 0 < clock["clock_error_ns"] < 100_000_000
+    told_ns = abs(clock["began_apart_ns"])
+    assert told_ns < 2_000_000 + clock["clock_error_ns"], told_ns
 
 
 @pytest.mark.thorough

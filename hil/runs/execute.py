@@ -2,6 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Generator, Mapping
+from itertools import takewhile
 
 from hil.runs.course import PhraseCourse
 from hil.runs.plan import Move, Phrase, Plan
@@ -9,6 +10,7 @@ from hil.runs.progress import AxisReport, Ended, Progress
 from hil.runs.run_axis import RunAxis
 from hil.runs.run_document import WaitUntil
 from hil.vocab.axis import NOT_JOINED, Axes, How
+from hil.vocab.path import PathPiece
 from hil.vocab.verbs import VerbRefused
 
 POLL_NS = 10_000_000
@@ -28,6 +30,10 @@ SETTLE_NS = 200_000_000
 LEAST_PACE = 0.001
 """Slowest pace that is no pause: a path of a day takes three years."""
 _STOPS: Mapping[How, str] = {"grace": "a controlled stop", "prejudice": "an immediate stop"}
+
+
+def _stands(piece: PathPiece) -> bool:
+    return not (piece.per_s or piece.per_s2 or piece.per_s3)
 
 
 class Soon:
@@ -167,6 +173,8 @@ class Execution:
         pace = 1.0 if phrase.events or not can_join else self._pace or 1.0
         course = PhraseCourse(phrase, start_ns, self.plan.run.axes, pace, can_join)
         course, late_ns = self._begin(course, can_join)
+        if self.progress.began_at_ns is None:
+            self.progress.began_at_ns = self._begins_ns(phrase, course.start_ns)
         for event in phrase.events:
             if axis := self._axes.get(event.axis):
                 axis.give(event, course.start_ns)
@@ -183,6 +191,20 @@ class Execution:
         self._check_ends(phrase)
         if phrase.wait and phrase.wait.axis in self._axes:
             yield from self._wait(phrase.wait)
+
+    def _begins_ns(self, phrase: Phrase, start_ns: int) -> int | None:
+        """Time at which the first of this bench's axes begins to move; None: they stand in this phrase."""
+        moves_ns = [
+            start_ns + event.at_ns
+            for event in phrase.events
+            if event.axis in self._axes and isinstance(event, Move)
+        ]
+        paths_ns = [
+            axis.begins_ns + sum(piece.duration_ns for piece in takewhile(_stands, phrase.paths[name]))
+            for name, axis in self._axes.items()
+            if name in phrase.paths
+        ]
+        return min([*moves_ns, *paths_ns], default=None)
 
     def _begin(self, course: PhraseCourse, can_join: bool) -> tuple[PhraseCourse, int]:
         """Give the axes their paths. Answers the course that they have, from one start: a later one if some

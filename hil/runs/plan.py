@@ -1,14 +1,14 @@
 """Plan of a run's whole motion, made before anything moves: phrases that go by the clock, and waits."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from struct import Struct
 
 from hil.core.trajectory import Trajectory
 from hil.runs.run_document import RunDocument, WaitUntil
 from hil.vocab.axis import Axis, AxisNow
-from hil.vocab.path import PathPiece
+from hil.vocab.path import Path, PathPiece
 
 _PIECE = Struct("<q4d")
 
@@ -67,13 +67,19 @@ class Plan:
     ends_deg: Mapping[str, float]
     axes: Mapping[str, AxisNow]
 
-    def digest(self) -> str:
-        """Digest of the motion: the same for the same motion, to the bit."""
+    def part(self, of: Collection[str]) -> "Plan":
+        """The plan with the paths of these axes alone."""
+        phrases = (replace(phrase, paths=_some(phrase.paths, of)) for phrase in self.phrases)
+        return replace(self, phrases=tuple(phrases))
+
+    def digest(self, of: Collection[str]) -> str:
+        """Digest of the timing and of the motion of these axes: the same for the same motion, to the bit."""
         total = sha256()
         for phrase in self.phrases:
-            timing = (phrase.duration_ns, phrase.marks, sorted(phrase.awaited), phrase.wait)
-            total.update(repr((timing, phrase.events)).encode())
-            for axis, path in phrase.paths.items():
+            timing = (phrase.duration_ns, phrase.marks, sorted(phrase.awaited & set(of)), phrase.wait)
+            events = [event for event in phrase.events if event.axis in of]
+            total.update(repr((timing, events)).encode())
+            for axis, path in _some(phrase.paths, of).items():
                 total.update(axis.encode())
                 for piece in path:
                     total.update(
@@ -82,11 +88,17 @@ class Plan:
         return total.hexdigest()
 
 
-class Phrases:
-    """Phrases of a plan, as its steps add to them. ``position_deg``: positions after the last step."""
+def _some(paths: Mapping[str, Path], of: Collection[str]) -> dict[str, Path]:
+    return {axis: path for axis, path in paths.items() if axis in of}
 
-    def __init__(self, axes: Mapping[str, AxisNow]) -> None:
+
+class Phrases:
+    """Phrases of a plan, as its steps add to them. ``position_deg``: positions after the last step; ``of``:
+    axes whose paths are wanted."""
+
+    def __init__(self, axes: Mapping[str, AxisNow], of: Collection[str]) -> None:
         self.ended: list[Phrase] = []
+        self._of = of
         self.position_deg = {name: axis.position_deg for name, axis in axes.items()}
         self.followers = [name for name, axis in axes.items() if axis.follows_paths]
         self._silent = {name for name, axis in axes.items() if axis.is_awaited or not axis.tells_position}
@@ -94,7 +106,7 @@ class Phrases:
 
     def _begin(self) -> None:
         self._at_ns = 0
-        self._pieces: dict[str, list[PathPiece]] = {name: [] for name in self.followers}
+        self._pieces: dict[str, list[PathPiece]] = {name: [] for name in self.followers if name in self._of}
         self._events: list[Move | Level] = []
         self._marks: list[tuple[int, int]] = []
         self._sent: set[str] = set()
@@ -135,7 +147,7 @@ class Phrases:
     ) -> None:
         """Move axes to their targets, ``moved`` of those that follow paths, in order, by ``trajectory``; the
         others of them stand."""
-        for name in self.followers:
+        for name in self._pieces:
             pieces = trajectory.pieces(moved.index(name)) if trajectory and name in moved else []
             if duration_ns:
                 self._pieces[name] += pieces or [PathPiece(duration_ns, self.position_deg[name])]
@@ -148,7 +160,7 @@ class Phrases:
         self, targets_deg: Mapping[str, float], duration_ns: int, pieces: Mapping[str, Sequence[PathPiece]]
     ) -> None:
         """Let axes follow pieces to their targets, and the others stand; a phrase of its own."""
-        for name in self.followers:
+        for name in self._pieces:
             self._pieces[name] += pieces.get(name) or [PathPiece(duration_ns, self.position_deg[name])]
         self._at_ns += duration_ns
         self.position_deg |= targets_deg

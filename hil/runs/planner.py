@@ -1,6 +1,6 @@
 """Planner of runs, before anything moves: each step from where the one before leaves the axes."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import ceil
 from typing import Any
 
@@ -35,6 +35,7 @@ from hil.vocab.axis import AxisNow
 from hil.vocab.parameters import plain
 from hil.vocab.path import DEG_PER_S
 from hil.vocab.problem import ConfigError
+from hil.vocab.seen_over import seen_over
 from hil.vocab.time import NS_PER_S
 
 SPLINE_LOOKS = 1000
@@ -46,13 +47,15 @@ class _Impossible(Exception):
     noted already."""
 
 
-def plan_run(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> Plan:
-    """Plan all of a run, from where its axes are.
+def plan_run(
+    run: RunDocument, document: Document, axes: Mapping[str, AxisNow], of: Collection[str] | None = None
+) -> Plan:
+    """Plan all of a run, from where its axes are. ``of``: axes whose paths are wanted; None: of all.
 
     Raises:
         ConfigError: it cannot be done as it is; with all problems and their places.
     """
-    planner, steps = _planned(run, document, axes)
+    planner, steps = _planned(run, document, axes, of)
     if findings := [*_axis_findings(run, axes), *planner.findings]:
         raise document.error(findings)
     return Plan(planner.run, tuple(planner.phrases.ended), steps, planner.phrases.position_deg, axes)
@@ -79,12 +82,14 @@ class _Anything(tuple[str, ...]):
         return True
 
 
-def _planned(run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> tuple["StepPlanner", int]:
+def _planned(
+    run: RunDocument, document: Document, axes: Mapping[str, AxisNow], of: Collection[str] | None = None
+) -> tuple["StepPlanner", int]:
     """Plan the steps of a run; answers the planner, with its findings, and the number of steps."""
     unknown = AxisNow(0.0, True, _Anything(), _Anything())
     known = {name: axes.get(name, unknown) for name in run.axes}
     run = fitted(run, known)
-    planner = StepPlanner(run, document, known)
+    planner = StepPlanner(run, document, known, run.axes if of is None else of)
     order = list(_unrolled(run.steps, planner.findings))
     for index in order if not planner.findings else ():
         planner.step(index, run.steps[index])
@@ -144,13 +149,16 @@ class StepPlanner:
     Long because each kind of step begins where the one before has ended.
     """
 
-    def __init__(self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow]) -> None:
+    def __init__(
+        self, run: RunDocument, document: Document, axes: Mapping[str, AxisNow], of: Collection[str]
+    ) -> None:
         self.run, self._document = run, document
         self._axes = axes
+        self._limits = {name: _limits(rules) for name, rules in run.axes.items()}
         self._said: set[KeyPath] = set()
         self._rows_left = ROWS
         self.findings: list[Finding] = []
-        self.phrases = Phrases({name: axes[name] for name in run.axes})
+        self.phrases = Phrases({name: axes[name] for name in run.axes}, of)
 
     def step(self, index: int, step: Step) -> None:
         """Plan a step, from where the one before it ends."""
@@ -205,7 +213,7 @@ class StepPlanner:
     ) -> Trajectory:
         here = [self.phrases.position_deg[name] for name in followers]
         there = [targets_deg[name] for name in followers]
-        limits = [_limits(self.run.axes[name]) for name in followers]
+        limits = [self._limits[name] for name in followers]
         try:
             if kind.startswith("line"):
                 return plan_line(here, there, limits, self.run.profile, duration_ns)
@@ -259,13 +267,14 @@ class StepPlanner:
         times_s: Sequence[float | None],
     ) -> Trajectory:
         """Plan a spline through rows of positions, at the times or as soon as can be. Raises PlanError."""
-        limits = [_limits(self.run.axes[name]) for name in names]
+        limits = [self._limits[name] for name in names]
         if times_s[0] is None:
             return plan_spline_within(rows, limits)
         trajectory = plan_spline(rows, [0, *(round((at_s or 0.0) * NS_PER_S) for at_s in times_s)])
         if violation := trajectory.violation(limits):
-            what = f"{names[violation.axis]}: {violation.quantity} of {violation.value:.4g}"
-            when = f"at {violation.at_ns / 1e9:.3f} s; the limit is {violation.limit:.4g}"
+            value = seen_over(violation.value, violation.limit)
+            what = f"{names[violation.axis]}: {violation.quantity} of {value}"
+            when = f"at {violation.at_ns / 1e9:.3f} s; the limit is {violation.limit:g}"
             raise _Impossible(place, f"{what} {when} (deg and s)", "take more time, or leave at_s out")
         return trajectory
 
@@ -307,7 +316,8 @@ class StepPlanner:
                 continue
             least_deg, most_deg = self._range_deg(name, rules)
             if not least_deg <= target_deg <= most_deg:
-                what = f"{name} may not go to {target_deg:g} deg"
+                shown = seen_over(target_deg, least_deg if target_deg < least_deg else most_deg)
+                what = f"{name} may not go to {shown} deg"
                 findings.append((place, what, _range(least_deg, most_deg)))
             if needs_path and not self._axes[name].follows_paths:
                 what = f"{name} makes ramps of its own, and keeps to no line or spline"
@@ -339,7 +349,8 @@ class StepPlanner:
         for number, name in enumerate(names):
             rules, way = self.run.axes[name], looks[number :: len(names)]
             if min(way) < rules.min_deg or max(way) > rules.max_deg:
-                said = f"{name} would go from {min(way):.4g} to {max(way):.4g} deg between the points"
+                low, high = seen_over(min(way), rules.min_deg), seen_over(max(way), rules.max_deg)
+                said = f"{name} would go from {low} to {high} deg between the points"
                 raise _Impossible(place, said, _range(rules.min_deg, rules.max_deg))
 
     def _wait(self, place: KeyPath, wait: WaitUntil) -> None:
@@ -375,11 +386,8 @@ class StepPlanner:
 
 
 def _limits(rules: AxisRules) -> AxisLimits:
-    return AxisLimits(
-        rules.velocity_rpm * DEG_PER_S,
-        rules.acceleration_rpm_per_s * DEG_PER_S,
-        rules.jerk_rpm_per_s2 * DEG_PER_S,
-    )
+    rpm = rules.velocity_rpm, rules.acceleration_rpm_per_s, rules.jerk_rpm_per_s2
+    return AxisLimits(*(each * DEG_PER_S for each in rpm))
 
 
 def _range(least_deg: float, most_deg: float) -> str:

@@ -23,12 +23,14 @@ class AxisReport:
 @dataclass
 class BenchReport:
     """Report on another bench that takes part. Its clock is ``clock_offset_ns`` ahead of this one's, give or
-    take ``clock_error_ns``."""
+    take ``clock_error_ns``. ``began_apart_ns``: how much later than here motion began there, by the clocks;
+    None: not yet."""
 
     state: str
     why: str | None
     clock_offset_ns: int
     clock_error_ns: int
+    began_apart_ns: int | None = None
 
 
 @dataclass
@@ -44,6 +46,8 @@ class Progress:
     step_at_ns: int | None = None
     """Time at which the step began, exactly: at any pace, and however late somebody looked."""
     started_at_ns: int | None = None
+    began_at_ns: int | None = None
+    """Time at which this bench's axes began to move, as they took it; ``started_at_ns`` is before that."""
     ended_at_ns: int | None = None
     planned_end_ns: int | None = None
     """Time at which the plan ends, known when it moves; waits and steppers' own ramps can make it later."""

@@ -12,6 +12,7 @@ from hil.runs.run_document import AxisRules, RunDocument
 from hil.vocab.axis import Axis, AxisNow, AxisState, How
 from hil.vocab.parameters import Parameter, plain
 from hil.vocab.path import Path
+from hil.vocab.seen_over import seen_over
 from hil.vocab.verbs import Verb, VerbRefused
 
 LIMITS = {"velocity_rpm": "rpm", "acceleration_rpm_per_s": "rpm/s"}
@@ -106,6 +107,12 @@ class RunAxis:
         self._path = begin_ns, begin_ns + duration_ns, last_deg
         return begin_ns
 
+    @property
+    def begins_ns(self) -> int:
+        """Beginning of the path that it follows. It follows one."""
+        assert self._path is not None
+        return self._path[0]
+
     def join(self, path: Path, start_ns: int, end_ns: int, last_deg: float) -> None:
         """Let the axis's set-point go on along a path that began then; the whole way ends at ``end_ns`` at
         ``last_deg``. Raises Ended: it was refused."""
@@ -130,7 +137,8 @@ class RunAxis:
             raise self.failed(f"{self.name}: {why}")
         worst_deg, limit_deg = self.note(), self.rules.following_error_deg
         if limit_deg is not None and worst_deg > limit_deg:
-            why = f"{self.name} is {worst_deg:.3g} deg from where it should be, {limit_deg:g} are allowed"
+            shown = seen_over(worst_deg, limit_deg)
+            why = f"{self.name} is {shown} deg from where it should be, {limit_deg:g} are allowed"
             raise self.failed(why)
 
     def note(self) -> float:

@@ -196,6 +196,13 @@ class RunDocument(StrictModel):
         description="How the others stop when an axis fails: `grace` or `controlled` with a ramp,"
         " `prejudice` or `immediate` at once.",
     )
+    silence_s: float = Field(
+        default=1.0,
+        ge=0.5,
+        le=60,
+        description="Time for which another bench of the run, or the link to it, may be silent. Then it is"
+        " gone: the run ends as `on_fault` says. A phrase that moves needs no messages.",
+    )
     start_in_s: Seconds = Field(default=0.0, description="Time from its acceptance to its start.")
     steps: list[Step] = Field(min_length=1, max_length=STEPS, description="The steps, in their order.")
 

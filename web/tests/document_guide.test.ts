@@ -59,7 +59,7 @@ describe("places in a document", () => {
 
 describe("what may stand there", () => {
   it("is what the document has", () => {
-    expect(offered("")).toEqual(["run: ", "axes: ", "profile: ", "on_fault: ", "start_in_s: ", "steps: "]);
+    expect(offered("")).toEqual(["run: ", "axes: ", "profile: ", "on_fault: ", "silence_s: ", "start_in_s: ", "steps: "]);
     expect(offered("profile: ")).toEqual(["trapezoid ", "s_curve as if left out"]);
     expect(offered("steps:\n- ")).toContain("wait_until: ");
     expect(offered("nonsense:\n  ")).toEqual([]);

@@ -56,8 +56,15 @@ def run_report(progress: dict[str, Any]) -> str:
             )
         lines.append(said)
     for name, bench in progress["benches"].items():
-        lines.append(f"  {name}: {bench['state']}; {clock_words(bench)}")
+        lines.append(f"  {name}: {bench['state']}; {_began_words(bench)}{clock_words(bench)}")
     return "\n".join(lines)
+
+
+def _began_words(bench: dict[str, Any]) -> str:
+    """Words for how much later than here motion began on another bench."""
+    if (apart_ns := bench.get("began_apart_ns")) is None:
+        return ""
+    return f"it began {abs(apart_ns) / 1e6:.3f} ms {'earlier' if apart_ns < 0 else 'later'}, "
 
 
 def clock_words(bench: dict[str, Any]) -> str:

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 from hil.config import ConfigError
 from hil.live.configured import Configured
-from hil.live.off_loop import off_loop
 from hil.live.runs.lead import Together
 from hil.live.runs.planning import Planning
-from hil.runs import Execution, Progress, Soon
+from hil.runs import Execution, Plan, Progress, Soon
 from hil.vocab.axis import Axes
 from hil.vocab.bridge_protocol import BenchGone
 from hil.vocab.desk_protocol import Source
@@ -41,6 +40,8 @@ class QueuedRun:
     progress: Progress
     is_shared: bool = False
     """True if other benches take part."""
+    planned: tuple[Plan, Together | None] | None = None
+    """Plan that was made at its submission, if it begins at once: nothing has moved since."""
     execution: Execution | None = None
     """Execution, once the run has begun."""
     task: asyncio.Task[None] | None = None
@@ -72,7 +73,7 @@ class CarryingOut:
             await self._lead(entry)
             return
         try:
-            plan = await self._planning.plan_now(entry.source, entry.text, entry.file, entry.name)
+            plan, _ = await self._planning.plan_now(entry.source, entry.text, entry.file, entry.name)
         except (ConfigError, VerbRefused) as error:
             raise NotBegun(f"it cannot be done any more: {error}") from None
         lead_ns = round(LEAD_WALL_NS * self._configured.config.speed)
@@ -85,9 +86,13 @@ class CarryingOut:
         """Carry out a run that spans benches."""
         together: Together | None = None
         try:
-            run, _ = await off_loop(entry.text, self._planning.read, entry.text, entry.file, entry.name)
-            together = self._planning.together(entry.source, run)
-            plan = await self._planning.plan_now(entry.source, entry.text, entry.file, entry.name, together)
+            planned, entry.planned = entry.planned, None
+            if planned is None:
+                planned = await self._planning.plan_now(entry.source, entry.text, entry.file, entry.name)
+            plan, together = planned
+            assert together is not None
+            self._planning.check_still(plan)
+            together.name = entry.name
             await together.join(entry.text, plan)
         except (ConfigError, VerbRefused, BenchGone) as error:
             if together:
@@ -100,7 +105,7 @@ class CarryingOut:
                 self._releasing.add(releasing)
                 releasing.add_done_callback(self._releasing.discard)
             raise
-        execution = Execution(plan, self._axes, together.baton, entry.names)
+        execution = Execution(plan.part(entry.names), self._axes, together.baton, entry.names)
         together.begin(execution, entry.progress)
         try:
             await self.follow(entry, execution, together.each)

@@ -1,10 +1,12 @@
 """Other benches of a run: questions to them, their answers, and the offsets of their clocks."""
 
+import asyncio
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
+from hil.live.runs.asked_again import asked_again
 from hil.runs import ClockOffset
 from hil.vocab.axis import AxisNow
 from hil.vocab.bridge_protocol import BenchDoor, BenchGone, Bridge
@@ -12,11 +14,10 @@ from hil.vocab.desk_protocol import Source
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import VerbRefused
 
-LOST_S = 1.0
-"""Silence after which a bench is taken for gone: ten beats."""
 LOOKS = 8
 """Number of questions in a row that compare two clocks at the beginning."""
 ANSWER_S = 0.3
+LEAST_ANSWER_S = 0.01
 
 
 def stood_still(for_s: float) -> str:
@@ -125,23 +126,37 @@ class OtherBenches:
         member.clock.add(answered.asked_ns, int(answered.content["wall_ns"]), answered.heard_ns)
         return answered.content
 
+    async def ask_again(
+        self, source: Source, member: Member, run: str, given: Mapping[str, Any], timeout_s: float = ANSWER_S
+    ) -> Mapping[str, Any]:
+        """Ask as ``ask``, again and again within the time: a question may be lost."""
+        try:
+            return await asked_again(
+                lambda left_s: self.ask(source, member, run, given, max(left_s, LEAST_ANSWER_S)), timeout_s
+            )
+        except BenchGone as gone:
+            if self._door() is None:
+                raise
+            raise BenchGone(f"the bench {member.bench} did not answer within {timeout_s:g} s") from gone
+
     async def joined(self, source: Source) -> list[dict[str, Any]]:
         """List those that can be in a run with this one, with their clocks; ``why`` says what prevents it."""
         door = self._door()
-        rows = []
+        rows = list[dict[str, Any]]()
         if door and (clash := door.name_clash()):
             rows.append(_row(Member(clash.bench, {}), f"{clash.what}; {clash.remedy}"))
-        for name in await door.benches() if door else ():
-            member = Member(name, {})
-            told: Mapping[str, Any] = {}
-            why = None
-            try:
-                for _ in range(LOOKS + 1):
-                    told = await self.ask(source, member, "none", {"do": "clock"})
-            except (BenchGone, VerbRefused) as error:
-                told, why = {}, str(error)
-            rows.append(_row(member, why, told))
-        return rows
+        names = await door.benches() if door else ()
+        return rows + await asyncio.gather(*(self._joined_row(source, name) for name in names))
+
+    async def _joined_row(self, source: Source, name: str) -> dict[str, Any]:
+        member = Member(name, {})
+        told: Mapping[str, Any] = {}
+        try:
+            for _ in range(LOOKS + 1):
+                told = await self.ask(source, member, "none", {"do": "clock"})
+        except (BenchGone, VerbRefused) as error:
+            return _row(member, str(error))
+        return _row(member, None, told)
 
 
 def _row(member: Member, why: str | None, told: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:

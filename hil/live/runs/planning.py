@@ -67,45 +67,42 @@ class Planning:
         return plan_run(run, document, self._as_named(run, axes))
 
     async def plan_text(
-        self,
-        source: Source,
-        text: str,
-        file: str,
-        axes: FoundAxes,
-        together: Together | None = None,
-        name: str = "",
-    ) -> Plan:
-        """Plan any run, in a thread if it is long. Raises ConfigError: it cannot be done."""
+        self, source: Source, text: str, file: str, axes: FoundAxes, name: str = ""
+    ) -> tuple[Plan, Together | None]:
+        """Plan any run, in a thread if it is long; answers with the plan who leads it if it spans benches,
+        and has looked at them. Raises ConfigError: it cannot be done."""
         try:
             run, document = await off_loop(text, self.read, text, file, name)
         except RunTextError as error:
             raise self._with_the_rest(error, axes()) from None
+        together = None
         others: dict[str, AxisNow] = {}
         if self.is_shared(run):
-            others = await (together or self.together(source, run)).look(document)
+            together = Together(self._configured, self._wall, self._others, source, run)
+            others = await together.look(document)
         now = self._as_named(run, axes()) | others
-        return await off_loop(text, plan_run, run, document, now)
+        return await off_loop(text, plan_run, run, document, now), together
 
-    async def plan_now(
-        self, source: Source, text: str, file: str, name: str, together: Together | None = None
-    ) -> Plan:
+    async def plan_now(self, source: Source, text: str, file: str, name: str) -> tuple[Plan, Together | None]:
         """Plan as ``plan_text``, from where the axes are when the plan is made.
 
         Raises:
             ConfigError: it cannot be done.
             VerbRefused: an axis was moved meanwhile.
         """
-        plan = await self.plan_text(source, text, file, self._axes.axes, together, name)
+        planned = await self.plan_text(source, text, file, self._axes.axes, name)
+        self.check_still(planned[0])
+        return planned
+
+    def check_still(self, plan: Plan) -> None:
+        """Check that this bench's axes are as they were planned. Raises VerbRefused: one was moved
+        meanwhile."""
         axes = self._axes.axes()
         for name, device in self.names(plan.run).items():
             if why := axes[device].why_not:
                 raise VerbRefused("not_now", f"{name}: {why}; {axes[device].remedy}")
             if axes[device].position_deg != plan.axes[name].position_deg:
                 raise VerbRefused("not_now", f"{name} was moved while the run was planned")
-        return plan
-
-    def together(self, source: Source, run: RunDocument) -> Together:
-        return Together(self._configured, self._wall, self._others, source, run)
 
     def _as_named(self, run: RunDocument, axes: Mapping[str, AxisNow]) -> dict[str, AxisNow]:
         """Rename the axes as the run does; axes that it names wrongly are looked for among all."""

@@ -21,6 +21,7 @@ from hil.live.core_thread import WallClock
 from hil.live.off_loop import SHORT, off_loop
 from hil.live.reservations import Reservations
 from hil.live.runs.carry_out import CarryingOut, NotBegun, QueuedRun
+from hil.live.runs.lead import Together
 from hil.live.runs.other_benches import OtherBenches
 from hil.live.runs.planning import Planning
 from hil.runs import Execution, Plan, Progress, plan_points
@@ -96,7 +97,7 @@ class RunQueue:
                 if known := self._known(run.run, text, fresh):
                     return known
                 plan = self._planning.plan(run, document, self._expected())
-                return self._accept(source, text, file, plan, fresh)
+                return self._accept(source, text, file, (plan, None), fresh)
         return asyncio.get_running_loop().create_task(self._submit_later(source, text, file, name, fresh))
 
     def left(self, progress: Progress) -> dict[str, float | None]:
@@ -123,7 +124,7 @@ class RunQueue:
         """Check that a run can be done, without doing it; raises as ``submit``. ``points``: answer so many
         points of its plan at most."""
         _refuse(text, self._entries.values())
-        plan = await self._planning.plan_text(source, text, file, self._expected)
+        plan, _ = await self._planning.plan_text(source, text, file, self._expected)
         answer: dict[str, Any] = {"run": plan.run.run, "steps": plan.steps}
         return answer | ({"plan": await off_loop(text, plan_points, plan, points)} if points else {})
 
@@ -184,7 +185,9 @@ class RunQueue:
     ) -> None:
         """Begin a part now; ``each`` is called at every look at it."""
         ends_deg = {device: execution.plan.ends_deg[axis] for axis, device in names.items()}
-        entry = QueuedRun(text, "<run>", source, names, ends_deg, execution.progress, True, execution)
+        entry = QueuedRun(
+            text, "<run>", source, names, ends_deg, execution.progress, True, execution=execution
+        )
         self._remember(entry)
         self._begin(entry, lambda entry: self._carrying_out.follow(entry, execution, each))
 
@@ -216,17 +219,25 @@ class RunQueue:
         return axes
 
     async def _submit_later(self, source: Source, text: str, file: str, name: str, fresh: bool) -> Progress:
-        plan = await self._planning.plan_text(source, text, file, self._expected, name=name)
+        planned = await self._planning.plan_text(source, text, file, self._expected, name)
         _refuse(text, self._entries.values())  # others were submitted meanwhile
-        return self._known(plan.run.run, text, fresh) or self._accept(source, text, file, plan, fresh)
+        known = self._known(planned[0].run.run, text, fresh)
+        return known or self._accept(source, text, file, planned, fresh)
 
-    def _accept(self, source: Source, text: str, file: str, plan: Plan, fresh: bool) -> Progress:
+    def _accept(
+        self, source: Source, text: str, file: str, planned: tuple[Plan, Together | None], fresh: bool
+    ) -> Progress:
+        plan, _ = planned
         names, is_shared = self._planning.names(plan.run), self._planning.is_shared(plan.run)
         ends_deg = {device: plan.ends_deg[axis] for axis, device in names.items()}
         name = self._fresh(plan.run.run) if fresh else plan.run.run
         progress = Progress(name, steps=plan.steps)
-        self._remember(QueuedRun(text, file, source, names, ends_deg, progress, is_shared))
+        entry = QueuedRun(text, file, source, names, ends_deg, progress, is_shared)
+        entry.planned = planned if is_shared else None
+        self._remember(entry)
         self._start_what_can()
+        if entry.task is None:  # it waits, and is planned again; a plan takes much room
+            entry.planned = None
         return progress
 
     def _remember(self, entry: QueuedRun) -> None:

@@ -35,6 +35,7 @@ export const PARTS: Readonly<Record<string, readonly KeyRow[]>> = {
   {"name": "axes", "about": "The axes that take part, by their addresses, as in `m1` or `arm.elbow`; those of another bench as `lathe/m1`.", "value": "mapping", "part": "AxisRules", "names": "axis", "isRequired": true},
   {"name": "profile", "about": "Limits of moves and lines: of acceleration, or of jerk too.", "value": "choice", "choices": ["trapezoid", "s_curve"], "default": "s_curve"},
   {"name": "on_fault", "about": "How the others stop when an axis fails: `grace` or `controlled` with a ramp, `prejudice` or `immediate` at once.", "value": "choice", "choices": ["grace", "prejudice"], "default": "grace"},
+  {"name": "silence_s", "about": "Time for which another bench of the run, or the link to it, may be silent. Then it is gone: the run ends as `on_fault` says. A phrase that moves needs no messages.", "value": "number", "minimum": 0.5, "maximum": 60, "unit": "s", "default": 1.0},
   {"name": "start_in_s", "about": "Time from its acceptance to its start.", "value": "number", "minimum": 0, "maximum": 86400.0, "unit": "s", "default": 0.0},
   {"name": "steps", "about": "The steps, in their order.", "value": "mapping", "part": "Step", "isList": true, "isRequired": true},
 ],
