@@ -20,7 +20,7 @@ class NoLock:
     """Nobody has to log in: all are admins, as at the control socket."""
 
     way = "none"
-    open_to: Source | None = Source("web", Role.ADMIN)
+    open_to: Source | None = Source("web", Role.ADMIN, door="web")
 
     async def opened(self, given: Mapping[str, Any]) -> Source | None:
         return self.open_to
@@ -34,7 +34,7 @@ class TokenLock:
 
     def __init__(self, role: str) -> None:
         self.token = secrets.token_urlsafe(24)
-        self._source = Source("web", ROLES[role])
+        self._source = Source("web", ROLES[role], door="web")
 
     async def opened(self, given: Mapping[str, Any]) -> Source | None:
         match given:

@@ -9,7 +9,7 @@ from hil.vocab.desk_protocol import BenchClock, Source
 from hil.vocab.verbs import Role, VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
-OURS = Source("zenoh", Role.ADMIN)
+OURS = Source("zenoh", Role.ADMIN, door="zenoh")
 """Source of requests without a user: the bridge's own, and commands where the bench has no users."""
 RUN_BYTES = 1 << 20
 PAYLOAD_BYTES = 64 * 1024

@@ -180,7 +180,7 @@ class Publications:
         self._segments = [self._packets(name) for name in self._here.segments]
         self._lost_before = 0
         self._begin(list(self._here.devices))
-        slow = {"sim/clock": self.clock, "sim/health": self.health}
+        slow = {"sim/clock": self.clock, "sim/health": self.health, "lease": self.lease}
         self._slow = [(self._publisher(key), content) for key, content in slow.items()]
         for name in self._here.segments:
             self._slow.append((self._publisher("segment/<name>/stats", name), partial(self.stats, name)))
@@ -256,6 +256,9 @@ class Publications:
     def health(self) -> bytes:
         health = self._desk.ask(OURS, "health", "", {})
         return dumped({"rejected": self.rejections} | health, self._here.clock)
+
+    def lease(self) -> bytes:
+        return dumped(self._desk.ask(OURS, "lease", "", {}), self._here.clock)
 
     def stats(self, segment: str) -> bytes:
         segments = self._desk.ask(OURS, "segments", "", {})

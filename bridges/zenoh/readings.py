@@ -57,6 +57,7 @@ class Readings:
         plain: dict[str, Reader] = {
             "sim/clock": told.clock,
             "sim/health": told.health,
+            "lease": told.lease,
             "layout": self._layout,
         }
         readers = {pattern: {pattern: reader} for pattern, reader in plain.items()}

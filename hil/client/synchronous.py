@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -104,6 +104,36 @@ class Bench:
             time.sleep(poll_s)
             progress = self.run_state(progress["run"])
         return progress
+
+    def leased(self) -> dict[str, Any] | None:
+        """Lease of the bench: ``user``, ``until_wall_ns``, ``why``, ``doors``; None: nobody has it."""
+        lease: dict[str, Any] | None = self.link.read("lease")["lease"]
+        return lease
+
+    def lease(self, why: str, *, for_s: float, doors: Sequence[str] = ()) -> dict[str, Any]:
+        """Take a lease: until it ends others may look and not command. ``doors``: those without users that
+        stay open.
+
+        Raises:
+            CommandError: somebody has it, or the bench does not know who asks.
+        """
+        return self._lease("take", why=why, for_s=for_s, doors=list(doors))
+
+    def renew_lease(self, *, for_s: float) -> dict[str, Any]:
+        """Let the own lease end so long from now."""
+        return self._lease("renew", for_s=for_s)
+
+    def give_lease(self) -> None:
+        """Give the own lease back."""
+        self._lease("give")
+
+    def break_lease(self) -> None:
+        """End a lease of somebody else; the bench's log says who did."""
+        self._lease("break")
+
+    def _lease(self, do: str, **given: object) -> dict[str, Any]:
+        answer: dict[str, Any] = read(self.link.ask("lease", {"do": do, **given})[0])["lease"]
+        return answer
 
     def alive(self) -> list[str]:
         """Names of what is alive: ``daemon``, ``axis/m1``, ``segment/bus0``."""

@@ -15,6 +15,18 @@ class Places(dict[str, PortLink[Any]]):
     board). In order as they came: of a start UARTs, taps, real boards. Only ``hil.live.apply`` changes
     them."""
 
+    _is_shut = False
+
+    def __setitem__(self, label: str, link: PortLink[Any]) -> None:
+        link.is_shut = self._is_shut
+        super().__setitem__(label, link)
+
+    def shut(self, is_shut: bool) -> None:
+        """Deliver nothing of what clients send from now on, or all again."""
+        self._is_shut = is_shut
+        for link in self.values():
+            link.is_shut, link.undelivered_bytes = is_shut, 0
+
     def of(self, owner: str) -> list[PortLink[Any]]:
         """Links of a device or a wire: of UARTs, or taps, that have a port."""
         return [link for label, link in self.items() if owner_of(label) == owner]

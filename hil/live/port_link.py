@@ -57,6 +57,10 @@ class PortLink(Generic[BackendKind]):
         self._formatted = port if isinstance(port, FormatPort) else None
         self.is_held = False
         """True while the port is kept from reading because the end has no room."""
+        self.is_shut = False
+        """True while what clients send is not delivered: the bench is leased."""
+        self.undelivered_bytes = 0
+        """Number of bytes that were not delivered since it was shut."""
         self._backend: BackendKind | None = None
 
     @property
@@ -96,6 +100,9 @@ class PortLink(Generic[BackendKind]):
 
     def received(self, data: bytes) -> None:
         """Take bytes from a client: they take effect now."""
+        if self.is_shut:
+            self.undelivered_bytes += len(data)
+            return
         assert self._backend is not None  # who has no backend has no room, and nothing was read
         self._backend.feed(data)
 
@@ -104,12 +111,13 @@ class PortLink(Generic[BackendKind]):
             self._backend.refresh()
 
     def client_left(self, baud: int | None) -> None:
-        if self._backend:
+        if self._backend and not self.is_shut:
             self._backend.client_left(baud)
 
     def line_opened(self) -> None:
         """Let the backend know, if it is one that hears of that (``LineHost``)."""
-        tell_opened(self._backend)
+        if not self.is_shut:
+            tell_opened(self._backend)
 
     def port_failed(self, reason: str) -> None:
         self.failure = reason

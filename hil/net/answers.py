@@ -72,6 +72,13 @@ _BRIDGE: dict[str, Any] = {
     "dropped": int,
     "insecure": (True, False),
 }
+_LEASE: dict[str, Any] = {
+    "lease": (
+        None,
+        {"user": str, "why": str, "doors": [str], "closed": [str], "undelivered": {str: int}}
+        | {"since_wall_ns": int, "until_wall_ns": int, "left_s": float},
+    )
+}
 _STATUS: dict[str, Any] = (
     _LIST
     | {
@@ -109,6 +116,7 @@ _STATUS: dict[str, Any] = (
         "wake_latency": [int],
         "lag": [int],
     }
+    | _LEASE
     | dict.fromkeys(("rate_hz", "sim_ns", "elapsed_ns", "ticks", "missed", "overruns"), int)
 )
 ABSENT = object()
@@ -266,6 +274,7 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "buses": [_BUS],
     "halt": {"stopped": [str], "runs": [str], "refused": {str: str}},
     "events": {"events": [_EVENT], "left_out": int, "revision": int},
+    **dict.fromkeys(("lease", "take_lease", "renew_lease", "give_lease", "break_lease"), _LEASE),
     "pause": {"sim_ns": int},
     "resume": {"sim_ns": int},
     "reload": (_PROBLEMS, {key: [str] for key in ("removed", "restarted", "added", "kept")}),

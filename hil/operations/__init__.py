@@ -16,5 +16,6 @@ hil.lookback.look_head, hil.net, hil.runs, hil.sim.bench, hil.sim.card, hil.sim.
 hil.sim.input_check, hil.sim.input_reading, hil.sim.inputs, hil.sim.noted_events, hil.sim.segment_tap,
 hil.sketch, hil.toolpath, hil.vocab, hil.wire, the standard library.
 
-Tests may import too: hil.client, hil.compose, hil.daemon, hil.discovery.named_kinds, hil.testing.
+Tests may import too: hil.client, hil.compose, hil.daemon, hil.discovery.named_kinds, hil.live.port_link,
+hil.testing.
 """

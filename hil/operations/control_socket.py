@@ -9,13 +9,16 @@ import asyncio
 import json
 import logging
 import os
+import pwd
 import select
 import socket
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import closing, suppress
+from dataclasses import replace
 from functools import partial
 from inspect import isawaitable
 from pathlib import Path
+from struct import Struct
 from time import thread_time
 from typing import Any
 
@@ -27,7 +30,7 @@ from hil.net.fair_share import FairShare
 from hil.net.visitors import Visit, Visitors
 from hil.operations.desk import no_operation
 from hil.operations.table import NAME_CHARACTERS
-from hil.vocab.desk_protocol import LOCAL, Desk, Done, Encoded
+from hil.vocab.desk_protocol import LOCAL, Desk, Done, Encoded, Source
 from hil.vocab.device import ProcessorSession
 from hil.vocab.operation import Operation, Urgency, moved_by, urgency_of
 from hil.vocab.verbs import OF_TEXTS, VerbRefused
@@ -47,6 +50,8 @@ CLIENTS_LOOK_S = 0.25
 SHORT_BYTES = 1024
 """Length of a line that is read before its turn: a stop must not wait for one. It takes some 10 us."""
 _DEBUG_BYTES = 4096
+_PEER = Struct("3i")
+"""Process, user and group of the other end: `struct ucred` of unix(7)."""
 _LONGEST_REFUSAL = 4000  # characters; what is refused may be of any length
 
 log = logging.getLogger("hil")
@@ -153,9 +158,10 @@ class ControlServer:
         await asyncio.gather(*self._visitors.send_away(), return_exceptions=True)
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, visit: Visit) -> None:
+        asker = replace(LOCAL, user=peer_name(writer.get_extra_info("socket")))
         while not self._is_closed and (line := await _next_line(reader)):
             visit.is_busy = visit.has_asked = True
-            answer = await self.answer(line, writer)
+            answer = await self.answer(line, writer, asker)
             carry = answer.pop("carry", None)
             await _write(answer, writer)
             if carry:
@@ -164,7 +170,7 @@ class ControlServer:
             await writer.drain()
 
     async def answer(
-        self, line: bytes | TooLong, client: asyncio.StreamWriter | None = None
+        self, line: bytes | TooLong, client: asyncio.StreamWriter | None = None, asker: Source = LOCAL
     ) -> dict[str, Any]:
         """Answer a line of a client, request or not; ``carry`` in the answer: what the connection carries
         from now on, something else than requests.
@@ -185,7 +191,7 @@ class ControlServer:
             if is_short:
                 await self._turns.wait(urgency, moved_by(operation, target))
             began_s = thread_time()
-            result = self._desk.ask(LOCAL, name, target, given)
+            result = self._desk.ask(asker, name, target, given)
             self._turns.note(client, thread_time() - began_s)
             if urgency is Urgency.STOP:
                 self._turns.stopped(target)
@@ -210,6 +216,16 @@ class ControlServer:
         if isinstance(result, Done):
             result = {"effective_at_ns": result.effective_at_ns, **result.answer}
         return {"ok": True, "result": result}
+
+
+def peer_name(connection: socket.socket) -> str:
+    """Name of the user whose program is at the other end, or its number where it has none here."""
+    credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
+    _, user, _ = _PEER.unpack(credentials)
+    try:
+        return pwd.getpwuid(user).pw_name
+    except KeyError:
+        return f"user {user}"
 
 
 def read_request(line: bytes, operations: Mapping[str, Operation]) -> tuple[str, str, dict[str, Any]]:

@@ -8,13 +8,14 @@ from typing import Any
 
 from hil.config.explain import suggestion
 from hil.operations.event_log import EventLog, NotedDoing, Wish
+from hil.operations.leases import Leases
 from hil.operations.table import EVERY_BOARDS, OPERATIONS, Answerer, Asked
 from hil.operations.watch_operations import WatchOperations
 from hil.vocab.address import owner_of
 from hil.vocab.desk_protocol import Description, Source, Watch, Watched
 from hil.vocab.device import Device
 from hil.vocab.near_words import meant
-from hil.vocab.operation import Operation, Target
+from hil.vocab.operation import STOP_VERB, Operation, Target
 from hil.vocab.verbs import Effect, Role, VerbRefused, checked
 
 _SHOWN = 80
@@ -25,7 +26,8 @@ _OF_DEVICES = (Target.DEVICE, Target.MEMBER, Target.TWIN, Target.UART)
 
 class Desk:
     """Desk of a bench, ``hil.vocab.desk_protocol.Desk``. ``description``: current whenever it is looked at;
-    ``answerers``: of all operations, by name; ``events``: has what is done, and what is refused."""
+    ``answerers``: of all operations, by name; ``events``: has what is done, and what is refused; ``leases``:
+    says who may command now."""
 
     def __init__(
         self,
@@ -34,8 +36,9 @@ class Desk:
         looks: WatchOperations,
         answerers: Mapping[str, Answerer],
         events: EventLog,
+        leases: Leases,
     ) -> None:
-        self._description, self._events = description, events
+        self._description, self._events, self._leases = description, events, leases
         self._known, self._devices = devices, description.devices
         self._looks, self._answerers = looks, answerers
         assert answerers.keys() == OPERATIONS.keys(), answerers.keys() ^ OPERATIONS.keys()
@@ -75,6 +78,8 @@ class Desk:
         values = checked(known.name, known.parameters, given)
         if known.name == "do":
             return self._do(asked, **values)
+        if known.role is not Role.VIEWER:
+            self._leases.check(source, known.name, values)
         return self._answerers[known.name](asked, **values)
 
     def _wish(self, asked: Asked, operation: str, given: Mapping[str, object]) -> Wish:
@@ -127,7 +132,10 @@ class Desk:
                 f"{device.name}, a {device.profile}, has no {shown(name)}; {suggestion(name, device.verbs)}",
             )
         require_role(asked.source, name, verb.role)
-        return self._answerers["do"](asked, verb, verb.filled(parameters))
+        values = verb.filled(parameters)
+        if verb.role is not Role.VIEWER and name != STOP_VERB:
+            self._leases.check(asked.source, "do", values)
+        return self._answerers["do"](asked, verb, values)
 
 
 def require_role(source: Source, what: str, role: Role) -> None:

@@ -116,8 +116,8 @@ class EventLog:
     def done(self, wish: Wish, answer: Any) -> None:
         """Note that a request was carried out."""
         asked, given = wish.asked, wish.given
-        if wish.operation == "run" and given.get("check"):
-            return
+        if wish.operation.endswith("_lease") or (wish.operation == "run" and given.get("check")):
+            return  # a lease has its own words
         words, of = wish.words(), asked.target
         if wish.operation == "run" and isinstance(answer, Mapping):
             of, words = "", f"{answer.get('run', '')} submitted"

@@ -1,5 +1,6 @@
 """Composition of a bench's desk from the parts that answer."""
 
+import time
 from collections.abc import Callable, Iterable
 from contextlib import AsyncExitStack
 from pathlib import Path
@@ -17,6 +18,7 @@ from hil.operations.drawing_operation import DrawingOperation
 from hil.operations.event_log import EventLog
 from hil.operations.halt_operation import HaltOperation
 from hil.operations.health import Health
+from hil.operations.leases import FILE, Leases
 from hil.operations.metrics import Metrics
 from hil.operations.past_operations import PastOperations
 from hil.operations.processor_operations import ProcessorOperations
@@ -55,14 +57,27 @@ def make_desk(
     events.listeners.append(recorded.put)
     stack.callback(recorded.end)
     events.begin_with(events_before)
-    seen = SeenEvents(events, sim, places, faults, queue, bridges, health)
+    kept, wall_ns = (state_dir / FILE, time.time_ns) if is_seen else (None, lambda: clock.times_ns()[1])
+    leases = Leases(kept, places, events, wall_ns)
+    seen = SeenEvents(events, sim, places, faults, queue, bridges, health, leases)
     stack.push_async_callback(seen.end)
     if is_seen:
         seen.begin()
     looks = WatchOperations(sim, known, places, clock, live.watches, queue, events)
     drawings = DrawingOperation(runs.axes)
     reports = Reports(
-        sim, configured, places, known, faults, bridges, grant, health, queue, live.recording, drawings.last
+        sim,
+        configured,
+        places,
+        known,
+        faults,
+        bridges,
+        grant,
+        health,
+        queue,
+        live.recording,
+        drawings.last,
+        leases,
     )
     listed, status = SharedReport(reports.listed), SharedReport(reports.status)
     devices = DeviceOperations(sim, known)
@@ -126,6 +141,11 @@ def make_desk(
         "part": lambda asked, given: runs.parts.answer(asked.source, asked.target, given),
         "halt": HaltOperation(known, queue).halt,
         "events": lambda asked, after: events.told(after),
+        "lease": leases.told,
+        "take_lease": leases.begin,
+        "renew_lease": leases.renew,
+        "give_lease": leases.give,
+        "break_lease": leases.end_anothers,
         "pause": lambda asked: {"sim_ns": held.hold(True)},
         "resume": lambda asked: {"sim_ns": held.hold(False)},
         "reload": bench.reload,
@@ -134,4 +154,4 @@ def make_desk(
     buses = {name: wire.frames for name, wire in sim.wires.items() if wire.frames}
     bench_name, infos = configured.config.bench, DeviceInfos(known)
     description = Description(bench_name, clock, infos, sim.segments, places, OPERATIONS, buses)
-    return Desk(description, known, looks, answerers, events)
+    return Desk(description, known, looks, answerers, events, leases)

@@ -18,6 +18,7 @@ from hil.live.places import Places
 from hil.live.run_recording import RunRecording
 from hil.live.runs.queue import RunQueue
 from hil.operations.health import Health
+from hil.operations.leases import Leases
 from hil.operations.table import Asked
 from hil.operations.wire_reports import echoes, listed_nodes, listed_wires
 from hil.sim.bench import BenchRuntime
@@ -103,7 +104,8 @@ class Reports:
     health: Health
     runs: RunQueue
     recording: RunRecording
-    drawing: Callable[[], str | None] = lambda: None
+    drawing: Callable[[], str | None]
+    leases: Leases
 
     def listed(self) -> Iterator[dict[str, Any]]:
         """List the bench's devices, taps and CANopen nodes, and the addresses of their ports."""
@@ -173,6 +175,7 @@ class Reports:
             **self._wires(),
             "switches": self._switches(),
             "faults": self.faults.listed(),
+            **self.leases.told(),
             "runs": self.runs.under_way(),
             "drawing": self.drawing(),
             "recording": self.recording.report(),

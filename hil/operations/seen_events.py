@@ -13,6 +13,7 @@ from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.operations.event_log import EventLog
 from hil.operations.health import Health
+from hil.operations.leases import Leases
 from hil.operations.motor_events import MotorEvents
 from hil.runs import Progress
 from hil.sim.bench import BenchRuntime
@@ -41,9 +42,10 @@ class SeenEvents:
         queue: RunQueue,
         bridges: Mapping[str, Bridge],
         health: Health,
+        leases: Leases,
     ) -> None:
         self._events, self._sim, self._places = events, sim, places
-        self._faults, self._bridges, self._health = faults, bridges, health
+        self._faults, self._bridges, self._health, self._leases = faults, bridges, health, leases
         self._clients: Mapping[str, int] = {}
         self._active: Mapping[int, tuple[str, str]] = {}
         self._problems: Mapping[tuple[str, str], HealthProblem] = {}
@@ -87,6 +89,7 @@ class SeenEvents:
 
     def look(self) -> Iterator[None]:
         """Look once; yields where others may have their turn."""
+        self._leases.look()
         yield from self._look_at_clients()
         self._look_at_faults()
         yield None

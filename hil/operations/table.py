@@ -13,6 +13,7 @@ from hil.net.answers import FORMS
 from hil.sim.inputs import MAX_BURSTS
 from hil.sketch.chip import FLASH
 from hil.vocab.desk_protocol import Source
+from hil.vocab.lease import DOORS, LONGEST_S, WHY_CHARACTERS
 from hil.vocab.operation import Operation, Target
 from hil.vocab.parameters import Form, Parameter
 from hil.vocab.verbs import COMMON, HOW_TO_STOP, Role
@@ -123,6 +124,13 @@ def _second(name: str, about: str) -> Parameter:
 _LANE = Parameter(
     "lane", "asker's name for requests of which the newest alone counts; empty: each counts", "", 0,
     NAME_CHARACTERS, default="", is_text=True,
+)  # fmt: skip
+
+
+_LEASED_S = Parameter("for_s", "time from now to its end", "s", 1, LONGEST_S, is_optional=True)
+_LEASED_UNTIL = Parameter(
+    "until_wall_ns", "its end instead, wall time since 1970, at most a week from now", form=WHOLE,
+    is_optional=True,
 )  # fmt: skip
 
 
@@ -303,6 +311,19 @@ _ROWS = (
     _asked("events", BENCH, VIEWER,
            "what happened to the bench, and who asked for it, the oldest first",
            replace(_number("after", "the revision after which; 0: all that is kept"), default=0)),
+    # Leases.
+    _asked("lease", BENCH, VIEWER,
+           "who has the bench, until when and why, and which doors are closed to commands meanwhile"),
+    _asked("take_lease", BENCH, OPERATOR,
+           "take a lease of the bench: until it ends, others may look and not command",
+           Parameter("why", "what for, in a line", maximum=WHY_CHARACTERS, is_text=True),
+           _LEASED_S, _LEASED_UNTIL,
+           Parameter("doors", f"doors without users that stay open: {', '.join(DOORS)}; [] for none",
+                     form=NAMES, is_optional=True)),
+    _asked("renew_lease", BENCH, OPERATOR, "let the asker's lease end at another time",
+           _LEASED_S, _LEASED_UNTIL),
+    _asked("give_lease", BENCH, OPERATOR, "give the asker's lease back"),
+    _asked("break_lease", BENCH, OPERATOR, "end a lease of somebody else; log and events say who did"),
     # The daemon.
     _asked("pause", BENCH, OPERATOR,
            "hold the bench's time: boards answer nothing, and what clients send waits until `resume`"),

@@ -18,10 +18,19 @@ from hil.vocab.wire import FrameKind
 
 @dataclass(frozen=True)
 class Source:
-    """Origin of a request: a name for log and status, and the role of its asker."""
+    """Origin of a request: a name for log and status, and the role of its asker. ``door``: a door of
+    ``hil.vocab.lease.DOORS`` that does not know who asks; empty: ``name`` is the asker's, unless ``user``
+    is."""
 
     name: str
     role: Role
+    door: str = field(default="", kw_only=True)
+    user: str = field(default="", kw_only=True)
+
+    @property
+    def person(self) -> str:
+        """Name of the asker; empty: nobody knows it."""
+        return "" if self.door else self.user or self.name
 
 
 LOCAL = Source("control socket", Role.ADMIN)

@@ -19,7 +19,7 @@ EVENT_KINDS = {
     "motors": "motors that lost steps, at their times, and servos that push and stand",
     "runs": "runs that were submitted, began, ended",
     "refusals": "what was asked for and refused",
-    "clients": "clients of ports, and connections of doors, that came and went",
+    "clients": "clients of ports, connections of doors, and leases, that came and went",
     "reloads": "reloads of the configuration",
     "lateness": "lateness that began, and ended",
     "trouble": "other problems of the bench's health that began, and ended",

@@ -93,13 +93,14 @@ CODES = {
     "busy": "too many requests wait already, of this asker or of all; ask again later",
     "cannot": "this board cannot do it at all",
     "forbidden": "the sender may not do it",
+    "leased": "somebody else has the bench for now; the text has who, until when, and why",
     "failed": "the device's firmware has stopped",
     "no_run": "there is no such run",
     "bad_run": "a run cannot be done as it is written; the text lists all problems with line and column",
     "bad_config": "the configuration has problems; the text lists them all with line and column",
 }
 """Codes of refusals, which do not change; the texts beside them may."""
-NOT_MISTAKES = ("not_now", "busy", "cannot", "forbidden", "failed")
+NOT_MISTAKES = ("not_now", "busy", "cannot", "forbidden", "leased", "failed")
 """Codes with which a bench or board refuses a request that is right as it is written; all others are for
 wrong names, values and texts."""
 

@@ -102,6 +102,18 @@ function Counts() {
   );
 }
 
+/** Who has the bench, and until when, if somebody has it. */
+function LeaseHolder() {
+  const lease = status.value.lease;
+  if (!lease) return null;
+  const until = new Date(lease.until_wall_ns / 1e6).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+  return (
+    <span class="counts" title={lease.why}>
+      leased by {lease.user} until {until}
+    </span>
+  );
+}
+
 export function Header({ current, views }: { current: ViewEntry | undefined; views: ViewEntry[] }) {
   const bench = hello.value;
   const other = theme.value === "dark" ? "light" : "dark";
@@ -120,6 +132,7 @@ export function Header({ current, views }: { current: ViewEntry | undefined; vie
       </nav>
       <div class={isOld.value ? "state is-old" : "state"}>
         <Counts />
+        <LeaseHolder />
         <Health />
         {status.value.health && (
           <span class="clock" title="simulated time">

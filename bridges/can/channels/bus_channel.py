@@ -37,7 +37,7 @@ class BusChannel:
         self._bus = bus
         self._medium = medium or medium_of(channel, bus)
         self.about = channel.medium(bus)
-        self._source = Source(f"CAN {self.about}", Role.OPERATOR)
+        self._source = Source(f"CAN {self.about}", Role.OPERATOR, door="can")
         self._clock = desk.describe().clock
         self._watch: Watch | None = None
         self.node = ""

@@ -67,11 +67,11 @@ class RtuServer:
     async def open(self) -> None:
         """Open the port. Raises PortError."""
         self._loop = asyncio.get_running_loop()
-        self._source = Source("modbus line", Role.OPERATOR)
+        self._source = Source("modbus line", Role.OPERATOR, door="modbus")
         self._asker = Asker(self._source)
         self._silence = SilenceTimer(self._is_silent)
         await self._port.open(self)
-        self._source = Source(f"modbus line {self.address}", Role.OPERATOR)
+        self._source = Source(f"modbus line {self.address}", Role.OPERATOR, door="modbus")
         self._asker = Asker(self._source)
 
     async def close(self) -> None:

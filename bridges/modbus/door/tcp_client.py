@@ -143,7 +143,7 @@ log = logging.getLogger("hil")
 
 CONNECTIONS = 64
 HANDSHAKE_S = 5.0
-_ANYBODY = Source("modbus client", Role.OPERATOR)
+_ANYBODY = Source("modbus client", Role.OPERATOR, door="modbus")
 
 
 class TcpConnections:
@@ -227,7 +227,7 @@ class TcpConnections:
         except NoRole as error:
             self._close("role", str(error))
             return None
-        return Asker(Source(f"modbus client {name}", role))
+        return Asker(Source(f"modbus client {name}", role, door="modbus"))
 
     def _close(self, reason: str, why: str) -> None:
         self.closed[reason] += 1

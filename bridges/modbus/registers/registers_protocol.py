@@ -24,6 +24,7 @@ EXCEPTIONS = {
     "bad_config": Code.ILLEGAL_DATA_VALUE,
     "not_now": Code.SERVER_DEVICE_BUSY,
     "busy": Code.SERVER_DEVICE_BUSY,
+    "leased": Code.SERVER_DEVICE_BUSY,
     "cannot": Code.SERVER_DEVICE_FAILURE,
     "failed": Code.SERVER_DEVICE_FAILURE,
     "forbidden": Code.ILLEGAL_FUNCTION,
@@ -31,7 +32,7 @@ EXCEPTIONS = {
 """Exceptions by the codes of refusals. Modbus/TCP Security refuses by role with 01 (R-29)."""
 
 
-_CAUSES = {"not_now": "busy", "busy": "busy", "bad_parameter": "value"}
+_CAUSES = {"not_now": "busy", "busy": "busy", "leased": "busy", "bad_parameter": "value"}
 """Causes of a drive's own exceptions by the codes of refusals."""
 
 

@@ -79,7 +79,9 @@ def status_view(status: dict[str, Any]) -> ShownView:
     )
     times = f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s {pasteable(pace)}\n"
     health, recording = _health(status["health"]), _recording(status.get("recording") or {})
-    head = Line([(f"bench {status['bench']}", "bold"), (times, ""), *health, (told, ""), *recording])
+    head = Line(
+        [(f"bench {status['bench']}", "bold"), (times, ""), *health, *_lease(status), (told, ""), *recording]
+    )
     columns = ("device", "clients", "in", "out", "dropped", *MOTION, "state")
     rows = list[tuple[str, ...]]()
     for row in status["devices"]:
@@ -123,6 +125,14 @@ def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for problem in health["problems"]:
         about = f"{problem['about']}: " if problem["about"] else ""
         yield f"  {about}{problem['what']}; {problem['remedy']}\n", "red"
+
+
+def _lease(status: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    if status.get("lease"):
+        from hil.cli.bench.lease_commands import said
+
+        for text in pasteable(said(status)).splitlines():
+            yield f"lease: {text}\n", "yellow"
 
 
 def _recording(row: dict[str, Any]) -> Iterator[tuple[str, str]]:

@@ -42,6 +42,19 @@ _ROWS = (
     CommandRow("pause", BENCH, "bench.bench_commands:pause"),
     CommandRow("resume", BENCH, "bench.bench_commands:resume"),
     CommandRow("reload", BENCH, "bench.bench_commands:reload"),
+    CommandRow(
+        "lease",
+        BENCH,
+        "bench.lease_commands:lease",
+        "Take a bench for a while: others may look and not command.\n\n"
+        "Without a command: who has it now.\n\n"
+        "Example: hil lease",
+    ),
+    CommandRow("lease take", BENCH, "bench.lease_commands:begin"),
+    CommandRow("lease renew", BENCH, "bench.lease_commands:renew"),
+    CommandRow("lease give", BENCH, "bench.lease_commands:give"),
+    CommandRow("lease break", BENCH, "bench.lease_commands:end_anothers"),
+    CommandRow("lease show", BENCH, "bench.lease_commands:show"),
     CommandRow("benches", BENCH, "runs.run_command:benches"),
     CommandRow("seeds", BENCH, about="Results of tests that ran at many seeds."),
     CommandRow("seeds merge", BENCH, "bench.seeds_command:merge"),

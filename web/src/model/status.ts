@@ -23,6 +23,12 @@ export interface Health {
   problems: Problem[];
 }
 
+export interface Lease {
+  user: string;
+  why: string;
+  until_wall_ns: number;
+}
+
 /** Problem of the bench. `about`: the device, port or wire; empty: the whole bench. */
 export interface Problem {
   about: string;
@@ -67,6 +73,8 @@ export interface Status {
   elapsed_ns?: number;
   speed?: number;
   health?: Health;
+  /** Who has the bench for now; undefined: nobody. */
+  lease?: Lease;
   /** Digest of the bench's drawing; empty: it has none. */
   drawing?: string;
   devices: DeviceStatus[];
@@ -94,6 +102,10 @@ export function readStatus(raw: unknown): Status {
   }
   if ("drawing" in told) status.drawing = typeof told["drawing"] === "string" ? told["drawing"] : "";
   if ("buses" in told) status.buses = readBuses(told["buses"]);
+  const lease = object(told["lease"]);
+  if (typeof lease["user"] === "string") {
+    status.lease = { user: lease["user"], why: string(lease["why"]), until_wall_ns: number(lease["until_wall_ns"]) };
+  }
   const health = object(told["health"]);
   if (typeof health["state"] === "string") {
     status.health = { state: health["state"], late_ms: number(health["late_ms"]), problems: list(health["problems"]).map(readProblem) };
