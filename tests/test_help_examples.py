@@ -111,6 +111,7 @@ GO_ON: dict[str, Callable[[Session, str], str]] = {
     # Where masters of a CAN bus count by the angle, it is refused.
     "zero": lambda session, command: carried_out(session, command.replace("m1", "m2")),
     "wait": moved,
+    "lease break": lambda session, command: carried_out(session, f"hil lease take --why example; {command}"),
     "mother watch": lambda session, command: captured(session, command, lambda: greet(session), 1),
     "web user": lambda session, command: carried_out(session, f"echo a long password | {command}"),
     "zenoh router": lambda session, command: interrupted(session, command, lambda said: "Ctrl-C" in said),

@@ -261,8 +261,8 @@ def command_at(rest: str, has_payload: bool) -> Reader | None:
             return lambda payload: _fault(target, read_payload(payload))
         case ["halt"]:
             return lambda payload: Command(HALT, "", read_payload(payload))
-        case ["lease"] if has_payload:
-            return lambda payload: _lease(read_payload(payload))
+        case ["lease", ("take" | "renew" | "give" | "break") as do]:
+            return lambda payload: Command(f"{do}_lease", "", read_payload(payload))
         case ["run", "submit"]:
             return lambda payload: Command("run", "", {"text": read_text(payload)})
         case ["run", name, "part"] if "*" not in name:
@@ -276,16 +276,6 @@ def command_at(rest: str, has_payload: bool) -> Reader | None:
         case ["axis", _, "cmd" | "param", _] | ["axis" | "segment", _, "fault"]:
             raise VerbRefused("bad_request", "a command is for one device: write its name instead of *")
     return None
-
-
-_LEASE_DOES = ("take", "renew", "give", "break")
-
-
-def _lease(given: dict[str, object]) -> Command:
-    """Read a command that takes a lease, or changes one."""
-    if (do := given.pop("do", None)) not in _LEASE_DOES:
-        raise VerbRefused("bad_parameter", f"do: write {', '.join(_LEASE_DOES[:-1])} or {_LEASE_DOES[-1]}")
-    return Command(f"{do}_lease", "", given)
 
 
 def _fault(key_target: str, given: dict[str, object]) -> Command:

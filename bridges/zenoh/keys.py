@@ -74,10 +74,12 @@ KEYS = (
         "stop all axes that move and end all runs; it comes before all that waits: {\"how\":\"grace\"} is a"
         " controlled stop, {\"how\":\"prejudice\"} an immediate one",
         '{} answers {"v":1,"stopped":["m1"],"runs":["square"],"refused":{}}'),
-    Key("lease", (PUBLISH, QUERY, COMMAND), JSON, "hil.lease.v1", Role.OPERATOR,
-        "who has the bench, once a second, and to a query without payload; `do` takes, renews, gives, breaks"
-        " a lease (see the operations `take_lease` to `break_lease`)",
-        '{"do":"take","why":"press tests","for_s":3600} answers {"v":1,"lease":{"user":"ann"}}'),
+    Key("lease", (PUBLISH, QUERY), JSON, "hil.lease.v1", Role.VIEWER,
+        "who has the bench, once a second: null is nobody",
+        '{"v":1,"lease":{"user":"ann","until_wall_ns":1795257843120000000,"why":"press tests","doors":[]}}'),
+    Key("lease/<do>", (COMMAND,), JSON, "hil.lease.v1", Role.OPERATOR,
+        "take, renew, give or break a lease: parameters as of the operations `take_lease` to `break_lease`",
+        'hil/b/lease/take {"why":"press tests","for_s":3600} answers {"v":1,"lease":{"user":"ann"}}'),
     Key("run/submit", (COMMAND,), "YAML or JSON", "hil.run.v1", Role.OPERATOR,
         "submit a multi-axis run; the same text again answers how it does, and does nothing twice; "
         "another text under its name is refused",

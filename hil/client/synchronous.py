@@ -132,7 +132,7 @@ class Bench:
         self._lease("break")
 
     def _lease(self, do: str, **given: object) -> dict[str, Any]:
-        answer: dict[str, Any] = read(self.link.ask("lease", {"do": do, **given})[0])["lease"]
+        answer: dict[str, Any] = read(self.link.ask(f"lease/{do}", given)[0])["lease"]
         return answer
 
     def alive(self) -> list[str]:

@@ -38,7 +38,7 @@ _NOT_REFUSED = frozenset(
 """Operations that are no readings and that a lease does not refuse: what stops, what only puts a listener on
 a bus, and what is about leases. ``docs/decisions/0088-a-lease-closes-doors.md``."""
 _PART_OF_START = frozenset({"look", "join"})
-"""What the leader of a run asks before the run begins; one that has begun goes on."""
+"""Questions of the leader of a run before the run begins; one that has begun goes on."""
 _NS = 1_000_000_000
 
 log = logging.getLogger("hil")

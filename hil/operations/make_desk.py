@@ -77,7 +77,7 @@ def make_desk(
         queue,
         live.recording,
         drawings.last,
-        leases,
+        leases.told,
     )
     listed, status = SharedReport(reports.listed), SharedReport(reports.status)
     devices = DeviceOperations(sim, known)

@@ -18,7 +18,6 @@ from hil.live.places import Places
 from hil.live.run_recording import RunRecording
 from hil.live.runs.queue import RunQueue
 from hil.operations.health import Health
-from hil.operations.leases import Leases
 from hil.operations.table import Asked
 from hil.operations.wire_reports import echoes, listed_nodes, listed_wires
 from hil.sim.bench import BenchRuntime
@@ -92,7 +91,7 @@ NAMED = 5
 
 @dataclass(frozen=True)
 class Reports:
-    """Reports on one bench. ``drawing``: answers the digest of its last drawing."""
+    """Reports on one bench. ``drawing``: answers the digest of its last drawing; ``lease``: who has it."""
 
     sim: BenchRuntime
     configured: Configured
@@ -104,8 +103,8 @@ class Reports:
     health: Health
     runs: RunQueue
     recording: RunRecording
-    drawing: Callable[[], str | None]
-    leases: Leases
+    drawing: Callable[[], str | None] = lambda: None
+    lease: Callable[[], dict[str, Any]] = lambda: {"lease": None}
 
     def listed(self) -> Iterator[dict[str, Any]]:
         """List the bench's devices, taps and CANopen nodes, and the addresses of their ports."""
@@ -175,7 +174,7 @@ class Reports:
             **self._wires(),
             "switches": self._switches(),
             "faults": self.faults.listed(),
-            **self.leases.told(),
+            **self.lease(),
             "runs": self.runs.under_way(),
             "drawing": self.drawing(),
             "recording": self.recording.report(),

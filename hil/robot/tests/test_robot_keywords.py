@@ -28,6 +28,9 @@ segments:
 OF_PORTS = {"type", "send"}
 NO_KEYWORD = {
     **dict.fromkeys(
+        ("lease", "take_lease", "renew_lease", "give_lease", "break_lease"), "a suite's runner takes a bench"
+    ),
+    **dict.fromkeys(
         ("list", "verbs", "registers", "eds", "look", "packed", "read_text"), "for doors and programs"
     ),
     **dict.fromkeys(("status", "health", "metrics", "segments", "buses", "benches"), "reports of a daemon"),

@@ -247,7 +247,9 @@ def test_every_refusal_is_an_exception(code: str) -> None:
 def test_a_client_is_an_operator() -> None:
     async def use(door: Door) -> None:
         await (await door.client()).ask(WAVE)
-        assert {source for source, _, _ in door.desk.asked} == {Source("modbus client", Role.OPERATOR)}
+        assert {source for source, _, _ in door.desk.asked} == {
+            Source("modbus client", Role.OPERATOR, door="modbus")
+        }
 
     with_door(use)
 
