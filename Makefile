@@ -9,7 +9,7 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(if $(PYTHONDONTWRITEBYTECODE),$(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES),:)
 
-.PHONY: demo abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint reference keywords deb test-deb test-container soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint reference keywords deb test-deb test-container test-hosts soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -110,6 +110,11 @@ test-deb: $(VENV)/.dev
 # The container's image, built and run without any rights; clients from outside. As root.
 test-container: $(VENV)/.dev
 	$(BIN)/python -m pytest -q -p no:cacheprovider -rs tests/packaging/container_alone.py
+
+# Benches, routers and users on computers of their own: network namespaces on a switch whose links are slow, lose frames
+# and are cut. As root: about five minutes. What this machine cannot do is skipped.
+test-hosts: $(VENV)/.dev
+	$(BIN)/python -m pytest -q -p no:cacheprovider -rsx tests/hosts/lab_*.py
 
 # The service in booted systems: Debian in a container (systemd-nspawn), and in QEMU with a real-time kernel. As root; what
 # this machine cannot do is skipped. CUTS=300 is the long mode of the power cuts.

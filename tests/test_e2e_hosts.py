@@ -7,9 +7,9 @@ computers of their own.
 import json
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ SAC = {"profile": "sac", "flash": {}}
 @dataclass
 class Setting:
     """Router, how it is reached, and what its benches are given. ``has_users``: the benches have; ``asks``:
-    so has the router."""
+    so has the router. ``prefixes``: words before the commands of ``router`` and of benches."""
 
     place: Place
     folder: Path
@@ -39,10 +39,13 @@ class Setting:
     has_tls: bool
     has_users: bool
     asks: bool
+    prefixes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     router: subprocess.Popen[str] | None = None
 
     def start_router(self) -> None:
-        command = [HIL, "zenoh", "router", "--listen", self.door]
+        command = [*self.prefixes.get("router", ()), HIL, "zenoh", "router", "--listen", self.door]
+        if not self.has_tls and self.prefixes:  # reached from other computers
+            command += ["--insecure"]
         if self.has_tls:
             for option, name in (("ca", "ca.pem"), ("certificate", "router.pem"), ("key", "router.key")):
                 command += [f"--{option}", str(self.folder / name)]
@@ -68,7 +71,7 @@ class Setting:
 
     def launch(self, bench: str, **more: Any) -> Server:
         text = config(bench, 1, {"m1": {}, "s1": SAC}, bridges={"zenoh": self.bridge(**more)})
-        return self.place.launch(text, bench=bench)
+        return self.place.launch(text, bench=bench, prefix=self.prefixes.get(bench, ()))
 
     def who(self, user: str) -> tuple[str, str]:
         line = next(
@@ -104,14 +107,22 @@ class Setting:
 
 
 @contextmanager
-def setting(place: Place, *, tls: bool, users: bool, asks: bool) -> Iterator[Setting]:
+def setting(
+    place: Place,
+    *,
+    tls: bool,
+    users: bool,
+    asks: bool,
+    host: str = "127.0.0.1",
+    prefixes: Mapping[str, Sequence[str]] | None = None,
+) -> Iterator[Setting]:
+    """Router at ``host``, and how benches are started there."""
     port = free_port()
     folder = place.folder / "site"
-    site = Site(
-        "mill", [], list(USERS.items()), datetime.now(UTC), port=port, more=["lathe"], routers=["127.0.0.1"]
-    )
+    site = Site("mill", [], list(USERS.items()), datetime.now(UTC), port=port, more=["lathe"], routers=[host])
     make_site(folder, site)
-    made = Setting(place, folder, f"{'tls' if tls else 'tcp'}/127.0.0.1:{port}", tls, users, asks)
+    door = f"{'tls' if tls else 'tcp'}/{host}:{port}"
+    made = Setting(place, folder, door, tls, users, asks, prefixes or {})
     made.start_router()
     try:
         yield made
@@ -155,43 +166,48 @@ MAY = {"vera": [], "otto": ["enable", "pKp"], "anna": ["enable", "pKp", "fault"]
 @pytest.mark.parametrize("way", WAYS)
 def test_roles_runs_and_restarts_behind_a_router(place: Place, way: str) -> None:
     with setting(place, **WAYS[way]) as made:
-        mill, lathe = made.launch("mill"), made.launch("lathe")
-        for server in (mill, lathe):
-            server.started().ready().ask("do", device="m1", name="enable", parameters={})
-        for user in USERS:
-            assert rights(made, user) == (MAY[user] if made.has_users else MAY["anna"]), user
+        roles_runs_and_restarts(made)
 
-        # A run over both, of whom may; then one that is told to stop where it is led.
-        until(lambda: [row["bench"] for row in mill.ask("benches")] == ["lathe"], "a sight of the lathe")
-        move = {"move": {"m1": 30.0, "lathe/m1": -20.0}}
-        with made.client("otto") as otto:
-            otto.submit(run("together", move))
-            until(lambda: state_of(mill, "together") in ("done", "failed"), "the run's end")
-            assert state_of(mill, "together") == "done", mill.ask("runs", name="together")
-            otto.submit(run("far", FAR))
-            until(lambda: state_of(mill, "far") == "running", "the next run")
-            otto.cancel("far")
-            until(lambda: state_of(mill, "far") == "cancelled", "its end")
 
-            # The router goes and comes back: benches and an open client join again.
-            made.end_router()
-            made.start_router()
+def roles_runs_and_restarts(made: Setting) -> None:
+    """Try what each user may, runs over two benches, and that all go on after router and bench were away."""
+    mill, lathe = made.launch("mill"), made.launch("lathe")
+    for server in (mill, lathe):
+        server.started().ready().ask("do", device="m1", name="enable", parameters={})
+    for user in USERS:
+        assert rights(made, user) == (MAY[user] if made.has_users else MAY["anna"]), user
 
-            def again() -> bool:
-                try:
-                    return bool(otto.axis("m1").enable().effective_at_ns)
-                except ClientError:
-                    return False
+    # A run over both, of whom may; then one that is told to stop where it is led.
+    until(lambda: [row["bench"] for row in mill.ask("benches")] == ["lathe"], "a sight of the lathe")
+    move = {"move": {"m1": 30.0, "lathe/m1": -20.0}}
+    with made.client("otto") as otto:
+        otto.submit(run("together", move))
+        until(lambda: state_of(mill, "together") in ("done", "failed"), "the run's end")
+        assert state_of(mill, "together") == "done", mill.ask("runs", name="together")
+        otto.submit(run("far", FAR))
+        until(lambda: state_of(mill, "far") == "running", "the next run")
+        otto.cancel("far")
+        until(lambda: state_of(mill, "far") == "cancelled", "its end")
 
-            until(again, "the router's return")
+        # The router goes and comes back: benches and an open client join again.
+        made.end_router()
+        made.start_router()
 
-            # A bench is killed and comes back under its name.
-            lathe.kill()
-            lathe = made.launch("lathe").started().ready()
-            until(lambda: "lathe" in [row["bench"] for row in mill.ask("benches")], "the lathe's return")
-            assert lathe.ask("health")["problems"] == [] or "name" not in str(lathe.ask("health"))
-        with made.client("otto", "lathe") as other:
-            assert other.axis("m1").enable().effective_at_ns
+        def again() -> bool:
+            try:
+                return bool(otto.axis("m1").enable().effective_at_ns)
+            except ClientError:
+                return False
+
+        until(again, "the router's return")
+
+        # A bench is killed and comes back under its name.
+        lathe.kill()
+        lathe = made.launch("lathe").started().ready()
+        until(lambda: "lathe" in [row["bench"] for row in mill.ask("benches")], "the lathe's return")
+        assert lathe.ask("health")["problems"] == [] or "name" not in str(lathe.ask("health"))
+    with made.client("otto", "lathe") as other:
+        assert other.axis("m1").enable().effective_at_ns
 
 
 @pytest.mark.thorough
