@@ -12,7 +12,7 @@ from typing import Any
 import zenoh
 
 from hil.client.messages import Ack, ClientError, ack_of, error_of, read
-from hil.net.signature import signed
+from hil.net.signature import NO_CRYPTOGRAPHY, KeySigner, read_key, signed
 
 ENDPOINT = "tcp/127.0.0.1:7447"
 TIMEOUT_S = 5.0
@@ -22,6 +22,8 @@ _LOOK_AGAIN_S = 0.05
 _BENCH = re.compile("[a-z][a-z0-9_-]*")
 """Names of benches: Zenoh would take others for patterns, and commands would go to all that fit."""
 _STOP, _COMMAND = "/cmd/stop", re.compile("axis/[^/]+/(cmd|param|fault)/?|run/|segment/[^/]+/fault")
+_SIGNS = {"connect_certificate", "connect_private_key"}
+_FILES = {"root_ca_certificate", *_SIGNS}
 _LATEST = 10_000
 """Maximum number of states that wait for a subscriber; the oldest of more are dropped."""
 
@@ -32,6 +34,10 @@ class Credentials:
 
     user: str
     password: str
+
+    def signed(self, key: str, payload: bytes, at_ns: int, nonce: str) -> bytes:
+        """Sign a command."""
+        return signed(self.user, self.password, key, payload, at_ns, nonce)
 
 
 def priority_of(rest: str) -> zenoh.Priority:
@@ -57,20 +63,45 @@ def session_entries(endpoint: str, credentials: Credentials | None) -> dict[str,
     return entries
 
 
-def from_file(path: Path) -> tuple[dict[str, Any], str, Credentials | None]:
-    """Read zenoh's configuration from a user's file, as `hil zenoh keys` makes it.
+def from_file(path: Path) -> tuple[dict[str, Any], str, Credentials | KeySigner | None]:
+    """Read zenoh's configuration from a user's file, as `hil zenoh site` and `hil zenoh keys` make it.
+    Names of certificates are relative to its folder.
 
     Raises:
         ClientError: it cannot be used.
     """
     try:
         values = json.loads(path.read_text("utf-8-sig"))
+        tls = values.get("transport", {}).get("link", {}).get("tls", {})
+        for name in _FILES & tls.keys():
+            tls[name] = str(path.absolute().parent / tls[name])
         zenoh.Config.from_json5(json.dumps(values))
         door = ", ".join(values["connect"]["endpoints"])
         who = values.get("transport", {}).get("auth", {}).get("usrpwd")
+        if who is None and tls.keys() >= _SIGNS:
+            return values, door, _signer(values.get("metadata"), tls)
         return values, door, Credentials(who["user"], who["password"]) if who else None
     except (OSError, ValueError, KeyError, TypeError, AttributeError, zenoh.ZError) as error:
-        raise ClientError(f"{path}: {error}; `hil zenoh keys` makes such files") from None
+        raise ClientError(f"{path}: {error}; `hil zenoh site` makes such files") from None
+
+
+def _signer(metadata: Any, tls: Mapping[str, str]) -> KeySigner:
+    """Signer by a user's key, in whose name commands are asked."""
+    for name in sorted(_FILES):
+        if not Path(tls[name]).is_file():
+            raise ClientError(f"{tls[name]} is missing: the folder was copied in part; copy it again")
+    try:
+        from cryptography.x509 import load_pem_x509_certificate
+    except ImportError:
+        raise ClientError(NO_CRYPTOGRAPHY) from None
+    certificate, key = Path(tls["connect_certificate"]), Path(tls["connect_private_key"])
+    if (mode := key.stat().st_mode & 0o777) & 0o077:
+        raise ClientError(f"{key}: others can read this key (mode {mode:04o}); chmod 600 {key}")
+    private = read_key(key.read_bytes(), True, str(key), ClientError)
+    own = load_pem_x509_certificate(certificate.read_bytes())
+    if own.public_key() != private.public_key():
+        raise ClientError(f"{key} is not the key of {certificate}; copy both again")
+    return KeySigner(metadata["name"], own, private)
 
 
 def opened(entries: Mapping[str, Any], timeout_s: float) -> zenoh.Session:
@@ -242,4 +273,4 @@ class Link:
         if self._credentials is None:
             return None
         who = self._credentials
-        return signed(who.user, who.password, key, payload, time.time_ns(), secrets.token_hex(8))
+        return who.signed(key, payload, time.time_ns(), secrets.token_hex(8))

@@ -168,7 +168,7 @@ def connect_sync(
     timeout_s: float = TIMEOUT_S,
 ) -> Bench:
     """Connect to a bench at a zenoh endpoint; where it has users, as one of them. ``config``: the file of a
-    user that `hil zenoh keys` made, which says all that, instead.
+    user that `hil zenoh site` or `hil zenoh keys` made, which says all that, instead.
 
     Raises:
         ClientError: nobody lets us in there.

@@ -8,5 +8,5 @@ a command starts quickly. ``answers.py`` checks answers, ``axis_states.py`` has 
 them, ``condition.py`` reads conditions on states, ``signature.py`` signs commands. ``silence_timer.py`` times
 silences of lines.
 
-May import: hil.host, hil.vocab, the standard library, pydantic.
+May import: hil.host, hil.vocab, the standard library, cryptography, pydantic.
 """
