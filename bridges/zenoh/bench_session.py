@@ -5,6 +5,7 @@ import logging
 import secrets
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from datetime import UTC, datetime
 from functools import partial
 from time import thread_time
 from typing import Any
@@ -20,8 +21,10 @@ from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Senders
+from bridges.zenoh.site_folder import SiteFolder, opened_folder
+from bridges.zenoh.site_gate import SiteGate
 from bridges.zenoh.users import SecurityError, read_users, refuse_endless
-from bridges.zenoh.zenoh_config import opened, password_file, session_config
+from bridges.zenoh.zenoh_config import opened, password_file, session_config, site_options, site_subjects
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Answered, BenchGone, BenchProblem, BridgeError
 from hil.vocab.desk_protocol import Desk, Source
@@ -29,6 +32,8 @@ from hil.vocab.desk_protocol import Desk, Source
 log = logging.getLogger("hil")
 
 _NOBODY_THERE = "Unable to connect"
+LOOK_S = 1.0
+"""Time between two looks whether the files of a site were replaced."""
 AGAIN_S = 1.0
 """Time between two looks whether the bench's name is free."""
 _ANSWERED = {QUERY, COMMAND}
@@ -50,7 +55,7 @@ class Joined:
         cpu_s: Callable[[], float] = thread_time,
     ) -> None:
         here = desk.describe()
-        self.session = session
+        self.session, self.gate = session, gate
         self.others = Others(session, here, gate)
         self.name = OneName(session, here.bench, number)
         self.publications = Publications(session, desk, options)
@@ -113,10 +118,16 @@ class ZenohBridge:
         self._is_closed = False
         self._clash: BenchProblem | None = None
         """Clash that keeps this bench from joining."""
+        self._site: SiteFolder | None = None
 
     async def open(self) -> None:
         self._senders = Senders()
         try:
+            if self._options.site:
+                self._site = opened_folder(self._options.site)
+                self._site.member(self._bench)
+                self._options = site_options(self._options, self._site)
+                self._work.begin(self._watch(self._site, self._senders))
             opened = await self._open_first()
         except SecurityError as error:
             raise BridgeError(str(error)) from None
@@ -135,7 +146,7 @@ class ZenohBridge:
 
     async def _open_session(self) -> tuple[zenoh.Session, Gate | None]:
         loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(None, open_session, self._options, self._bench)
+        return await loop.run_in_executor(None, open_session, self._options, self._bench, self._site)
 
     @property
     def _where(self) -> str:
@@ -174,6 +185,30 @@ class ZenohBridge:
             self._joined = Joined(*opened, self._desk, self._options, senders, self._work)
             log.info("zenoh: joined %s", self._where)
 
+    async def _watch(self, site: SiteFolder, senders: Senders) -> None:
+        """Take new lists and certificates of the site as they are copied into its folder."""
+        taken, allowed = site.version, site_subjects(site.list, self._bench)
+        while True:
+            await asyncio.sleep(LOOK_S)
+            try:
+                site.refresh(datetime.now(UTC))
+                if site.version == taken:
+                    continue
+                taken = site.version
+                site.member(self._bench)
+                log.info("zenoh: took list %d of the site %s", site.list.number, site.list.site)
+            except (SecurityError, OSError) as error:
+                log.error("zenoh: %s", error)
+            joined = self._joined
+            if joined is None or not isinstance(joined.gate, SiteGate):
+                continue
+            joined.gate.list_changed()
+            # Zenoh's access control of a door of its own is fixed while it is open.
+            if self._options.listen and (now := site_subjects(site.list, self._bench)) != allowed:
+                allowed = now
+                await self._put_away()
+                self._work.begin(self._join(senders))
+
     async def devices_changed(self, names: Collection[str]) -> None:
         if self._joined is None:
             return
@@ -182,19 +217,26 @@ class ZenohBridge:
         except zenoh.ZError as error:
             raise BridgeError(first_line(error)) from None
 
+    async def _put_away(self) -> None:
+        """Close the session, for another; what waits for a motion's end loses its answer."""
+        if joined := self._joined:
+            self._joined = None
+            joined.inbox.close()
+            await joined.publications.stop()
+            await _end(joined)
+
     async def close(self) -> None:
         self._is_closed = True
-        loop, joined = asyncio.get_running_loop(), self._joined
+        joined = self._joined
         if joined:
             joined.inbox.close()
             await joined.publications.stop()
         await self._work.close()
         if self._senders:
-            await loop.run_in_executor(None, self._senders.close)
-        if joined:
-            joined.undeclare()
+            await asyncio.get_running_loop().run_in_executor(None, self._senders.close)
+        if joined and self._joined:
             self._joined = None
-            await loop.run_in_executor(None, joined.session.close)
+            await _end(joined)
 
     async def ask_bench(
         self, source: Source, bench: str, rest: str, given: Mapping[str, Any], timeout_s: float
@@ -229,19 +271,30 @@ class ZenohBridge:
         }
 
 
+async def _end(joined: Joined) -> None:
+    joined.undeclare()
+    await asyncio.get_running_loop().run_in_executor(None, joined.session.close)
+
+
 def first_line(error: Exception) -> str:
     """First line of a zenoh error, which ends in a path of its sources."""
     return str(error).partition(" at /")[0].partition("\n")[0]
 
 
-def open_session(options: Options, bench: str) -> tuple[zenoh.Session, Gate | None]:
+def open_session(
+    options: Options, bench: str, site: SiteFolder | None = None
+) -> tuple[zenoh.Session, Gate | None]:
     """Open a daemon's session; answers it with the gate that checks its commands, None where there are no
-    users and everybody may do all.
+    users and everybody may do all. ``site``: what ``options.site`` has; ``options`` are then those of
+    ``site_options``.
 
     Raises:
         SecurityError: strangers could reach the bench, or the users' file is wrong.
         zenoh.ZError: an address is taken, a certificate cannot be read.
     """
+    if site:
+        gate = SiteGate(site, bench, time.time_ns())
+        return opened(session_config(options, bench, (), "", site.list)), gate
     users = read_users(options.users) if options.users else []
     for path in (options.tls.ca, options.tls.certificate, options.tls.key) if options.tls else ():
         try:

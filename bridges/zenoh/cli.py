@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from bridges.zenoh.site_commands import app as site_app
+
 app = typer.Typer(
     name="zenoh",
     help="Certificates and a router for the zenoh bridge.",
@@ -18,12 +20,23 @@ def _commands() -> None:
     pass
 
 
-@app.command()
-def router(
+app.add_typer(site_app)
+
+
+@app.command("router")
+def run_router(
     listen: Annotated[
-        list[str],
-        typer.Option("--listen", help="Where benches and clients connect.", metavar="tcp/HOST:PORT"),
-    ],
+        list[str] | None,
+        typer.Option(
+            "--listen",
+            help="Where benches and clients connect. Default: where the site says, on all interfaces.",
+            metavar="tcp/HOST:PORT",
+        ),
+    ] = None,
+    site: Annotated[
+        Path | None,
+        typer.Option("--site", help="The router's folder of a site.", metavar="DIR"),
+    ] = None,
     ca: Annotated[Path | None, typer.Option("--ca", help="The site's authority, for tls/ addresses.")] = None,
     certificate: Annotated[Path | None, typer.Option("--certificate", help="The router's.")] = None,
     key: Annotated[Path | None, typer.Option("--key", help="Its private key.")] = None,
@@ -41,16 +54,19 @@ def router(
     """Join benches: run a zenoh router until Ctrl-C.
 
     A bench joins with `bridges: {zenoh: {listen: [], connect: [ADDRESS]}}`. With --users each bench may
-    tell and answer under its own name alone, and users may ask.
+    tell and answer under its own name alone, and users may ask. With --site the same holds for the members of
+    the site, and a new list of them is taken while the router runs.
 
     Example: hil zenoh router --listen tcp/127.0.0.1:7447
     """
+    import logging
     import signal
-    from contextlib import suppress
 
     import zenoh
 
     from bridges.zenoh.options import TlsOptions
+    from bridges.zenoh.router_process import SiteRouter, close, default_listen, serve_site
+    from bridges.zenoh.site_folder import opened_folder
     from bridges.zenoh.users import SecurityError, read_users
     from bridges.zenoh.zenoh_config import opened, password_file, router_config
 
@@ -59,22 +75,37 @@ def router(
         typer.echo("hil: --ca, --certificate and --key belong together", err=True)
         raise typer.Exit(2)
     tls = TlsOptions(ca=ca, certificate=certificate, key=key) if ca and certificate and key else None
+    if site and (given or users or insecure):
+        typer.echo("hil: --site has certificates and users; leave out the others", err=True)
+        raise typer.Exit(2)
+    if not (site or listen):
+        typer.echo("hil: write --site, or --listen", err=True)
+        raise typer.Exit(2)
     if users is None and ca and (beside := ca.with_name("users")).exists():
         users = beside
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
-        known = read_users(users) if users else []
-        with password_file(known) as dictionary:
-            session = opened(router_config(listen, tls, insecure, known, dictionary))
+        folder, known = opened_folder(site) if site else None, read_users(users) if users else []
+        where = listen or (default_listen(folder) if folder else [])
+        if folder:
+            router = SiteRouter(folder, where)
+        else:
+            with password_file(known) as dictionary:
+                session = opened(router_config(where, tls, insecure, known, dictionary))
     except (SecurityError, zenoh.ZError) as error:
         typer.echo(f"hil: {str(error).partition(' at /')[0]}", err=True)
         raise typer.Exit(2) from None
-    benches = [user.name for user in known if user.is_bench]
-    lets_in = f"lets in {len(known) - len(benches)} users and the benches {', '.join(benches) or 'none'}"
-    typer.echo(f"router at {', '.join(listen)}, {lets_in if known else 'lets in everybody'}; Ctrl-C ends it")
-    signal.sigwait({signal.SIGINT, signal.SIGTERM})
-    with suppress(zenoh.ZError):  # clients that do not read hold it up
-        session.close()  # type: ignore[no-untyped-call]
+    members = folder.list.members.values() if folder else known
+    benches = [each.name for each in members if each.is_bench]
+    lets_in = f"lets in {len(members) - len(benches)} users and the benches {', '.join(benches) or 'none'}"
+    who = lets_in if folder or known else "lets in everybody"
+    typer.echo(f"router at {', '.join(where)}, {who}; Ctrl-C ends it")
+    if folder:
+        logging.basicConfig(level=logging.INFO, format="hil: %(message)s")
+        serve_site(router)
+    else:
+        signal.sigwait({signal.SIGINT, signal.SIGTERM})
+        close(session)
 
 
 @app.command()

@@ -13,6 +13,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 import zenoh
 
+from bridges.zenoh.gate import ATTACHMENT_BYTES
 from bridges.zenoh.keys import COMMAND, JSON_VERSION, KEYS
 from bridges.zenoh.publications import encoding
 from bridges.zenoh.sender import Sender
@@ -75,7 +76,6 @@ READING_S = 0.002
 _COMMANDS = {key.pattern for key in KEYS if COMMAND in key.way}
 _VERBS, _PARAMETERS = "axis/<device>/cmd/<verb>", "axis/<device>/param/<name>"
 _STOP = "/cmd/stop"
-_NAME_BYTES = 1024
 _REFUSED = encoding("hil.error.v1")
 
 
@@ -170,7 +170,7 @@ class Inbox:
 
     def _source(self, attachment: bytes | None) -> str:
         """Name of the user who says that he has signed; empty for all others. It is checked later."""
-        if attachment and self._names and len(attachment) <= _NAME_BYTES:
+        if attachment and self._names and len(attachment) <= ATTACHMENT_BYTES:
             with suppress(JsonError):
                 said = read_json(attachment)
                 if isinstance(said, dict) and said.get("user") in self._names:

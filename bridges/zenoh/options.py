@@ -44,6 +44,13 @@ class Options(BaseModel):
         default=None,
         description="File of users with their roles and passwords; without it everybody may do everything.",
     )
+    site: Path | None = Field(
+        default=None,
+        description=(
+            "Folder of this bench that `hil zenoh site` makes: its certificate and the site's list of users."
+            " Without `listen` and `connect` the bench joins the site's router."
+        ),
+    )
     tls: TlsOptions | None = Field(
         default=None, description="Certificates, both ways; needs `users` for roles."
     )

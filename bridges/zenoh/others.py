@@ -2,8 +2,6 @@
 
 import asyncio
 import json
-import secrets
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial
@@ -14,14 +12,13 @@ import zenoh
 from bridges.zenoh.documents import RUN_BYTES
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.keys import prefix
-from hil.net.signature import signed
 from hil.vocab.bridge_protocol import Answered, BenchGone
 from hil.vocab.desk_protocol import Description, Source
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
 
 _LIVE_S = 1.0
-_ATTACHMENT_ROOM = 2048
+_ATTACHMENT_ROOM = 4096
 _REFUSED = b"{"
 """Start of a refusal; zenoh's own words on a query without an answer do not begin so."""
 
@@ -42,7 +39,7 @@ class Others:
         if len(payload) > RUN_BYTES - _ATTACHMENT_ROOM:
             longest = RUN_BYTES - _ATTACHMENT_ROOM
             raise VerbRefused("bad_request", f"{len(payload)} bytes for bench {bench}; {longest} at most")
-        attachment = self._signature(source, key, payload)
+        attachment = self._gate.signed(source, self._here.bench, key, payload) if self._gate else None
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[tuple[zenoh.Reply | None, int]] = loop.create_future()
 
@@ -85,18 +82,6 @@ class Others:
         tokens = self._session.liveliness().get("hil/*/@live/daemon", timeout=_LIVE_S)
         names = {str(token.ok.key_expr).split("/")[1] for token in tokens if token.ok}
         return sorted(names - {self._here.bench})
-
-    def _signature(self, source: Source, key: str, payload: bytes) -> bytes | None:
-        """Sign as the asker, or for an asker at this computer as the user of the bench's own name."""
-        if self._gate is None:
-            return None
-        for name in (source.name, self._here.bench):
-            if secret := self._gate.secret_of(name):
-                return signed(name, secret, key, payload, time.time_ns(), secrets.token_hex(8))
-        raise VerbRefused(
-            "forbidden",
-            f"no user {self._here.bench!r} to ask other benches as; add {self._here.bench}:operator:PASSWORD",
-        )
 
 
 def _content(reply: zenoh.Reply | None, gone: BenchGone) -> Mapping[str, Any]:

@@ -25,11 +25,11 @@ class SecurityError(Exception):
 
 @dataclass(frozen=True)
 class User(Source):
-    """User of the users' file. The secret is the password at zenoh's door and the key of signatures.
-    ``is_bench``: a bench of this name, which a router lets tell what is below it; other benches take it for
-    an operator."""
+    """User of the users' file. The secret is the password at zenoh's door and the key of signatures;
+    users of a site have none. ``is_bench``: a bench of this name, which a router lets tell what is below
+    it; other benches take it for an operator."""
 
-    secret: str = field(repr=False)
+    secret: str = field(default="", repr=False)
     is_bench: bool = False
 
 

@@ -10,14 +10,16 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import Any
 
 import zenoh
 
-from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, QUERY, expression, prefix
+from bridges.zenoh.access import Subject, access_control, access_of
+from bridges.zenoh.keys import KEYS, QUERY, expression
 from bridges.zenoh.options import Options, TlsOptions
+from bridges.zenoh.site_folder import AUTHORITY, CERTIFICATE, KEY, SiteFolder
+from bridges.zenoh.site_list import SiteList
 from bridges.zenoh.users import SecurityError, User
-from hil.vocab.verbs import Role
 
 MESSAGE_BYTES = 1 << 20
 """Maximum length that zenoh puts together from fragments; its own limit is 1 GiB for each client."""
@@ -28,110 +30,11 @@ ACCEPT_MS = 2000
 silent ones kept others out for 11 s with its own 10 s, and for 3 s with this (measured)."""
 CONNECT_MS = 1000
 """Time of one attempt to reach the router; the bridge makes the next."""
+RETRY = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2}
+"""Times between attempts to reach a router that has gone: it is back 0.01 s after it took a new list, and
+zenoh's own first attempt would be a second later."""
 CLOSE_US = 500_000
 """Silence after which a client that reads no answers loses its link: others wait for theirs meanwhile."""
-
-
-_Rule = tuple[str, list[str], list[str]]
-"""Flow, messages and keys. Ingress is what the other end sends, egress what it is sent."""
-
-
-def _keys(bench: str, way: str, *roles: Role) -> list[str]:
-    return [
-        expression(bench, key.pattern) for key in KEYS if way in key.way and (not roles or key.role in roles)
-    ]
-
-
-def _presence(bench: str) -> list[str]:
-    return [f"{prefix(bench)}/@live/**", f"{prefix(bench)}/@one/*"]
-
-
-def _rules_of_users(bench: str) -> list[tuple[Role, _Rule]]:
-    """Rules of users at a bench, or with ``*`` at all benches behind a router."""
-    everything, live = [f"{prefix(bench)}/**"], _presence(bench)
-    rules: list[tuple[Role, _Rule]] = [
-        (Role.VIEWER, ("ingress", ["declare_subscriber"], everything)),
-        (Role.VIEWER, ("egress", ["put"], _keys(bench, PUBLISH))),
-        (Role.VIEWER, ("ingress", ["query"], _keys(bench, QUERY))),
-        (Role.VIEWER, ("egress", ["reply"], _keys(bench, QUERY))),
-        # A querier or publisher that is declared stays silent while it knows of nobody at the other end.
-        (Role.VIEWER, ("egress", ["declare_queryable"], everything)),
-        (Role.OPERATOR, ("egress", ["declare_subscriber"], everything)),
-        (Role.VIEWER, ("ingress", ["liveliness_query", "declare_liveliness_subscriber"], live)),
-        (Role.VIEWER, ("egress", ["liveliness_token"], live)),
-    ]
-    for role in (Role.OPERATOR, Role.ADMIN):
-        rules += [
-            (role, ("ingress", ["put", "query"], _keys(bench, COMMAND, role))),
-            (role, ("egress", ["reply"], _keys(bench, COMMAND, role))),
-        ]
-    return rules
-
-
-def _rules_of_bench(bench: str) -> list[_Rule]:
-    """Rules of a bench at a router: it tells and answers under its own name alone, and asks others about runs
-    over several benches."""
-    ours, parts = [f"{prefix(bench)}/**"], [expression("*", "run/<id>/part")]
-    asked = [*_keys(bench, QUERY), *_keys(bench, COMMAND)]
-    return [
-        ("ingress", ["put"], _keys(bench, PUBLISH)),
-        ("ingress", ["reply"], asked),
-        ("ingress", ["declare_queryable", "declare_subscriber"], ours),
-        ("ingress", ["liveliness_token"], _presence(bench)),
-        ("ingress", ["query"], parts),
-        ("ingress", ["liveliness_query", "declare_liveliness_subscriber"], _presence("*")),
-        ("egress", ["put"], _keys(bench, COMMAND)),
-        ("egress", ["query"], asked),
-        ("egress", ["reply"], parts),
-        ("egress", ["declare_subscriber", "declare_queryable"], [f"{prefix('*')}/**"]),
-        ("egress", ["liveliness_token"], _presence("*")),
-    ]
-
-
-def access_control(
-    users: Sequence[User], bench: str, by: Literal["usrpwd", "tls"] = "usrpwd"
-) -> dict[str, Any]:
-    """Make zenoh's ``access_control`` for a daemon, or with the bench ``*`` for a router.
-
-    With "tls" certificate and password both have to have the user's name.
-    """
-    benches = [user.name for user in users if user.is_bench and bench == "*"]
-    rules: list[_Rule] = []
-    policies: list[dict[str, Any]] = []
-
-    def policy(wanted: Sequence[_Rule], names: Sequence[str]) -> None:
-        first = len(rules)
-        rules.extend(wanted)
-        policies.append({"rules": [f"{n}" for n in range(first, len(rules))], "subjects": list(names)})
-
-    of_users = _rules_of_users(bench)
-    for role in Role:
-        if names := [user.name for user in users if user.role is role and user.name not in benches]:
-            policy([rule for needed, rule in of_users if role >= needed], names)
-    for name in benches:
-        policy(_rules_of_bench(name), [name])
-
-    def subject(user: User) -> dict[str, Any]:
-        named = {"id": user.name, "usernames": [user.name]}
-        own = [certified(each) for each in benches] if user.name in benches else [user.name]
-        return named | {"cert_common_names": own} if by == "tls" else named
-
-    return {
-        "enabled": True,
-        "default_permission": "deny",
-        "rules": [
-            {"id": f"{n}", "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": on}
-            for n, (flow, messages, on) in enumerate(rules)
-        ],
-        "subjects": [subject(user) for user in users],
-        "policies": policies,
-    }
-
-
-def certified(bench: str) -> str:
-    """Name in the certificate of a bench's daemon. Benches of a site may share one certificate: it is the
-    password that tells them apart."""
-    return f"hil daemon {bench}"
 
 
 def is_loopback(endpoint: str) -> bool:
@@ -189,9 +92,40 @@ def _tls(tls: TlsOptions) -> dict[str, Any]:
     )
 
 
-def session_config(options: Options, bench: str, users: Sequence[User], dictionary: str) -> dict[str, Any]:
+def site_options(options: Options, folder: SiteFolder) -> Options:
+    """Options of a bench of a site, with the files of its folder; it joins the site's routers by default."""
+    if options.users or options.tls:
+        raise SecurityError("site: it has users and certificates; leave out `users` and `tls`")
+    tls = TlsOptions(
+        ca=folder.folder / AUTHORITY, certificate=folder.folder / CERTIFICATE, key=folder.folder / KEY
+    )
+    own: dict[str, Any] = {"tls": tls}
+    if not {"listen", "connect"} & options.model_fields_set:
+        own |= {"listen": [], "connect": list(folder.list.routers)}
+    return options.model_copy(update=own)
+
+
+def site_subjects(of: SiteList, bench: str = "") -> list[Subject]:
+    """Members of a site, as zenoh's access control knows them: by the name in the certificate. ``bench``: the
+    one bench that is here, at which others ask as users; empty at a router."""
+    subjects = []
+    for each in of.members.values():
+        levels = of.levels(each)
+        if bench:
+            role = of.role_at(each, bench)
+            levels = {bench: role} if role else {}
+        is_bench = each.is_bench and not bench
+        known_by = {"cert_common_names": [each.certified]}
+        subjects.append(Subject(each.name, known_by, levels, each.name if is_bench else ""))
+    return subjects
+
+
+def session_config(
+    options: Options, bench: str, users: Sequence[User], dictionary: str, site: SiteList | None = None
+) -> dict[str, Any]:
     """Make zenoh's configuration of a daemon: path in it to value. ``users`` are those of ``options.users``;
     ``dictionary`` is the path of a file with their ``name:password`` lines, which zenoh reads while it opens.
+    ``site``: the list of the site of ``options.site``, whose options are those of ``site_options``.
 
     Raises:
         SecurityError: strangers could reach the bench.
@@ -202,7 +136,11 @@ def session_config(options: Options, bench: str, users: Sequence[User], dictiona
     else:
         # A router passes nothing on between peers, and between routers it forgets some after a restart: one
         # in ten was not seen any more (zenoh 1.10, measured). With clients neither happens.
-        how = {"mode": "client" if options.connect else "peer", "connect/timeout_ms": CONNECT_MS}
+        how = {
+            "mode": "client" if options.connect else "peer",
+            "connect/timeout_ms": CONNECT_MS,
+            "connect/retry": RETRY,
+        }
     config: dict[str, Any] = {
         **_CLOSED,
         **how,
@@ -217,24 +155,26 @@ def session_config(options: Options, bench: str, users: Sequence[User], dictiona
     if users and options.listen:
         config["access_control"] = access_control(users, bench, "tls" if options.tls else "usrpwd")
         config["transport/auth/usrpwd/dictionary_file"] = dictionary
+    if site and options.listen:
+        config["access_control"] = access_of(site_subjects(site, bench), bench)
     return config
 
 
 def _refuse_open_doors(options: Options) -> None:
-    if options.tls and not options.users:
+    if options.tls and not (options.users or options.site):
         raise SecurityError("tls: certificates have no roles; add `users`")
-    if options.users and options.listen and options.connect:
+    if (options.users or options.site) and options.listen and options.connect:
         raise SecurityError(
-            "connect: messages from a router have no user, so with `users` all would be refused;"
+            "connect: messages from a router have no user, so with `users` or `site` all would be refused;"
             " write `listen: []`, and let the router's access control decide, or leave out `connect`"
         )
     beyond = [endpoint for endpoint in options.listen if not is_loopback(endpoint)]
     if options.insecure or not beyond:
         return
-    if not options.users:
+    if not (options.users or options.site):
         raise SecurityError(
             f"listen: {beyond[0]} is reached from other computers, and anybody there could move the axes; add"
-            " `users` (`hil zenoh keys` makes all that is needed), or listen on 127.0.0.1, or write"
+            " `site` (`hil zenoh site` makes all that is needed) or `users`, or listen on 127.0.0.1, or write"
             " `insecure: true`"
         )
     schemes = ("tls", "quic") if options.tls else ("tcp",)
@@ -252,9 +192,11 @@ def router_config(
     is_insecure: bool,
     users: Sequence[User] = (),
     dictionary: str = "",
+    site: SiteList | None = None,
 ) -> dict[str, Any]:
     """Make zenoh's configuration of a router that joins others. With ``users`` it lets in those alone, each
-    bench to tell what is below its own name, and users to ask. ``dictionary``: as of ``session_config``.
+    bench to tell what is below its own name, and users to ask; with ``site`` its members. ``dictionary``:
+    as of ``session_config``.
 
     Raises:
         SecurityError: strangers could reach it.
@@ -262,10 +204,11 @@ def router_config(
     for endpoint in listen:
         if is_insecure or is_loopback(endpoint):
             continue
-        if not users:
+        if not (users or site):
             raise SecurityError(
                 f"{endpoint} is reached from other computers, and anybody there could speak for a bench; name"
-                " the file of users and benches by --users (`hil zenoh keys` makes one), or write --insecure"
+                " the router's folder of a site by --site (`hil zenoh site new` makes one), or"
+                " write --insecure"
             )
         if not (tls and endpoint.startswith(("tls/", "quic/"))):
             raise SecurityError(
@@ -294,6 +237,8 @@ def router_config(
     if users:
         config["access_control"] = access_control(users, "*", "tls" if tls else "usrpwd")
         config["transport/auth/usrpwd/dictionary_file"] = dictionary
+    if site:
+        config["access_control"] = access_of(site_subjects(site), "*")
     return config
 
 

@@ -131,7 +131,7 @@ def test_a_line_feed_in_a_key_cannot_move_the_fields() -> None:
         b"[]",
         b"\xff\xfe",
         b"[" * 1024,
-        attachment() + b" " * 1024,
+        attachment() + b" " * 4096,
         attachment().replace(NONCE.encode(), b"xyz"),
         attachment().replace(NONCE.encode(), NONCE.encode() * 3),
         attachment().replace(str(NOW_NS).encode(), b'"now"'),
@@ -284,7 +284,7 @@ TLS = TlsOptions(ca=Path("ca"), certificate=Path("c"), key=Path("k"))
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"listen": ["tcp/0.0.0.0:7447"]}, "hil zenoh keys"),
+        ({"listen": ["tcp/0.0.0.0:7447"]}, "hil zenoh site"),
         ({"listen": ["tcp/127.0.0.1:7447", "tcp/[::]:7448"]}, r"tcp/\[::\]:7448"),
         ({"tls": TLS}, "add `users`"),
         ({"users": USERS, "listen": ["udp/224.0.0.1:7447"]}, "write tcp/"),

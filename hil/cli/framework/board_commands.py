@@ -84,12 +84,21 @@ def of_bridge(name: str) -> Any:
         return None
     app = typer.Typer(rich_markup_mode=None)
     commands = import_module(f"{BRIDGES}.{name}.cli").app
-    for info in commands.registered_commands:
-        info.cls = OneCommand
-        if "ask" in inspect.signature(info.callback).parameters:
-            info.callback = _asking(info.callback)
+    _mount_bridge(commands)
     app.add_typer(commands, cls=Below)
     return typer.main.get_group(app).commands[name]
+
+
+def _mount_bridge(commands: typer.Typer) -> None:
+    """Give commands of a bridge, and of the groups in it, the classes of ``hil``."""
+    for info in commands.registered_commands:
+        info.cls = OneCommand
+        if info.callback and "ask" in inspect.signature(info.callback).parameters:
+            info.callback = _asking(info.callback)
+    for group in commands.registered_groups:
+        if group.typer_instance:
+            group.cls = Below
+            _mount_bridge(group.typer_instance)
 
 
 @cache

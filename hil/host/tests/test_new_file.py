@@ -23,7 +23,8 @@ OWN_WAY = {
     "hil/net/stable_name.py": {"replace"},  # a link
     "virtual_ports/usb/vhci.py": {"open"},  # a file of sysfs
     "hil/host/journal.py": {"open"},  # standard streams
-    "bridges/zenoh/site_keys.py": {"open"},  # exclusively
+    "bridges/zenoh/site_certificates.py": {"open", "replace"},  # exclusively, and in the place of others
+    "bridges/zenoh/site_folder.py": {"write_text", "replace"},  # a number, where the folder can be written
     "hil/compose/recordings_folder.py": {"open"},  # exclusively, and written to while the run goes on
     "hil/live/run_recording.py": {"write_text"},  # a mark in the bench's own folder
     "hil/lookback/look_process.py": {"write_text"},  # a file of procfs
