@@ -12,7 +12,7 @@ from typing import Any
 import zenoh
 
 from hil.client.messages import Ack, ClientError, ack_of, error_of, read
-from hil.net.signature import NO_CRYPTOGRAPHY, KeySigner, read_key, signed
+from hil.net.signature import KeySigner, signed, signer_of_files
 
 ENDPOINT = "tcp/127.0.0.1:7447"
 TIMEOUT_S = 5.0
@@ -90,18 +90,8 @@ def _signer(metadata: Any, tls: Mapping[str, str]) -> KeySigner:
     for name in sorted(_FILES):
         if not Path(tls[name]).is_file():
             raise ClientError(f"{tls[name]} is missing: the folder was copied in part; copy it again")
-    try:
-        from cryptography.x509 import load_pem_x509_certificate
-    except ImportError:
-        raise ClientError(NO_CRYPTOGRAPHY) from None
     certificate, key = Path(tls["connect_certificate"]), Path(tls["connect_private_key"])
-    if (mode := key.stat().st_mode & 0o777) & 0o077:
-        raise ClientError(f"{key}: others can read this key (mode {mode:04o}); chmod 600 {key}")
-    private = read_key(key.read_bytes(), True, str(key), ClientError)
-    own = load_pem_x509_certificate(certificate.read_bytes())
-    if own.public_key() != private.public_key():
-        raise ClientError(f"{key} is not the key of {certificate}; copy both again")
-    return KeySigner(metadata["name"], own, private)
+    return signer_of_files(metadata["name"], certificate, key, ClientError)
 
 
 def opened(entries: Mapping[str, Any], timeout_s: float) -> zenoh.Session:

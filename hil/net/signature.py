@@ -17,6 +17,7 @@ a bench that asks another for a user, with a part of a run, gives that user's na
 import base64
 import hmac
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -101,3 +102,22 @@ def read_key(pem: bytes, is_private: bool, where: str, error: type[Exception] = 
     if not isinstance(getattr(key, "curve", None), ec.SECP256R1):
         raise error(f"{where}: it is a key of another kind; sites use EC keys of P-256 (prime256v1)")
     return key
+
+
+def signer_of_files(user: str, certificate: Path, key: Path, error: type[Exception]) -> KeySigner:
+    """Signer of a user by the files of certificate and key. ``error`` is raised with what is wrong with
+    them."""
+    try:
+        from cryptography.x509 import load_pem_x509_certificate
+    except ImportError:
+        raise error(NO_CRYPTOGRAPHY) from None
+    if (mode := key.stat().st_mode & 0o777) & 0o077:
+        raise error(f"{key}: others can read this key (mode {mode:04o}); chmod 600 {key}")
+    private = read_key(key.read_bytes(), True, str(key), error)
+    try:
+        own = load_pem_x509_certificate(certificate.read_bytes())
+    except ValueError:
+        raise error(f"{certificate}: there is no certificate in it (PEM); copy it again") from None
+    if own.public_key() != private.public_key():
+        raise error(f"{key} is not the key of {certificate}; copy both again")
+    return KeySigner(user, own, private)
