@@ -179,7 +179,8 @@ def test_a_program_is_stopped_with_grace_and_its_places_are_true(bench: ServedBe
     report = asyncio.run(run())
     after = pulses_of(bench)
     assert report.state is RunState.STOPPED
-    assert [b - a for a, b in zip(before, after, strict=True)] == [each.pulses for each in report.axes]
+    turned = [b - a for a, b in zip(before, after, strict=True)]
+    assert turned == pytest.approx([each.pulses for each in report.axes])
 
 
 def test_a_bench_that_ends_in_the_middle_of_a_program_is_told_with_the_places() -> None:
