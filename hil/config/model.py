@@ -13,6 +13,7 @@ from hil.config.device_program import ProgramKey
 from hil.config.device_sketch import SketchKey
 from hil.config.explain import OR_NULL, DefaultsModel, LazyModel, StrictModel
 from hil.config.fault_model import FaultConfig
+from hil.config.labels_model import Labels
 from hil.config.magnet_model import MagnetKey
 from hil.config.motor_choice import with_motor
 from hil.config.port_model import Name, PortConfig, usable_path
@@ -301,6 +302,7 @@ class BenchConfig(StrictModel):
     """Keys under which wires with stations stand."""
 
     bench: Name = Field(description="The bench's name: a letter a-z and up to 31 more of a-z, 0-9, _ and -.")
+    labels: Labels = Field(default={})
     devices: Mapping[Name, DeviceConfig] = Field(
         min_length=1, description="The boards, each under a name of its own (same form as the bench's)."
     )

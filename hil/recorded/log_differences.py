@@ -22,7 +22,19 @@ AROUND = 5
 """Number of inputs before a difference that are told."""
 LAST_BYTES = 80
 """Maximum of what a device said before that is told."""
-_NO_MATTER = ("bridges", "profile_path", "runtime_dir", "state_dir", "cpu", "recordings", "speed", "rate_hz")
+_NO_MATTER = (
+    *(
+        "bridges",
+        "labels",
+        "profile_path",
+        "runtime_dir",
+        "state_dir",
+        "cpu",
+        "recordings",
+        "speed",
+        "rate_hz",
+    ),
+)
 """Keys of a configuration of which nothing in a run on the virtual clock depends."""
 
 

@@ -91,6 +91,8 @@ class Reloader:
         if plan.named("add", "remove", "restart"):
             self._check(plan)
             await self.apply.carry_out(plan)
+        else:
+            configured.config = plan.config  # labels alone may differ
         words = {"keep": "kept", "restart": "restarted", "add": "added", "remove": "removed"}
         done = {word: plan.named(action) for action, word in words.items()}
         names = [
