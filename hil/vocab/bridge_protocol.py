@@ -8,6 +8,10 @@ from hil.vocab.desk_protocol import Source
 from hil.vocab.late_dataclass import dataclass
 from hil.vocab.ports import Port
 
+PROTOCOL_VERSION = 1
+"""Version of what benches say to each other in runs. It grows when a bench of the version before could not
+take part; one that tells none, as hil 0.2 and before, has 0."""
+
 
 class Bridge(Protocol):
     """Door of a bench for another protocol."""

@@ -9,7 +9,7 @@ from typing import Any
 from hil.live.runs.asked_again import asked_again
 from hil.runs import ClockOffset
 from hil.vocab.axis import AxisNow
-from hil.vocab.bridge_protocol import BenchDoor, BenchGone, Bridge
+from hil.vocab.bridge_protocol import PROTOCOL_VERSION, BenchDoor, BenchGone, Bridge
 from hil.vocab.desk_protocol import Source
 from hil.vocab.parameters import Parameter
 from hil.vocab.verbs import VerbRefused
@@ -18,6 +18,35 @@ LOOKS = 8
 """Number of questions in a row that compare two clocks at the beginning."""
 ANSWER_S = 0.3
 LEAST_ANSWER_S = 0.01
+
+
+_BEFORE_IT_MOVES = ("look", "join")
+"""Questions that a bench of another protocol is refused with."""
+
+
+def refuse_protocol(question: object, bench: str, told: Mapping[str, Any], here: str) -> None:
+    """Refuse a bench whose protocol is another, before anything moves. ``told``: what it asked or answered;
+    ``here``: words for this bench.
+
+    Raises:
+        VerbRefused: it is another one.
+    """
+    there = protocol_of(told)
+    if question in _BEFORE_IT_MOVES and there != PROTOCOL_VERSION:
+        raise VerbRefused("cannot", protocol_words(bench, there, here))
+
+
+def protocol_of(told: Mapping[str, Any]) -> int:
+    """Version of the protocol that a bench tells; 0: none, as of hil 0.2 and before."""
+    version = told.get("protocol", 0)
+    return version if type(version) is int else 0
+
+
+def protocol_words(bench: str, there: int, here: str) -> str:
+    """Sentence about a bench of another protocol, which says which of both to update."""
+    older = bench if there < PROTOCOL_VERSION else here
+    said = f"{bench} speaks protocol {there} between benches, and {here} {PROTOCOL_VERSION}"
+    return f"{said}: update hil on {older}"
 
 
 def stood_still(for_s: float) -> str:
@@ -122,7 +151,9 @@ class OtherBenches:
         if (door := self._door()) is None:
             why = f"{member.bench}: this bench is joined to no other; it needs `bridges: {{zenoh: ...}}`"
             raise BenchGone(why)
-        answered = await door.ask_bench(source, member.bench, f"run/{run}/part", given, timeout_s)
+        asked = {**given, "protocol": PROTOCOL_VERSION}
+        answered = await door.ask_bench(source, member.bench, f"run/{run}/part", asked, timeout_s)
+        refuse_protocol(given.get("do"), f"the bench {member.bench}", answered.content, "this one")
         member.clock.add(answered.asked_ns, int(answered.content["wall_ns"]), answered.heard_ns)
         return answered.content
 
@@ -156,7 +187,9 @@ class OtherBenches:
                 told = await self.ask(source, member, "none", {"do": "clock"})
         except (BenchGone, VerbRefused) as error:
             return _row(member, str(error))
-        return _row(member, None, told)
+        there = protocol_of(told)
+        is_like = there == PROTOCOL_VERSION
+        return _row(member, None if is_like else protocol_words(f"the bench {name}", there, "this one"), told)
 
 
 def _row(member: Member, why: str | None, told: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
@@ -165,6 +198,7 @@ def _row(member: Member, why: str | None, told: Mapping[str, Any] = MappingProxy
     return {
         "bench": member.bench,
         "version": told.get("version"),
+        "protocol": protocol_of(told) if told else None,
         "speed": told.get("speed"),
         "why": why,
         "clock_offset_ns": clock.offset_ns,

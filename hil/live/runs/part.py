@@ -21,10 +21,11 @@ from hil.live.core_thread import WallClock
 from hil.live.off_loop import off_loop
 from hil.live.reservations import Reservations
 from hil.live.runs.axis_names import device_names
-from hil.live.runs.other_benches import axis_heard, axis_told, stood_still
+from hil.live.runs.other_benches import axis_heard, axis_told, refuse_protocol, stood_still
 from hil.live.runs.queue import RunQueue
 from hil.runs import Execution, Plan, RunDocument, Told, parse_run, plan_run, run_from_data
 from hil.vocab.axis import Axes, AxisNow
+from hil.vocab.bridge_protocol import PROTOCOL_VERSION
 from hil.vocab.desk_protocol import Source
 from hil.vocab.verbs import VerbRefused
 from hil.wire.json_text import JsonError, read_json
@@ -64,6 +65,10 @@ class Parts:
 
     async def answer(self, source: Source, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
         """Answer the bench that leads run ``name``. Raises VerbRefused."""
+        refuse_protocol(given.get("do"), "the bench that leads the run", given, self._configured.config.bench)
+        return {**await self._answer(source, name, given), "protocol": PROTOCOL_VERSION}
+
+    async def _answer(self, source: Source, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
         try:
             match given:
                 case {"do": "clock"}:
