@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, Field, SerializeAsAny
 
+from hil.config.axis_keys import AxisKeys, axis_parameters, usual_axis_parameters
 from hil.config.board_parameters import BuildValues
-from hil.config.catalogue import ONLY_AXIS, AxisInfo, ProfileInfo
+from hil.config.catalogue import ONLY_AXIS, ProfileInfo
 from hil.config.device_parts_model import AxisConfig, FieldStarts, FlashConfig, Register, SetpointsConfig
 from hil.config.device_program import ProgramKey
 from hil.config.device_sketch import SketchKey
@@ -15,7 +16,6 @@ from hil.config.explain import OR_NULL, DefaultsModel, LazyModel, StrictModel
 from hil.config.fault_model import FaultConfig
 from hil.config.labels_model import Labels
 from hil.config.magnet_model import MagnetKey
-from hil.config.motor_choice import with_motor
 from hil.config.port_model import Name, PortConfig, usable_path
 from hil.config.processor_model import DriverPins, Voltages, measured
 from hil.config.recordings_model import RecordingsConfig
@@ -51,26 +51,6 @@ else:
 
 _Path = Annotated[Path, Field(strict=False), BeforeValidator(usable_path)]
 _Baud = Annotated[int, Field(ge=50, le=4_000_000)]
-
-
-class AxisKeys(NamedTuple):
-    """Keys of an axis: its own, over the device's. As ``AxisConfig``, whose values are checked already."""
-
-    plant: Literal["simple", "full"]
-    motor: str | None
-    load: LoadConfig | None
-    axis: Mapping[str, float]
-    registers: Mapping[str, int]
-
-
-def _parameters(own: AxisKeys, info: AxisInfo) -> dict[str, float]:
-    numbers = _usual_parameters(own, info) | dict(own.axis)
-    return own.load.with_friction(numbers) if own.load else numbers
-
-
-def _usual_parameters(own: AxisKeys, info: AxisInfo) -> dict[str, float]:
-    numbers = {key: each.default(str(own.plant)) for key, each in info.axis.items()}
-    return with_motor(numbers, own.motor, str(own.plant), info.law) if own.motor else numbers
 
 
 class DeviceConfig(DefaultsModel):
@@ -262,11 +242,11 @@ class DeviceConfig(DefaultsModel):
     def axis_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
         """Parameters of an axis: the profile's for its plant, with its motor's and its own in their place,
         and with the friction of its load."""
-        return _parameters(self.axis_config(profile, name), profile.axes[name])
+        return axis_parameters(self.axis_config(profile, name), profile.axes[name])
 
     def usual_parameters(self, profile: ProfileInfo, name: str = ONLY_AXIS) -> dict[str, float]:
         """Parameters of an axis without its own: the profile's for its plant, with those of its motor."""
-        return _usual_parameters(self.axis_config(profile, name), profile.axes[name])
+        return usual_axis_parameters(self.axis_config(profile, name), profile.axes[name])
 
     def axis_plans(self, profile: ProfileInfo, seed: int) -> dict[str, AxisPlan]:
         """Plans that the core opens this device's axes with, by name. ``seed``: the first axis's."""
@@ -275,7 +255,7 @@ class DeviceConfig(DefaultsModel):
             own = self.axis_config(profile, name)
             load = own.load.parts() if own.load else Load()
             plans[name] = AxisPlan(
-                _parameters(own, info),
+                axis_parameters(own, info),
                 own.plant or self.plant,
                 load,
                 seed + (index << 28),
