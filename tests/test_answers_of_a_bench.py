@@ -19,6 +19,7 @@ ASKED: tuple[tuple[str, dict[str, Any]], ...] = (
     ("health", {}),
     ("segments", {}),
     ("buses", {}),
+    ("about", {}),
     ("benches", {}),
     ("verbs", {"device": "m1"}),
     ("state", {"device": "s1"}),

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from bridges.zenoh.keys import COMMAND, KEYS, PUBLISH, QUERY, expression, prefix
+from bridges.zenoh.keys import ABOUT, COMMAND, KEYS, PUBLISH, QUERY, expression, prefix
 from bridges.zenoh.users import User
 from hil.vocab.operation import HALT
 from hil.vocab.verbs import Role
@@ -13,6 +13,10 @@ from hil.vocab.verbs import Role
 ALL = "*"
 _Rule = tuple[str, list[str], list[str]]
 """Flow, messages and keys. Ingress is what the other end sends, egress what it is sent."""
+
+
+_ABOUT_ALL = [expression(ALL, ABOUT)]
+"""Question that each bench is asked with others: those who look do not know their names."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ def _rules_of_user(levels: Mapping[str, Role], scope: str) -> list[_Rule]:
     rules: list[_Rule] = [
         ("ingress", ["declare_subscriber"], everything),
         ("egress", ["put"], _keys(seen, PUBLISH)),
-        ("ingress", ["query"], _keys([scope], QUERY)),
+        ("ingress", ["query"], [*_keys([scope], QUERY), *_ABOUT_ALL]),
         ("egress", ["reply"], _keys(seen, QUERY)),
         # A querier or publisher that is declared stays silent while it knows of nobody at the other end.
         ("egress", ["declare_queryable"], everything),

@@ -24,6 +24,7 @@ class Key:
     example: str
 
 
+ABOUT = "about"
 PUBLISH, QUERY, COMMAND, TOKEN = "publish", "query", "command", "liveliness"
 KEYS = (
     Key("axis/<device>/state", (PUBLISH, QUERY), JSON, "hil.state.v1", Role.VIEWER,
@@ -66,6 +67,11 @@ KEYS = (
     Key("sim/health", (PUBLISH, QUERY), JSON, "hil.health.v1", Role.VIEWER,
         "health and what is wrong, ticks, missed wakes, rejected commands, failed devices, once a second",
         '{"v":1,"state":"ok","late_ms":0.4,"problems":[],"rt":"ok","ticks":7400,"missed":0,"rejected":0,"failed":{}}'),
+    Key(ABOUT, (PUBLISH, QUERY), JSON, "hil.about.v1", Role.VIEWER,
+        "what the bench is and how it does: versions, host, labels, devices, health, runs, who commands; told"
+        " again when it changes. A query on `hil/*/about` asks all",
+        '{"v":1,"bench":"b","version":"0.3.0","protocol":1,"host":"lab1","labels":{"rig":"press"},'
+        '"devices":{"m1":{"profile":"mechaduino","axes":["m1"],"is_real":false}},"lease":null}'),
     Key("sim/rejected", (PUBLISH,), JSON, "hil.error.v1", Role.VIEWER,
         "each command that was refused, for its sender or for others",
         '{"v":1,"key":"hil/b/axis/m1/cmd/jump","code":"no_verb","error":"m1, a mechaduino, has no '
@@ -91,8 +97,9 @@ KEYS = (
     Key("run/<id>/cancel", (COMMAND,), JSON, "hil.run.v1", Role.OPERATOR,
         'end a run: {"how":"grace"} is a controlled stop, {"how":"prejudice"} an immediate one', "{}"),
     Key("run/<id>/part", (COMMAND,), JSON, "hil.part.v1", Role.OPERATOR,
-        "between benches: the one that leads a run asks the others to look, join, go, beat or stop",
-        '{"do":"go","token":"...","phrase":0,"start_wall_ns":1795254243120000000}'),
+        "between benches: the one that leads a run asks the others to look, join, go, beat or stop;"
+        " `protocol` is the version of what they say, in questions and answers",
+        '{"do":"go","protocol":1,"token":"...","phrase":0,"start_wall_ns":1795254243120000000}'),
     Key("@live/daemon", (TOKEN,), "", "", Role.VIEWER, "the daemon runs", ""),
     Key("@live/axis/<device>", (TOKEN,), "", "", Role.VIEWER, "the device is there", ""),
     Key("@live/segment/<name>", (TOKEN,), "", "", Role.VIEWER, "the segment is there", ""),

@@ -184,6 +184,9 @@ class Publications:
         self._slow = [(self._publisher(key), content) for key, content in slow.items()]
         for name in self._here.segments:
             self._slow.append((self._publisher("segment/<name>/stats", name), partial(self.stats, name)))
+        self._about = self._publisher("about")
+        self._about_told: Mapping[str, Any] | None = None
+        """Content that was told last; None: nobody listens."""
         self._runs = desk.watch(OURS, Watched.RUNS, "", self._tell_run)
         self._rejected = self._publisher("sim/rejected")
 
@@ -209,6 +212,7 @@ class Publications:
         for port in [port for port in self._ports if owner_of(port) in names]:
             self._ports.pop(port).close()
         self._begin(addresses)
+        self.tell_about()
 
     @property
     def _demand(self) -> list[_Told]:
@@ -241,6 +245,7 @@ class Publications:
             each.close()
         for publisher, _ in self._slow:
             undeclare(publisher)
+        undeclare(self._about)
         undeclare(self._rejected)
 
     def rejected(self, text: bytes) -> None:
@@ -259,6 +264,19 @@ class Publications:
 
     def lease(self) -> bytes:
         return dumped(self._desk.ask(OURS, "lease", "", {}), self._here.clock)
+
+    def about(self) -> bytes:
+        return dumped(self._desk.ask(OURS, "about", "", {}), self._here.clock)
+
+    def tell_about(self) -> None:
+        """Tell what the bench is, if somebody listens, and it has changed since."""
+        if not is_heard(self._about):
+            self._about_told = None
+            return
+        now = self._desk.ask(OURS, "about", "", {})
+        if now != self._about_told:
+            self._about_told = now
+            self._about.put(dumped(now, self._here.clock))
 
     def stats(self, segment: str) -> bytes:
         segments = self._desk.ask(OURS, "segments", "", {})
@@ -334,4 +352,5 @@ class Publications:
             for publisher, content in self._slow:
                 if is_heard(publisher):
                     publisher.put(content())
+            self.tell_about()
             await asyncio.sleep(SLOW_S)

@@ -59,6 +59,7 @@ class Readings:
             "sim/health": told.health,
             "lease": told.lease,
             "layout": self._layout,
+            "about": told.about,
         }
         readers = {pattern: {pattern: reader} for pattern, reader in plain.items()}
         of_segments: dict[str, Reader] = {

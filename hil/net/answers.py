@@ -264,6 +264,16 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "past_find": {"found_ns": _MAYBE_NUMBER, "looked_from_ns": int, "looked_to_ns": int, "end_ns": int},
     "cancel_run": _RUN,
     "pace_run": _RUN,
+    "about": {
+        **dict.fromkeys(("bench", "version", "host", "config_digest"), str),
+        "protocol": int,
+        "labels": {str: str},
+        "devices": {str: {"profile": str, "axes": [str], "is_real": (True, False)}},
+        "lease": (None, {"user": str, "why": str, "since_wall_ns": int, "until_wall_ns": int}),
+        "health": {"state": str, "problems": [_PROBLEM], "problems_left_out": int},
+        "runs": [{"run": str, "state": str, "step": int, "steps": int, "why": _MAYBE_TEXT}],
+        "commanders": [{"who": str, "what": str, "of": str, "wall_ns": int}],
+    },
     "benches": [
         (
             {"bench": str, "why": str},

@@ -136,6 +136,10 @@ class EventLog:
         why = str(refusal).splitlines() or [refusal.code]
         self.put("refusals", wish.asked.target, wish.asked.source.name, f"{wish.name}: {why[0]}")
 
+    def latest_first(self) -> Iterator[Event]:
+        """Look at the events that are kept, the latest first."""
+        return reversed(self._events.values())
+
     def told(self, after: int) -> dict[str, Any]:
         """Answer of the operation: events that are new, or have changed, since a revision, the oldest first.
         ``left_out``: number of those before the oldest that is kept."""

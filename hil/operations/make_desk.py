@@ -11,6 +11,7 @@ from hil.live.devices.bench_devices import DeviceInfos
 from hil.live.held_time import HeldTime
 from hil.live.live_bench import LiveBench, LiveRuns
 from hil.live.standing_time import StandingTime
+from hil.operations.about import About
 from hil.operations.bench_operations import BenchOperations
 from hil.operations.desk import Desk
 from hil.operations.device_operations import ChannelOperations, DeviceOperations
@@ -79,6 +80,8 @@ def make_desk(
         drawings.last,
         leases.told,
     )
+    infos = DeviceInfos(known)
+    about = About(configured, infos, health, queue, events, clock, leases.current)
     listed, status = SharedReport(reports.listed), SharedReport(reports.status)
     devices = DeviceOperations(sim, known)
     channels, held = ChannelOperations(sim), HeldTime(sim, configured, known, clock)
@@ -93,6 +96,7 @@ def make_desk(
         "metrics": lambda asked: metrics.read(),
         "segments": lambda asked: listed_wires(sim, places, "segments"),
         "buses": lambda asked: listed_wires(sim, places, "can"),
+        "about": lambda asked: about.told(),
         "benches": lambda asked: runs.others.joined(asked.source),
         "verbs": reports.verbs,
         "state": devices.state,
@@ -152,6 +156,6 @@ def make_desk(
         "stop": bench.stop,
     }
     buses = {name: wire.frames for name, wire in sim.wires.items() if wire.frames}
-    bench_name, infos = configured.config.bench, DeviceInfos(known)
+    bench_name = configured.config.bench
     description = Description(bench_name, clock, infos, sim.segments, places, OPERATIONS, buses)
     return Desk(description, known, looks, answerers, events, leases)

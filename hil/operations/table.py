@@ -162,6 +162,8 @@ _ROWS = (
     _asked("metrics", BENCH, VIEWER, "all metrics, each read when its turn comes"),
     _asked("segments", BENCH, VIEWER, "each segment's stations, taps and counters"),
     _asked("buses", BENCH, VIEWER, "each CAN bus's nodes, taps and counters"),
+    _asked("about", BENCH, VIEWER,
+           "what the bench is and how it does: versions, host, labels, devices, health, runs, who commands"),
     _asked("benches", BENCH, VIEWER, "the other benches that are joined, and their clocks", takes_time=True),
     _asked("verbs", MEMBER, VIEWER, "verbs of a device, with their parameters"),
     # A board.

@@ -55,7 +55,7 @@ _ROWS = (
     CommandRow("lease give", BENCH, "bench.lease_commands:give"),
     CommandRow("lease break", BENCH, "bench.lease_commands:end_anothers"),
     CommandRow("lease show", BENCH, "bench.lease_commands:show"),
-    CommandRow("benches", BENCH, "runs.run_command:benches"),
+    CommandRow("benches", BENCH, "lab.benches_command:benches"),
     CommandRow("seeds", BENCH, about="Results of tests that ran at many seeds."),
     CommandRow("seeds merge", BENCH, "bench.seeds_command:merge"),
     CommandRow("monitor", BOARD, "boards.board_access:monitor"),

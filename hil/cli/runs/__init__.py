@@ -1,4 +1,4 @@
-"""Commands of multi-axis runs: ``hil run``, ``hil runs`` and ``hil benches``; and ``hil halt``.
+"""Commands of multi-axis runs: ``hil run`` and ``hil runs``; and ``hil halt``.
 
 ``run_command.py`` submits a run and follows it, ``runs_commands.py`` asks for those there are,
 ``halt_command.py`` ends them all, and stops what moves;

@@ -8,11 +8,11 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
-from hil.cli.framework.command_answers import AsJson, CommandAnswer, wants_json
+from hil.cli.framework.command_answers import AsJson
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.interrupts import noted
 from hil.cli.framework.shown_words import counted
-from hil.cli.runs.run_reports import EXIT_OF, clock_words, is_under_way, run_report, shown
+from hil.cli.runs.run_reports import EXIT_OF, is_under_way, run_report, shown
 from hil.vocab.problem import not_text
 
 RUN_LOOK_S = 0.1
@@ -98,17 +98,3 @@ def run_named(bench: BenchOptions, name: str) -> dict[str, Any]:
     if not rows:
         raise fail(f"hil: the bench knows no run {name!r} any more")
     return rows[0]
-
-
-def benches(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
-    """List the benches that are joined to this one, and the offsets of their clocks.
-
-    Example: hil benches
-    """
-    rows = bench.ask("benches")
-    if not rows and not wants_json():
-        typer.echo("no other bench is joined to this one", err=True)
-    said = [
-        f"{row['bench']}: {row['why'] or 'hil ' + row['version'] + ', ' + clock_words(row)}" for row in rows
-    ]
-    return CommandAnswer(rows, "\n".join(said))

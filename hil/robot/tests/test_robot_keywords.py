@@ -33,7 +33,9 @@ NO_KEYWORD = {
     **dict.fromkeys(
         ("list", "verbs", "registers", "eds", "look", "packed", "read_text"), "for doors and programs"
     ),
-    **dict.fromkeys(("status", "health", "metrics", "segments", "buses", "benches"), "reports of a daemon"),
+    **dict.fromkeys(
+        ("status", "health", "metrics", "segments", "buses", "about", "benches"), "reports of a daemon"
+    ),
     **dict.fromkeys(("watch", "samples", "unwatch", "capture", "wait"), "streams and waits of a connection"),
     **dict.fromkeys(("reload", "stop", "part", "pause", "resume"), "the daemon itself"),
     **dict.fromkeys(

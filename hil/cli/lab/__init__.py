@@ -1,0 +1,6 @@
+"""Commands that look at the benches of a lab from any computer, over zenoh.
+
+``lab_options.py`` has the options that say where, ``benches_command.py`` lists the benches there.
+
+May import: hil.cli.framework, hil.cli.runs, hil.client, hil.net, hil.vocab, the standard library, typer.
+"""

@@ -1,0 +1,73 @@
+"""Options of commands that look at other benches without one here: where they are joined, and who asks."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from hil.cli.framework.ask import fail
+from hil.cli.framework.exit_codes import Exit
+
+if TYPE_CHECKING:
+    from hil.client import Lab
+
+Connect = Annotated[
+    str | None,
+    typer.Option(
+        "--connect",
+        metavar="tcp/HOST:PORT",
+        help="A router, or a bench's own door, where the benches are joined.",
+        show_default=False,
+    ),
+]
+ConfigFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        help="A user's zenoh.json, as `hil zenoh keys` makes it; its door, unless --connect names one.",
+        show_default=False,
+    ),
+]
+LabelWords = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--label",
+        metavar="NAME=VALUE",
+        help="Only benches with this label; again for more.",
+        show_default=False,
+    ),
+]
+
+
+class LabOptions(NamedTuple):
+    """Options that say at which door the benches are."""
+
+    connect: Connect = None
+    config: ConfigFile = None
+
+    @property
+    def are_given(self) -> bool:
+        """True if a door is named."""
+        return self.connect is not None or self.config is not None
+
+    def opened(self) -> "Lab":
+        """Open a session there, or say why it cannot be had and end the command."""
+        from hil.client import ClientError, Lab
+
+        try:
+            return Lab(self.connect, config=self.config, timeout_s=0)
+        except ClientError as error:
+            raise fail(f"hil: {error}") from None
+
+
+NO_LAB = LabOptions()
+
+
+def wanted_labels(words: list[str] | None) -> dict[str, str]:
+    """Read the values of --label, or say what is wrong and end the command."""
+    from hil.vocab.bench_labels import wanted_label
+
+    try:
+        return dict(map(wanted_label, words or ()))
+    except ValueError as error:
+        raise fail(f"hil: --label {error}", Exit.MISTAKE) from None
