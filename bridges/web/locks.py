@@ -72,4 +72,4 @@ class PasswordLock:
                 is_right = await asyncio.to_thread(fits, password, expected)
         finally:
             self._waiting -= 1
-        return Source(user.name, user.role) if user and is_right else None
+        return Source(user.name, user.role, via="web") if user and is_right else None

@@ -4,12 +4,14 @@ import asyncio
 import logging
 import time
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from contextlib import suppress
+from dataclasses import replace
 from inspect import isawaitable
 from typing import Any, NamedTuple
 
 import zenoh
 
-from bridges.zenoh.documents import OURS, RUN_BYTES, dumped, read_payload, read_text
+from bridges.zenoh.documents import OURS, RUN_BYTES, STRANGER, dumped, read_payload, read_text
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Request
 from bridges.zenoh.keys import prefix
@@ -18,7 +20,7 @@ from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BenchProblem
-from hil.vocab.desk_protocol import Desk, Done, Source
+from hil.vocab.desk_protocol import Desk, Done, Proof, Source
 from hil.vocab.operation import HALT, STOP_VERB
 from hil.vocab.verbs import VerbRefused
 
@@ -120,7 +122,7 @@ class CommandHandler:
         try:
             reader = command_at(key.removeprefix(self._prefix + "/"), bool(request.payload))
             if reader is not None:
-                source, command = self._source(request), reader(request.payload)
+                source, command = self._source(request, reader), reader(request.payload)
                 self._is_meant(command)
                 self._in_order(command, request.number)
                 self._carry_out(source, key, command, query)
@@ -132,11 +134,18 @@ class CommandHandler:
         except VerbRefused as refusal:
             self._refuse(key, query, refusal)
 
-    def _source(self, request: Request) -> Source:
+    def _source(self, request: Request, reader: Reader) -> Source:
         """Source of a request. Raises VerbRefused: the sender is unknown."""
         if self._gate is None:
             return OURS
-        return self._gate.check(request.attachment, request.key, request.payload or b"", time.time_ns())
+        payload = request.payload or b""
+        try:
+            user = self._gate.check(request.attachment, request.key, payload, time.time_ns())
+        except VerbRefused as refusal:
+            with suppress(VerbRefused):  # it is no command either
+                self._desk.note_refusal(STRANGER, *reader(request.payload), refusal)
+            raise
+        return replace(user, via="zenoh", proof=Proof(request.key, payload, request.attachment or b""))
 
     def _is_meant(self, command: Command) -> None:
         """Check that a command is for this bench and no other. A stop is for all. Raises VerbRefused."""

@@ -11,6 +11,8 @@ from hil.wire.json_text import JsonError, read_json
 
 OURS = Source("zenoh", Role.ADMIN, door="zenoh")
 """Source of requests without a user: the bridge's own, and commands where the bench has no users."""
+STRANGER = Source("zenoh", Role.VIEWER, door="zenoh")
+"""Source of commands whose signature does not do."""
 RUN_BYTES = 1 << 20
 PAYLOAD_BYTES = 64 * 1024
 """Maximum length of a command's payload."""

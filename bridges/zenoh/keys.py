@@ -76,6 +76,12 @@ KEYS = (
         "each command that was refused, for its sender or for others",
         '{"v":1,"key":"hil/b/axis/m1/cmd/jump","code":"no_verb","error":"m1, a mechaduino, has no '
         "'jump'\"}"),
+    Key("sim/commands", (PUBLISH,), JSON, "hil.command.v1", Role.VIEWER,
+        "each command with user, door and outcome, as `hil log commands` has it; streams, and what is more"
+        " than 50 a second, are summed once a second",
+        '{"v":1,"number":7,"sim_ns":7400000000,"wall_ns":1795254243120000000,"user":"ann","door":"zenoh",'
+        '"role":"operator","operation":"move_abs","target":"m1","given":{"position_deg":90},"outcome":"done",'
+        '"chain":"..."}'),
     Key("halt", (COMMAND,), JSON, "hil.ack.v1", Role.OPERATOR,
         "stop all axes that move and end all runs; it comes before all that waits: {\"how\":\"grace\"} is a"
         " controlled stop, {\"how\":\"prejudice\"} an immediate one",

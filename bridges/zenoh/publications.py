@@ -163,6 +163,15 @@ class _Samples(_Told):
         self._came.clear()
 
 
+def commands_told(desk: Desk, publisher: zenoh.Publisher) -> _Told:
+    """Publication of the commands to a bench: their lines, as they are kept."""
+
+    def tell(line: str, _: Mapping[str, Any]) -> None:
+        publisher.put(line)
+
+    return _Told([publisher], partial(desk.watch, OURS, Watched.COMMANDS, "", tell))
+
+
 class Publications:
     """Publications of a bench."""
 
@@ -177,7 +186,7 @@ class Publications:
         self._states: dict[str, _Told] = {}
         self._packed: dict[str, _Told] = {}
         self._ports: dict[str, _Told] = {}
-        self._segments = [self._packets(name) for name in self._here.segments]
+        self._single = [self._packets(name) for name in self._here.segments]
         self._lost_before = 0
         self._begin(list(self._here.devices))
         slow = {"sim/clock": self.clock, "sim/health": self.health, "lease": self.lease}
@@ -189,6 +198,7 @@ class Publications:
         """Content that was told last; None: nobody listens."""
         self._runs = desk.watch(OURS, Watched.RUNS, "", self._tell_run)
         self._rejected = self._publisher("sim/rejected")
+        self._single.append(commands_told(desk, self._publisher("sim/commands")))
 
     def _begin(self, devices: Collection[str]) -> None:
         """Begin the publications of devices: their axes and ports; at the first time the taps' ports too."""
@@ -216,7 +226,7 @@ class Publications:
 
     @property
     def _demand(self) -> list[_Told]:
-        return [*self._states.values(), *self._packed.values(), *self._segments, *self._ports.values()]
+        return [*self._states.values(), *self._packed.values(), *self._single, *self._ports.values()]
 
     @property
     def dropped(self) -> int:

@@ -62,8 +62,8 @@ def diff(old: BenchConfig, new: BenchConfig) -> list[Change]:
 
 
 def _bench_keys(bench: BenchConfig) -> dict[str, str]:
-    kept = bench.model_dump(mode="json", by_alias=True, exclude={"devices", "faults", "recordings", "labels"})
-    return _flat(kept)
+    without = {"devices", "faults", "recordings", "commands", "labels"}
+    return _flat(bench.model_dump(mode="json", by_alias=True, exclude=without))
 
 
 def _faults(bench: BenchConfig, device: str) -> dict[str, str]:

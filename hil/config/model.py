@@ -9,6 +9,7 @@ from pydantic import BaseModel, BeforeValidator, Field, SerializeAsAny
 from hil.config.axis_keys import AxisKeys, axis_parameters, usual_axis_parameters
 from hil.config.board_parameters import BuildValues
 from hil.config.catalogue import ONLY_AXIS, ProfileInfo
+from hil.config.commands_model import KEPT_COMMANDS, CommandsConfig
 from hil.config.device_parts_model import AxisConfig, FieldStarts, FlashConfig, Register, SetpointsConfig
 from hil.config.device_program import ProgramKey
 from hil.config.device_sketch import SketchKey
@@ -18,7 +19,7 @@ from hil.config.labels_model import Labels
 from hil.config.magnet_model import MagnetKey
 from hil.config.port_model import Name, PortConfig, usable_path
 from hil.config.processor_model import DriverPins, Voltages, measured
-from hil.config.recordings_model import RecordingsConfig
+from hil.config.recordings_model import KEPT_RECORDINGS, RecordingsConfig
 from hil.config.shaft_load import LoadConfig
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
@@ -332,11 +333,8 @@ class BenchConfig(StrictModel):
         le=1023,
         description="The CPU that the real-time core is pinned to; null: the one that fewest benches have.",
     )
-    recordings: RecordingsConfig = Field(
-        default=RecordingsConfig(),
-        description="What is kept of the recordings of the bench's runs, which `hil recordings` lists; a"
-        " change takes effect at the next start.",
-    )
+    recordings: RecordingsConfig = KEPT_RECORDINGS
+    commands: CommandsConfig = KEPT_COMMANDS
     runtime_dir: _Path | None = Field(
         default=None,
         description="Where ports, sockets and their stable names are put; null: the daemon's choice.",

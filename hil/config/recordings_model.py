@@ -22,3 +22,11 @@ class RecordingsConfig(StrictModel):
         description="Room for all of them, in millions of bytes: the oldest go when it is used. When the"
         " recording of the run that goes on takes all of it, that recording ends, and the bench goes on.",
     )
+
+
+KEPT_RECORDINGS = Field(
+    default=RecordingsConfig(),
+    description="What is kept of the recordings of the bench's runs, which `hil recordings` lists; a"
+    " change takes effect at the next start.",
+)
+"""Key `recordings` of a bench."""

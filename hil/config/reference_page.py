@@ -47,6 +47,8 @@ def reference(catalogue: Catalogue) -> str:
         ),
         "## Recordings: `recordings`",
         keys_table(definitions["RecordingsConfig"]),
+        "## Commands: `commands`",
+        keys_table(definitions["CommandsConfig"]),
         "## Ports: `devices.<name>.port`",
         "Either the kind's name alone, or a mapping of `kind` and the options below; so are `network` and"
         " each of `ports`.",

@@ -58,9 +58,13 @@ class Desk:
         except VerbRefused as refusal:
             self._events.refused(wish, refusal)
             raise
+        except Exception:
+            self._events.not_ended(wish)
+            raise
         if isinstance(answer, Coroutine):
             events = self._events
-            return NotedDoing(answer, partial(events.done, wish), partial(events.refused, wish))
+            ends = (events.done, events.refused, events.not_ended)
+            return NotedDoing(answer, *(partial(end, wish) for end in ends))
         self._events.done(wish, answer)
         return answer
 

@@ -22,6 +22,8 @@ KIND_OF = {
     "reload": "reloads",
 }
 """Kinds of events by operations, of ``EVENT_KINDS``; all others are verbs."""
+DONE, REFUSED, NOT_ENDED = OUTCOMES = ("done", "refused", "not ended")
+"""Outcomes of requests."""
 KEPT = 1000
 """Maximum number of events that are kept."""
 TEXT = 240
@@ -72,6 +74,8 @@ class EventLog:
         """Numbers of faults whose end is in the log already."""
         self.listeners: list[Callable[[Event], object]] = []
         """Called with each event, and again when another joined it."""
+        self.outcomes: list[Callable[[Wish, str, VerbRefused | None], object]] = []
+        """Called with each request and its outcome of ``OUTCOMES``, and why it was refused."""
 
     def begin_with(self, events: Iterable[NotedEvent]) -> None:
         """Take the events of a recorded run, of which this one is the future."""
@@ -115,6 +119,7 @@ class EventLog:
 
     def done(self, wish: Wish, answer: Any) -> None:
         """Note that a request was carried out."""
+        self._tell(wish, DONE)
         asked, given = wish.asked, wish.given
         if wish.operation.endswith("_lease") or (wish.operation == "run" and given.get("check")):
             return  # a lease has its own words
@@ -133,12 +138,21 @@ class EventLog:
 
     def refused(self, wish: Wish, refusal: VerbRefused) -> None:
         """Note that a request was refused."""
+        self._tell(wish, REFUSED, refusal)
         why = str(refusal).splitlines() or [refusal.code]
         self.put("refusals", wish.asked.target, wish.asked.source.name, f"{wish.name}: {why[0]}")
 
     def latest_first(self) -> Iterator[Event]:
         """Look at the events that are kept, the latest first."""
         return reversed(self._events.values())
+
+    def not_ended(self, wish: Wish) -> None:
+        """Note that nobody waits for a request any more, or that an error of hil's own ended it."""
+        self._tell(wish, NOT_ENDED)
+
+    def _tell(self, wish: Wish, outcome: str, refusal: VerbRefused | None = None) -> None:
+        for tell in self.outcomes:
+            tell(wish, outcome, refusal)
 
     def told(self, after: int) -> dict[str, Any]:
         """Answer of the operation: events that are new, or have changed, since a revision, the oldest first.
@@ -170,9 +184,13 @@ class NotedDoing(Generator[Any, Any, Any]):
     not begun."""
 
     def __init__(
-        self, doing: Any, done: Callable[[Any], None], refused: Callable[[VerbRefused], None]
+        self,
+        doing: Any,
+        done: Callable[[Any], None],
+        refused: Callable[[VerbRefused], None],
+        not_ended: Callable[[], None],
     ) -> None:
-        self._doing, self._done, self._refused = doing, done, refused
+        self._doing, self._done, self._refused, self._not_ended = doing, done, refused, not_ended
 
     def __await__(self) -> Iterator[Any]:
         return self
@@ -194,4 +212,7 @@ class NotedDoing(Generator[Any, Any, Any]):
             raise
         except VerbRefused as refusal:
             self._refused(refusal)
+            raise
+        except BaseException:
+            self._not_ended()
             raise

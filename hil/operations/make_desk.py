@@ -13,6 +13,7 @@ from hil.live.live_bench import LiveBench, LiveRuns
 from hil.live.standing_time import StandingTime
 from hil.operations.about import About
 from hil.operations.bench_operations import BenchOperations
+from hil.operations.command_log import begin_commands
 from hil.operations.desk import Desk
 from hil.operations.device_operations import ChannelOperations, DeviceOperations
 from hil.operations.drawing_operation import DrawingOperation
@@ -58,13 +59,15 @@ def make_desk(
     events.listeners.append(recorded.put)
     stack.callback(recorded.end)
     events.begin_with(events_before)
+    commands = begin_commands(stack, configured.config, sim, clock, state_dir, is_service, is_live=is_seen)
+    events.outcomes.append(commands.put)
     kept, wall_ns = (state_dir / FILE, time.time_ns) if is_seen else (None, lambda: clock.times_ns()[1])
     leases = Leases(kept, places, events, wall_ns)
     seen = SeenEvents(events, sim, places, faults, queue, bridges, health, leases)
     stack.push_async_callback(seen.end)
     if is_seen:
         seen.begin()
-    looks = WatchOperations(sim, known, places, clock, live.watches, queue, events)
+    looks = WatchOperations(sim, known, places, clock, live.watches, queue, events, commands)
     drawings = DrawingOperation(runs.axes)
     reports = Reports(
         sim,

@@ -12,6 +12,7 @@ from hil.live.devices.bench_devices import Devices
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.watches import Watches
+from hil.operations.command_log import CommandLog
 from hil.operations.event_log import EventLog
 from hil.operations.table import WATCH_IDLE_S, Asked
 from hil.runs import Progress
@@ -39,10 +40,11 @@ class WatchOperations:
         watches: Watches,
         runs: RunQueue,
         events: EventLog,
+        commands: CommandLog,
     ) -> None:
         self._sim, self._devices, self._places = sim, devices, places
         self._clock, self._watches, self._runs = clock, watches, runs
-        self._events = events
+        self._events, self._commands = events, commands
 
     def open(
         self, what: Watched, target: str, call: Callable[..., Any], interval_ns: int | Fraction, points: int
@@ -61,6 +63,8 @@ class WatchOperations:
                     return self._watch_runs(call)
                 case Watched.EVENTS:
                     return _Calls(_listening(self._events.listeners, call))
+                case Watched.COMMANDS:
+                    return _Calls(_listening(self._commands.listeners, call))
         except KeyError:
             raise self._no_place(target) from None
         except ValueError as error:

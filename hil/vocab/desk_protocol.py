@@ -17,15 +17,26 @@ from hil.vocab.wire import FrameKind
 
 
 @dataclass(frozen=True)
+class Proof:
+    """Signature that a request came with, and what it signs, as they were received."""
+
+    key: str
+    payload: bytes
+    attachment: bytes
+
+
+@dataclass(frozen=True)
 class Source:
     """Origin of a request: a name for log and status, and the role of its asker. ``door``: a door of
     ``hil.vocab.lease.DOORS`` that does not know who asks; empty: ``name`` is the asker's, unless ``user``
-    is."""
+    is. ``via``: door by which such an asker came, if it is not ``name``; ``proof``: that it is he."""
 
     name: str
     role: Role
     door: str = field(default="", kw_only=True)
     user: str = field(default="", kw_only=True)
+    via: str = field(default="", kw_only=True)
+    proof: Proof | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     @property
     def person(self) -> str:
@@ -117,6 +128,7 @@ class Watched(Enum):
     FRAMES = "what was on a CAN bus: an event of its ``FrameKind``"
     RUNS = "runs whose progress changes: the progress, a mapping"
     EVENTS = "what happens to the bench: the event, a mapping"
+    COMMANDS = "what is asked of the bench, and its outcome: the line and its content, a text and a mapping"
 
 
 class Watch(Protocol):

@@ -4,10 +4,11 @@
 start, ``serve_command.py`` is the start, ``ready.py`` and ``started.py`` say that the boards answer.
 ``seeds_command.py`` joins the results of tests.
 ``bench_commands.py`` asks a bench that runs; ``views.py`` and ``port_views.py`` show it.
+``log_commands.py`` reads who commanded what.
 ``doctor_benches.py`` and ``doctor_usb.py`` look at what is left, and at USB. ``arduino_commands.py`` shows
 the boards to an IDE.
 
 May import: hil.arduino, hil.cli.framework, hil.cli.runs, hil.compose, hil.config, hil.core, hil.daemon,
 hil.discovery, hil.firmware, hil.host, hil.live, hil.net, hil.runs, hil.sim, hil.testing, hil.toolpath,
-hil.vocab, the standard library, rich, typer.
+hil.vocab, hil.wire, the standard library, rich, typer.
 """

@@ -96,7 +96,10 @@ def test_a_coroutine_is_noted_when_it_ends(is_refused: bool) -> None:
 
     async def main() -> None:
         waits = NotedDoing(
-            doing(), lambda answer: log.done(noted, answer), lambda why: log.refused(noted, why)
+            doing(),
+            lambda answer: log.done(noted, answer),
+            lambda why: log.refused(noted, why),
+            lambda: log.not_ended(noted),
         )
         assert told(log) == []
         await asyncio.gather(asyncio.ensure_future(waits), return_exceptions=True)
@@ -112,7 +115,7 @@ def test_a_coroutine_that_never_began_leaves_nothing() -> None:
         async def doing() -> None:
             raise AssertionError
 
-        task = asyncio.ensure_future(NotedDoing(doing(), lambda answer: None, lambda why: None))
+        task = asyncio.ensure_future(NotedDoing(doing(), lambda answer: None, lambda why: None, lambda: None))
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
 
