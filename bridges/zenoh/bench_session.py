@@ -25,7 +25,6 @@ from bridges.zenoh.site_folder import SiteFolder, opened_folder
 from bridges.zenoh.site_gate import SiteGate
 from bridges.zenoh.users import SecurityError, read_users, refuse_endless
 from bridges.zenoh.zenoh_config import opened, password_file, session_config, site_options, site_subjects
-from hil.net.tls_door import TlsFiles, why_shut
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Answered, BenchGone, BenchProblem, BridgeError
 from hil.vocab.desk_protocol import Desk, Source
@@ -137,7 +136,7 @@ class ZenohBridge:
                 raise BridgeError(
                     f"{first_line(error)}; listen: choose another address, or [] for none"
                 ) from None
-            log.warning("zenoh: %s; tried again each second", await self._why_away())
+            log.warning("zenoh: nobody at %s yet, tried again each second", self._where)
             self._work.begin(self._join(self._senders))
         else:
             if opened is None:
@@ -152,15 +151,6 @@ class ZenohBridge:
     @property
     def _where(self) -> str:
         return ", ".join(self._options.connect or self._options.listen)
-
-    async def _why_away(self) -> str:
-        """Reason why no router lets this bench in."""
-        tls, loop = self._options.tls, asyncio.get_running_loop()
-        files = TlsFiles(tls.ca, tls.certificate, tls.key) if tls else None
-        for endpoint in self._options.connect if tls else ():
-            if why := await loop.run_in_executor(None, why_shut, endpoint, files):
-                return why
-        return f"nobody at {self._where} yet"
 
     async def _open_first(self) -> tuple[zenoh.Session, Gate | None] | None:
         """Open a session, if no other bench of this name is joined there. None: there is one."""

@@ -5,8 +5,7 @@ their shares of the loop; ``tcp_port.py`` is a port's listener, ``bridge_listene
 an address that ``endpoint.py`` reads.
 ``control_client.py`` and ``port_client.py`` ask, ``benches_here.py`` finds whom: these import little, so that
 a command starts quickly. ``answers.py`` checks answers, ``axis_states.py`` has words for states of axes in
-them, ``condition.py`` reads conditions on states, ``signature.py`` signs commands,
-``tls_door.py`` says why a door of TLS stays shut. ``silence_timer.py`` times
+them, ``condition.py`` reads conditions on states, ``signature.py`` signs commands. ``silence_timer.py`` times
 silences of lines.
 
 May import: hil.host, hil.vocab, the standard library, cryptography, pydantic.

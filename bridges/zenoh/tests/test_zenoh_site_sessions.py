@@ -27,7 +27,6 @@ from bridges.zenoh.site_list import read_grant
 from bridges.zenoh.zenoh_config import READINGS_HZ, made, session_config, site_options
 from hil.client.link import from_file
 from hil.net.signature import KeySigner
-from hil.net.tls_door import TlsFiles, why_shut
 
 pytestmark = pytest.mark.long
 
@@ -307,28 +306,3 @@ def test_a_bench_that_listens_itself(lab: Lab) -> None:
     finally:
         answered.undeclare()
         drill.close()
-
-
-def test_a_door_that_stays_shut_says_why(lab: Lab, tmp_path: Path) -> None:
-    def files(folder: Path) -> TlsFiles:
-        return TlsFiles(folder / "ca.pem", folder / "cert.pem", folder / "key.pem")
-
-    other = new_site(tmp_path / "other", "lab", ["127.0.0.1"], lab.port, now(), 1, None)
-    other.add_benches(["mill"], {}, (), now(), 1)
-    mixed = Path(shutil.copytree(other.place("mill"), tmp_path / "mixed"))
-    shutil.copy(lab.authority.folder / "ca.pem", mixed)
-    lab.authority.add_benches(["late"], {}, (), now(), 1)
-    lab.authority.make_folder("late", "late", (), now() - timedelta(days=3), 1)
-    door = f"tls/127.0.0.1:{lab.port}"
-    late = lab.authority.place("late")
-    assert why_shut(door, files(lab.there / "mill"), 0.3) == ""
-    assert "is from another authority: it is another site's door" in why_shut(
-        door, files(other.place("mill"))
-    )
-    assert "from another authority: this is another site's door" in why_shut(door, files(mixed))
-    assert "it has expired, or is not valid yet, by the clock there" in why_shut(door, files(late))
-    assert "not for the name localhost" in why_shut(f"tls/localhost:{lab.port}", files(lab.there / "mill"))
-    assert "wants one, and got none" in why_shut(door, None)
-    assert why_shut(f"tls/127.0.0.1:{free_port()}", files(late)) == ""
-    assert why_shut(f"tcp/127.0.0.1:{lab.port}", files(late)) == ""
-    lab.authority.remove(["late"])
