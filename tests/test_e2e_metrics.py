@@ -36,7 +36,9 @@ def scrape_at(where: str) -> Samples:
         assert answer.headers["Content-Type"].startswith("text/plain; version=0.0.4")
         text = answer.read().decode()
     families = list(text_string_to_metric_families(text))
-    assert [f.type for f in families] == [metric.kind for metric, _ in metric_rows(find_wire_infos())]
+    table = [metric for metric, _ in metric_rows(find_wire_infos())]
+    assert [f.type for f in families] == [metric.kind for metric in table]
+    assert [f.name for f in families] == [metric.name.removesuffix("_total") for metric in table]
     assert all(f.documentation for f in families)
     return {(s.name, *s.labels.values()): s.value for f in families for s in f.samples}
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 from hil import __version__
 from hil.config import BenchConfig
 from hil.host.day_files import DayFiles, last_line
-from hil.operations.event_log import DONE, Wish
+from hil.operations.event_log import DONE, OUTCOMES, Wish
 from hil.sim.bench import BenchRuntime
 from hil.vocab.desk_protocol import BenchClock, Proof
 from hil.vocab.verbs import VerbRefused
@@ -81,6 +81,8 @@ class CommandLog:
         """Kinds of streams that go on: the next of them is summed."""
         self._sums: dict[_Kind, _Sum] = {}
         self._is_waiting = False
+        self.outcomes = dict.fromkeys(OUTCOMES, 0)
+        """Number of requests by outcome."""
         self.listeners: list[Callable[[str, Mapping[str, Any]], object]] = []
         """Called with each line, and its content."""
 
@@ -94,6 +96,7 @@ class CommandLog:
         """Note a request and its outcome."""
         if outcome == DONE and _is_beat(wish):
             return
+        self.outcomes[outcome] += 1
         source, target = wish.asked.source, wish.asked.target
         door, user = source.via or source.name, source.person
         code = refusal.code if refusal else ""

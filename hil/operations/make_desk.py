@@ -54,7 +54,6 @@ def make_desk(
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
     known = live.devices
     health = Health(sim, known, places, commits, vitals, grant, state_dir, is_service, bridges)
-    metrics = Metrics(sim, configured, known, places, clock, commits, faults, queue, bridges, vitals, health)
     events, recorded = EventLog(lambda: sim.now_ns), RecordedEvents(live.recording)
     events.listeners.append(recorded.put)
     stack.callback(recorded.end)
@@ -63,6 +62,21 @@ def make_desk(
     events.outcomes.append(commands.put)
     kept, wall_ns = (state_dir / FILE, time.time_ns) if is_seen else (None, lambda: clock.times_ns()[1])
     leases = Leases(kept, places, events, wall_ns)
+    metrics = Metrics(
+        sim,
+        configured,
+        known,
+        places,
+        clock,
+        commits,
+        faults,
+        queue,
+        bridges,
+        vitals,
+        health,
+        leases,
+        commands,
+    )
     seen = SeenEvents(events, sim, places, faults, queue, bridges, health, leases)
     stack.push_async_callback(seen.end)
     if is_seen:

@@ -14,7 +14,9 @@ from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.runs.queue import RunQueue
 from hil.live.vitals import Vitals
+from hil.operations.command_log import CommandLog
 from hil.operations.health import Health, problem_kinds, state_of
+from hil.operations.leases import Leases
 from hil.operations.wire_reports import Echo, echoes
 from hil.sim.bench import BenchRuntime
 from hil.vocab.bridge_protocol import Bridge
@@ -45,6 +47,8 @@ class Metrics:
     bridges: Mapping[str, Bridge]
     vitals: Vitals
     health: Health
+    leases: Leases
+    commands: CommandLog
 
     def read(self) -> Iterator[Reading]:
         """Read all metrics, each without interruption: between two, a reload may add and remove devices."""
@@ -131,6 +135,11 @@ def _granted(s: Scrape) -> Values:
 def _runs(s: Scrape) -> Values:
     found = [progress.state for progress in s.of.runs.progress.values()]
     return [((state,), found.count(state)) for state in RUN_STATES]
+
+
+def _lease_left(s: Scrape) -> Values:
+    if lease := s.of.leases.told()["lease"]:
+        yield (lease["user"],), lease["left_s"]
 
 
 def _overruns(s: Scrape) -> Values:
@@ -248,6 +257,12 @@ _BEHIND_WIRES = (
             _of_bridges("dropped"), BRIDGE),
     _metric("hil_runs", "gauge", "runs that are remembered, by state", _runs, ("state",)),
     _metric("hil_faults", "gauge", "faults that are active", _one(lambda s: len(s.of.faults.listed()))),
+    _metric("hil_leased", "gauge", "1 if somebody has a lease of the bench",
+            _one(lambda s: int(s.of.leases.current() is not None))),
+    _metric("hil_lease_remaining_seconds", "gauge", "time until the lease ends, while there is one",
+            _lease_left, ("user",)),
+    _metric("hil_commands_total", "counter", "requests that are no readings, by outcome",
+            lambda s: [((outcome,), n) for outcome, n in s.of.commands.outcomes.items()], ("outcome",)),
     _metric("hil_log_messages_total", "counter", "warnings and errors in the log",
             lambda s: [((level,), n) for level, n in s.of.vitals.messages.items()], ("level",)),
     _metric("hil_locked_memory_bytes", "gauge", "memory of the process that cannot be paged out",

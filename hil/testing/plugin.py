@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from hil.discovery.installed import BUSES, modules_of
+from hil.testing.junit_properties import note_benches
 from hil.testing.kind_account import LIVE, VIRTUAL, account, kind_of, with_ptys
 from hil.testing.seeds.seed_run import is_again, run_of
 from hil.testing.unsupported import UnsupportedHere
@@ -107,10 +108,11 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Explain a test that failed: where its benches stand, what they said, what passed on their lines."""
-    report = yield
-    account(item, call, report)
     served = sys.modules.get("hil.testing.served_bench")  # noqa: TID251 -- most tests do without it
     benches, live = item.stash.get(BENCHES, []), served.OPEN if served else []
+    note_benches(item, benches, live)
+    report = yield
+    account(item, call, report)
     if report.failed and (benches or live) and not is_again(item):
         from hil.testing.failures.explained import explain
 
