@@ -70,6 +70,7 @@ ASKED: tuple[tuple[str, dict[str, Any]], ...] = (
     ("take_lease", {"why": "tests", "for_s": 60}),
     ("break_lease", {}),
     ("halt", {}),
+    ("stop_site", {"within_s": 5.0}),
     ("events", {"after": 0}),
     ("pause", {}),
     ("resume", {}),

@@ -22,6 +22,8 @@ from plain_zenoh import NONE, QUIET
 
 from bridges.zenoh.site_keys import Site, make_site
 from hil.client import Bench, ClientError, CommandError, connect_sync
+from hil.client.lab import Lab
+from hil.client.link import Credentials
 from hil.vocab.verbs import Role
 
 USERS = {"vera": Role.VIEWER, "otto": Role.OPERATOR, "anna": Role.ADMIN}
@@ -334,3 +336,31 @@ def test_two_that_meet_later_say_so_and_refuse_commands_but_not_a_stop(place: Pl
         jump = pytest.raises(CommandError, match="has no 'jump'")
         with connect_sync("mill", f"tcp/127.0.0.1:{port}") as client, jump:
             client.axis("m1").do("jump")
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("way", WAYS)
+def test_a_stop_of_the_site_is_for_operators_and_benches(place: Place, way: str) -> None:
+    with setting(place, **WAYS[way]) as made:
+        mill, lathe = (made.launch(name) for name in ("mill", "lathe"))
+        for server in (mill, lathe):
+            server.started().ready()
+        until(lambda: "lathe" in [row["bench"] for row in mill.ask("benches")], "a sight of lathe")
+
+        def stopped(user: str) -> list[tuple[str, str]]:
+            file = made.folder / f"clients/{user}/zenoh.json" if made.has_tls else None
+            with Lab(
+                None if file else made.door, credentials=Credentials(*made.who(user)), config=file
+            ) as lab:
+                return [(row["bench"], row["state"]) for row in lab.stop(answer_s=3.0)]
+
+        both = [("lathe", "confirmed"), ("mill", "confirmed")]
+        until(lambda: stopped("otto") == both, "both")
+        rows = mill.ask("stop_site", how="grace", within_s=10.0)["benches"]
+        assert [(row["bench"], row["state"], row["why"]) for row in rows] == [
+            ("mill", "confirmed", None),
+            ("lathe", "confirmed", None),
+        ]
+        if made.has_users:
+            by_viewer = {state for _, state in stopped("vera")}
+            assert by_viewer <= {"refused", "silent"}, by_viewer

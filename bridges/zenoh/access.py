@@ -82,8 +82,9 @@ def _rules_of_user(levels: Mapping[str, Role], scope: str) -> list[_Rule]:
 
 def _rules_of_bench(bench: str) -> list[_Rule]:
     """Rules of a bench at a router: it tells and answers under its own name alone, and asks others about runs
-    over several benches."""
-    ours, parts = [f"{prefix(bench)}/**"], [expression(ALL, "run/<id>/part")]
+    over several benches, and to stop."""
+    ours = [f"{prefix(bench)}/**"]
+    parts = [expression(ALL, "run/<id>/part"), expression(ALL, HALT)]
     asked = [*_keys([bench], QUERY), *_keys([bench], COMMAND)]
     return [
         ("ingress", ["put"], _keys([bench], PUBLISH)),

@@ -245,6 +245,9 @@ class ZenohBridge:
             raise BenchGone(f"the bench {bench} cannot be reached: this one is not joined yet")
         return await self._joined.others.ask(source, bench, rest, given, timeout_s)
 
+    async def stop_others(self, source: Source, how: str, timeout_s: float) -> Sequence[dict[str, Any]]:
+        return await self._joined.others.stop_others(source, how, timeout_s) if self._joined else ()
+
     async def benches(self) -> Sequence[str]:
         return await self._joined.others.benches() if self._joined else []
 

@@ -18,6 +18,7 @@ from bridges.zenoh.keys import prefix
 from bridges.zenoh.publications import Publications, encoding, short_state
 from bridges.zenoh.readings import Readings
 from bridges.zenoh.sender import Sender
+from hil.net.site_stop import STOP_ALL
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import BenchProblem
 from hil.vocab.desk_protocol import Desk, Done, Proof, Source
@@ -119,6 +120,8 @@ class CommandHandler:
     def handle(self, request: Request) -> None:
         """Carry out a command and answer it, or answer a reading."""
         key, query = request.key, request.query
+        if request.pattern == HALT and key == STOP_ALL:
+            key = f"{self._prefix}/{HALT}"  # each bench answers under its own
         try:
             reader = command_at(key.removeprefix(self._prefix + "/"), bool(request.payload))
             if reader is not None:

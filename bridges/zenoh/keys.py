@@ -84,7 +84,8 @@ KEYS = (
         '"chain":"..."}'),
     Key("halt", (COMMAND,), JSON, "hil.ack.v1", Role.OPERATOR,
         "stop all axes that move and end all runs; it comes before all that waits: {\"how\":\"grace\"} is a"
-        " controlled stop, {\"how\":\"prejudice\"} an immediate one",
+        " controlled stop, {\"how\":\"prejudice\"} an immediate one. A query on `hil/*/halt` stops all"
+        " benches, and each answers under its own key",
         '{} answers {"v":1,"stopped":["m1"],"runs":["square"],"refused":{}}'),
     Key("lease", (PUBLISH, QUERY), JSON, "hil.lease.v1", Role.VIEWER,
         "who has the bench, once a second: null is nobody",

@@ -12,6 +12,7 @@ import zenoh
 from bridges.zenoh.documents import RUN_BYTES
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.keys import prefix
+from hil.net.site_stop import STOP_ALL, stop_all
 from hil.vocab.bridge_protocol import Answered, BenchGone
 from hil.vocab.desk_protocol import Description, Source
 from hil.vocab.verbs import VerbRefused
@@ -72,6 +73,16 @@ class Others:
         except (TimeoutError, zenoh.ZError):
             raise gone from None
         return Answered(_content(reply, gone), asked_ns, heard_ns)
+
+    async def stop_others(self, source: Source, how: str, timeout_s: float) -> Sequence[dict[str, Any]]:
+        """Stop all others, as ``BenchDoor.stop_others``."""
+
+        def sign(key: str, payload: bytes) -> bytes | None:
+            return self._gate.signed(source, self._here.bench, key, payload) if self._gate else None
+
+        sign(STOP_ALL, b"")  # who may not sign is refused before anything is sent
+        stopping = partial(stop_all, self._session, sign, how, timeout_s, (self._here.bench,))
+        return await asyncio.get_running_loop().run_in_executor(None, stopping)
 
     async def benches(self) -> Sequence[str]:
         """Names of the benches whose daemons are there."""

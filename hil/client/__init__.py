@@ -1,7 +1,7 @@
 """A client of a bench over zenoh, for scripts in other processes and on other hosts.
 
 ``connect`` is for asyncio, ``connect_sync`` for everything else; both give a bench whose ``axis(name)`` has
-the verbs as methods. ``Lab`` has all the benches behind a door.
+the verbs as methods. ``Lab`` has all the benches behind a door, and stops them.
 
 May import: hil.net, hil.vocab, hil.wire, the standard library, zenoh.
 """

@@ -13,6 +13,8 @@ import zenoh
 from hil.client.link import ENDPOINT, TIMEOUT_S, Credentials, from_file, opened, session_entries
 from hil.client.messages import ClientError
 from hil.net.signature import KeySigner
+from hil.net.site_stop import TIMEOUT_S as STOP_S
+from hil.net.site_stop import Row, stop_all
 from hil.vocab.bench_labels import has_labels
 from hil.wire.json_text import JsonError, read_json
 
@@ -70,6 +72,16 @@ class Lab:
     def close(self) -> None:
         session: Any = self.session
         session.close()
+
+    def stop(self, how: str = "grace", *, answer_s: float = STOP_S) -> list[Row]:
+        """Stop all that moves on all benches; answers a row for each that is there. ``how``: "grace" or
+        "prejudice"."""
+        who = self._credentials
+
+        def sign(key: str, payload: bytes) -> bytes | None:
+            return who.signed(key, payload, time.time_ns(), secrets.token_hex(8)) if who else None
+
+        return stop_all(self.session, sign, how, answer_s)
 
     def ask_all(
         self, rest: str, payload: object = None, *, answer_s: float = ANSWER_S

@@ -6,7 +6,7 @@ an address that ``endpoint.py`` reads.
 ``control_client.py`` and ``port_client.py`` ask, ``benches_here.py`` finds whom: these import little, so that
 a command starts quickly. ``answers.py`` checks answers, ``axis_states.py`` has words for states of axes in
 them, ``condition.py`` reads conditions on states, ``signature.py`` signs commands. ``silence_timer.py`` times
-silences of lines.
+silences of lines. ``site_stop.py`` stops all benches behind a session of zenoh.
 
-May import: hil.host, hil.vocab, the standard library, cryptography, pydantic.
+May import: hil.host, hil.vocab, hil.wire, the standard library, cryptography, pydantic, zenoh.
 """

@@ -283,6 +283,19 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
     "segments": [_SEGMENT],
     "buses": [_BUS],
     "halt": {"stopped": [str], "runs": [str], "refused": {str: str}},
+    "stop_site": {
+        "benches": [
+            {
+                "bench": str,
+                "state": ("confirmed", "refused", "silent"),
+                "why": _MAYBE_TEXT,
+                "took_s": _MAYBE_NUMBER,
+                "stopped": [str],
+                "runs": [str],
+                "refused": {str: str},
+            }
+        ]
+    },
     "events": {"events": [_EVENT], "left_out": int, "revision": int},
     **dict.fromkeys(("lease", "take_lease", "renew_lease", "give_lease", "break_lease"), _LEASE),
     "pause": {"sim_ns": int},

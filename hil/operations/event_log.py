@@ -133,6 +133,8 @@ class EventLog:
             words = f"cleared {', '.join(map(str, answer['cleared'])) or 'none'}"
         elif wish.operation == "halt" and isinstance(answer, Mapping):
             words = halt_words(answer)
+        elif wish.operation == "stop_site" and isinstance(answer, Mapping):
+            words = site_words(answer)
         common = wish.name if wish.streams or wish.kind == "typed" else ""
         self.put(wish.kind, of, asked.source.name, words, at_ns=_effective_at_ns(answer), common=common)
 
@@ -160,6 +162,14 @@ class EventLog:
         first = next(iter(self._events), self._number + 1)
         new = [dict(event) for event in self._events.values() if event["revision"] > after]
         return {"events": new, "left_out": first - 1, "revision": self._revision}
+
+
+def site_words(answer: Mapping[str, Any]) -> str:
+    """Format an answer of ``stop_site``: what it stopped here, and which benches have not confirmed."""
+    own, *others = answer["benches"]
+    missing = [row["bench"] for row in others if row["state"] != "confirmed"]
+    said = f"{halt_words(own)}; {len(others) - len(missing)} of {len(others)} other benches confirmed"
+    return said + (f", not {', '.join(missing)}" if missing else "")
 
 
 def halt_words(answer: Mapping[str, Any]) -> str:

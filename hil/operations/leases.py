@@ -25,6 +25,7 @@ _LATEST_NS = 1 << 62
 _NOT_REFUSED = frozenset(
     {
         "halt",
+        "stop_site",
         "stop",
         "cancel_run",
         "attach",

@@ -27,6 +27,7 @@ from hil.operations.processor_operations import ProcessorOperations
 from hil.operations.recorded_events import RecordedEvents
 from hil.operations.reports import Reports, SharedReport
 from hil.operations.seen_events import SeenEvents
+from hil.operations.site_stop_operation import SiteStop
 from hil.operations.table import OPERATIONS, Answerer
 from hil.operations.watch_operations import WatchOperations
 from hil.operations.wire_reports import data_sheet, listed_wires
@@ -105,6 +106,7 @@ def make_desk(
     processors = ProcessorOperations(known, configured, StandingTime(held))
     past = PastOperations(live.recording, lambda: sim.now_ns, configured.config.speed)
     stack.push_async_callback(past.end)
+    halts = HaltOperation(known, queue)
     bench = BenchOperations(faults, queue, live.reloader, stop)
     answerers: dict[str, Answerer] = {
         "list": lambda asked: listed.read(),
@@ -160,7 +162,8 @@ def make_desk(
         "cancel_run": lambda asked, how: queue.cancel(asked.target, how).as_dict(),
         "pace_run": lambda asked, pace: queue.set_pace(asked.target, pace).as_dict(),
         "part": lambda asked, given: runs.parts.answer(asked.source, asked.target, given),
-        "halt": HaltOperation(known, queue).halt,
+        "halt": halts.halt,
+        "stop_site": SiteStop(configured, halts, runs.others).stop,
         "events": lambda asked, after: events.told(after),
         "lease": leases.told,
         "take_lease": leases.begin,

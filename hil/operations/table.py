@@ -306,6 +306,10 @@ _ROWS = (
     _asked("part", RUN, OPERATOR, "what the bench that leads a run asks of this one",
            Parameter("given", "see run/<id>/part", form=OBJECT), takes_time=True),
     # All of it.
+    _asked("stop_site", BENCH, OPERATOR,
+           "stop all that moves on this bench and on all that it is joined with; answers who has confirmed",
+           replace(HOW_TO_STOP, default="grace"),
+           Parameter("within_s", "time to confirm, of the wall", "s", 0.05, 60, 1.0), takes_time=True),
     _asked("halt", BENCH, OPERATOR,
            "stop all axes that move, and end all runs; answers what was stopped, and what was not, with why."
            " It overtakes what waits",

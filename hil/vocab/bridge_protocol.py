@@ -69,6 +69,10 @@ class BenchDoor(Protocol):
             VerbRefused: it was not carried out there.
         """
 
+    async def stop_others(self, source: Source, how: str, timeout_s: float) -> Sequence[dict[str, Any]]:
+        """Stop all that moves on the other benches, on behalf of ``source``; answers a row for each, as
+        ``hil.net.site_stop.Row``. Raises VerbRefused: nothing was sent."""
+
     async def benches(self) -> Sequence[str]:
         """Names of the other benches that are joined now."""
 

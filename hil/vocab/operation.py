@@ -58,14 +58,14 @@ class Urgency(IntEnum):
     READING = 2
 
 
-STOP_VERB, OFF_VERB, HALT = "stop", "disable", "halt"
+STOP_VERB, OFF_VERB, HALT, STOP_SITE = "stop", "disable", "halt", "stop_site"
 
 
 def urgency_of(operation: Operation, given: Mapping[str, object]) -> Urgency:
     """Class of a request for an operation. A viewer's are readings, whatever else he asks for is refused."""
     if operation.name == "do":
         return Urgency.STOP if given.get("name") == STOP_VERB else Urgency.COMMAND
-    if operation.name == HALT:
+    if operation.name in (HALT, STOP_SITE):
         return Urgency.STOP
     return Urgency.READING if operation.role is Role.VIEWER else Urgency.COMMAND
 

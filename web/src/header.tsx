@@ -5,7 +5,7 @@ import { movesIn, snapshotOf } from "./model/axis_card";
 import { problemText, reasonText } from "./model/status";
 import { openHelp } from "./parts/help";
 import { href } from "./router";
-import { StopAll } from "./stop_all";
+import { StopAll, StopSite } from "./stop_all";
 import { activeFaults, devices, hello, link, status } from "./store";
 import { theme, toggleTheme } from "./theme";
 import type { ViewEntry } from "./views/view";
@@ -152,6 +152,7 @@ export function Header({ current, views }: { current: ViewEntry | undefined; vie
         <button type="button" class="plain" aria-label="Help: what the words mean" title="Help (?)" onClick={openHelp}>
           ?
         </button>
+        <StopSite />
         <StopAll />
       </div>
     </header>

@@ -86,6 +86,6 @@ describe("wires and doors of the status", () => {
     expect(wires[0]!.nodes).toEqual([{ name: "s1.network", state: "", isBad: true, counts: "2 bursts" }]);
     expect(wires[1]!.nodes[0]).toEqual({ name: "m1.canopen", state: "bus-off, stopped", isBad: true, counts: "TEC 256 REC 1" });
     expect(wires[1]!.nodes[1]).toMatchObject({ state: "error-active", isBad: false });
-    expect(doors).toEqual([{ name: "web", address: "http://x/", links: 2, commands: 9, rejected: 1, dropped: 0, risk: "" }]);
+    expect(doors).toEqual([{ name: "web", address: "http://x/", links: 2, commands: 9, rejected: 1, dropped: 0, risk: "", isJoined: false }]);
   });
 });

@@ -1,7 +1,7 @@
 """Other benches of a run: questions to them, their answers, and the offsets of their clocks."""
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -169,6 +169,11 @@ class OtherBenches:
             if self._door() is None:
                 raise
             raise BenchGone(f"the bench {member.bench} did not answer within {timeout_s:g} s") from gone
+
+    async def stop(self, source: Source, how: str, timeout_s: float) -> Sequence[dict[str, Any]]:
+        """Stop all other benches, as ``BenchDoor.stop_others``; none where this bench is joined to none."""
+        door = self._door()
+        return await door.stop_others(source, how, timeout_s) if door else ()
 
     async def joined(self, source: Source) -> list[dict[str, Any]]:
         """List those that can be in a run with this one, with their clocks; ``why`` says what prevents it."""

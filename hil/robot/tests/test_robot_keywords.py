@@ -47,7 +47,7 @@ NO_KEYWORD = {
         ("processor", "load_program", "count", "counted", "debug"),
         "a program is in the configuration: `firmware:`; the others are for `hil sketch`",
     ),
-    **dict.fromkeys(("events", "halt", "fault_places"), "for people who watch a bench"),
+    **dict.fromkeys(("events", "halt", "stop_site", "fault_places"), "for people who watch a bench"),
     **dict.fromkeys(("drive", "play", "attach", "detach", "transmit"), "rows of times or frames"),
 }
 """Operations without a keyword, and why."""

@@ -65,6 +65,8 @@ export interface DoorStatus {
   rejected: number;
   dropped: number;
   risk: string;
+  /** True if it joins other benches by a router. */
+  isJoined: boolean;
 }
 
 /** What is not told is undefined. */
@@ -201,6 +203,7 @@ function readDoor(name: string, row: Record<string, unknown>): DoorStatus {
     rejected: number(row["rejected"]),
     dropped: number(row["dropped"]),
     risk: string(row["risk"]),
+    isJoined: list(row["connect"]).length > 0,
   };
 }
 

@@ -403,5 +403,11 @@ export class Link {
 /** True for what stops something: it is right at any time, and has no deadline. */
 function isStop(operation: string, given: Record<string, unknown>): boolean {
   if (operation === "do") return given["name"] === "stop";
-  return operation === "halt" || operation === "cancel_run" || operation === "pause" || (operation === "pace_run" && given["pace"] === 0);
+  return (
+    operation === "halt" ||
+    operation === "stop_site" ||
+    operation === "cancel_run" ||
+    operation === "pause" ||
+    (operation === "pace_run" && given["pace"] === 0)
+  );
 }

@@ -231,3 +231,14 @@ def test_bad_input_is_refused_as_by_zenoh(b: Bench) -> None:
         pytest.raises(KeyError, match="the bench has no bridge zenoh"),
     ):
         bare.zenoh()
+
+
+def test_a_stop_of_all_benches_is_answered_under_the_key_of_each(b: Bench) -> None:
+    with b.zenoh() as session:
+        for key in ("hil/*/halt", "hil/b/halt"):
+            (reply,) = session.get(key, payload='{"how": "prejudice"}')
+            assert reply.ok, reply.err
+            assert str(reply.ok.key_expr) == "hil/b/halt"
+        (refused,) = session.get("hil/*/halt", payload='{"how": "later"}')
+        assert refused.err
+        assert json.loads(refused.err.payload.to_string())["key"] == "hil/b/halt"

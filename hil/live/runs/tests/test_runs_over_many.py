@@ -115,6 +115,9 @@ class Door:
             raise BenchGone(f"the bench {bench} did not answer within {timeout_s:g} s") from None
         return Answered(content, asked_ns, wire.clocks[self.here].times_ns()[1])
 
+    async def stop_others(self, source: Source, how: str, timeout_s: float) -> Sequence[dict[str, Any]]:
+        return ()
+
     async def benches(self) -> Sequence[str]:
         return [name for name in self.wire.parts if name != self.here]
 
