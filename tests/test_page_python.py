@@ -23,6 +23,7 @@ PROGRAMS = {
     ("can-channels", "Channels"): "test_how_to_can_channels.py",
     ("can", "Drives on a CAN bus: CANopen"): "test_how_to_can.py",
     ("gcode", "In a test"): "test_page_python.py",
+    ("lab", "Reserve a bench"): "test_e2e_lease.py",
     ("modbus", "Position in registers, start bit, done bit"): "test_how_to_modbus.py",
     ("modbus", "Nodes on an RS485 line"): "test_how_to_modbus.py",
     ("mother", "In a program"): "test_page_python.py",
@@ -34,6 +35,7 @@ PROGRAMS = {
     ("write-a-test", "The fixture"): "test_page_python.py",
     ("write-a-test", "A program of your own"): "test_page_python.py",
     ("web", "For programs"): "test_e2e_web.py",
+    ("zenoh", "All benches of a lab"): "test_e2e_site.py",
     ("zenoh", "From Python"): "page_preparations.py",
     ("zenoh", "What is there"): "page_preparations.py",
 }

@@ -12,16 +12,14 @@ from labgrid.factory import target_factory
 from hil.client import Axis, Bench, ClientError, connect_sync
 from hil.client.held_bench import held
 
-CONFIG = "HIL_LAB_CONFIG"
-"""Environment variable with the user's zenoh.json, unless the driver's ``config`` names it."""
-
 
 @target_factory.reg_driver
 @attr.s(eq=False)
 class HilBenchDriver(Driver):  # type: ignore[misc,unused-ignore]
     """Face of a bench while the driver is active. ``config``: a user's zenoh.json as `hil zenoh keys` makes
-    it, which says the door too; without it the resource's door is asked without a user. ``lease``: take the
-    bench's lease for that time, which needs a user; ``doors``: those that stay open meanwhile.
+    it, which says the door too, or the variable HIL_LAB_CONFIG names one; without it the resource's door is
+    asked without a user. ``lease``: take the bench's lease for that time, which needs a user; ``doors``:
+    those that stay open meanwhile.
 
     Raises:
         ExecutionError: the bench is away, or somebody else has it.
@@ -39,7 +37,7 @@ class HilBenchDriver(Driver):  # type: ignore[misc,unused-ignore]
 
     def on_activate(self) -> None:
         """Connect to the bench, and take its lease."""
-        config = self.config or os.environ.get(CONFIG, "")
+        config = self.config or os.environ.get("HIL_LAB_CONFIG", "")
         if config and self.target.env:
             config = self.target.env.config.resolve_path(config)
         name = self.resource.bench

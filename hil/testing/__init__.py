@@ -8,8 +8,8 @@ control law over recorded encoder counts. ``check_profile``, ``check_codec``, ``
 ``check_bridge`` hold a board, a codec, a kind of port and a bridge to what all of them keep to. Public and
 stable: changes stand in the CHANGELOG.
 
-May import: hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode, hil.host,
-hil.memory_desk, hil.net, hil.recorded, hil.runs, hil.sim, hil.sketch, hil.telemetry, hil.toolchain,
+May import: hil.client, hil.compose, hil.config, hil.core, hil.discovery, hil.firmware, hil.gcode,
+hil.host, hil.memory_desk, hil.net, hil.recorded, hil.runs, hil.sim, hil.sketch, hil.telemetry, hil.toolchain,
 hil.toolpath, hil.vocab, hil.wire, the standard library, _pytest, distributed, numpy, pydantic, pymodbus,
 pytest, serial, zenoh.
 

@@ -26,6 +26,7 @@ NODE = "sac"
 COLD_START_MS = 1100
 pytest_plugins = [
     "hil.testing.kind_option",
+    "hil.testing.lab_fixture",
     "hil.testing.served_fixtures",
     "hil.testing.sketch_fixture",
     "hil.testing.seeds.seed_plugin",

@@ -3,6 +3,8 @@ tells programs that the boards answer."""
 
 ENVIRONMENT = {
     "HIL_BENCH": "the bench that commands ask, as with --bench; --bench takes precedence.",
+    "HIL_LAB_CONFIG": "the user's zenoh.json that says where the lab is, for the fixture `lab_bench` without"
+    " --lab-config and for labgrid's driver.",
     "HIL_LANES": "how axes move together in the core: none, any, avx2, avx512; without it the widest that the"
     " processor has. The results are the same bits.",
     "XDG_RUNTIME_DIR": "`hil` in it is where benches have ports and sockets, unless --runtime-dir or the"
