@@ -1,6 +1,7 @@
 """A site from nothing over computers on a switch: three benches, a router and users by the commands of the
 documents; roles, runs, restarts, and changes of the list while all runs."""
 
+import json
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from bench_sites import SAC, enabled, run, sees, state_of
 from e2e_support import HIL, PATIENCE_S, Place, Server, config, until
 from host_network import Computer, HostNetwork
 
+from hil import __version__
 from hil.client import Bench, ClientError, connect_sync
 
 BENCHES = ("mill", "lathe", "press")
@@ -32,11 +34,16 @@ class Lab:
         """Copy of a member's folder, as its computer has it."""
         return self.place.folder / f"on-{Path(what).name}"
 
-    def site(self, *arguments: str) -> str:
-        command = [HIL, "zenoh", "site", *arguments[:1], str(self.authority), *arguments[1:]]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    def hil(self, *arguments: str) -> str:
+        """Output of a command at the desk."""
+        done = subprocess.run(
+            [HIL, *arguments], capture_output=True, text=True, timeout=PATIENCE_S, check=False
+        )
         assert done.returncode == 0, done.stderr
         return done.stdout
+
+    def site(self, *arguments: str) -> str:
+        return self.hil("zenoh", "site", *arguments[:1], str(self.authority), *arguments[1:])
 
     def hand_out(self, *members: str) -> None:
         for member in members:
@@ -106,6 +113,12 @@ def test_a_site_from_nothing(lab: Lab) -> None:
     }
     with lab.client("vera", "lathe") as vera:
         assert vera.axis("m1").state().at_ns > 0
+
+    # What a viewer's computer sees of all benches.
+    seen = json.loads(lab.hil("benches", "--config", str(lab.copy("vera") / "zenoh.json"), "--json"))
+    assert {row["bench"]: (row["why"], row["version"]) for row in seen} == dict.fromkeys(
+        BENCHES, (None, __version__)
+    )
 
     # A run over two benches, by a user whom both know.
     with lab.client("otto", "mill") as otto:
