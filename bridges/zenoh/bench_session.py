@@ -16,6 +16,7 @@ from bridges.zenoh.command_handler import CommandHandler, Work
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
 from bridges.zenoh.keys import COMMAND, KEYS, QUERY, Key, expression, prefix
+from bridges.zenoh.not_joined import why_not_joined
 from bridges.zenoh.options import Options
 from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications
@@ -119,6 +120,8 @@ class ZenohBridge:
         self._clash: BenchProblem | None = None
         """Clash that keeps this bench from joining."""
         self._site: SiteFolder | None = None
+        self._why = ""
+        """Reason in the log why no router lets this bench in."""
 
     async def open(self) -> None:
         self._senders = Senders()
@@ -136,7 +139,7 @@ class ZenohBridge:
                 raise BridgeError(
                     f"{first_line(error)}; listen: choose another address, or [] for none"
                 ) from None
-            log.warning("zenoh: nobody at %s yet, tried again each second", self._where)
+            await self._say_why()
             self._work.begin(self._join(self._senders))
         else:
             if opened is None:
@@ -169,12 +172,21 @@ class ZenohBridge:
             log.error("zenoh: %s; %s", self._clash.what, self._clash.remedy)
         return None
 
+    async def _say_why(self) -> None:
+        """Say in the log why no router lets this bench in, when that is something else than before."""
+        ask = partial(why_not_joined, self._options, self._bench, self._site is not None)
+        why = await asyncio.get_running_loop().run_in_executor(None, ask)
+        if why != self._why:
+            log.warning("zenoh: not joined, tried again each second: %s", why)
+        self._why = why
+
     async def _join(self, senders: Senders) -> None:
         """Join the router that was away at the start."""
         while self._joined is None:
             try:
                 opened = await self._open_first()
             except zenoh.ZError:
+                await self._say_why()
                 continue  # it took a second
             if opened is None:
                 await asyncio.sleep(AGAIN_S)

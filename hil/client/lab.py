@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import zenoh
 
-from hil.client.link import ENDPOINT, TIMEOUT_S, Credentials, from_file, opened, session_entries
-from hil.client.messages import ClientError
+from hil.client.door import opened
+from hil.client.link import ENDPOINT, TIMEOUT_S, Credentials, from_file, session_entries
 from hil.net.signature import KeySigner
 from hil.net.site_stop import TIMEOUT_S as STOP_S
 from hil.net.site_stop import Row, stop_all
@@ -57,11 +57,7 @@ class Lab:
             if endpoint:
                 entries["connect"] = {"endpoints": [endpoint]}
                 self.door = endpoint
-        try:
-            self.session = opened(entries, timeout_s)
-        except zenoh.ZError as error:
-            why = str(error).partition(" at /")[0]
-            raise ClientError(f"{self.door}: {why}") from None
+        self.session = opened(entries, timeout_s)
 
     def __enter__(self) -> "Lab":
         return self

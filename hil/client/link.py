@@ -11,6 +11,7 @@ from typing import Any
 
 import zenoh
 
+from hil.client.door import AWAY_S, opened
 from hil.client.messages import Ack, ClientError, ack_of, error_of, read
 from hil.net.signature import KeySigner, signed, signer_of_files
 
@@ -94,27 +95,6 @@ def _signer(metadata: Any, tls: Mapping[str, str]) -> KeySigner:
     return signer_of_files(metadata["name"], certificate, key, ClientError)
 
 
-def opened(entries: Mapping[str, Any], timeout_s: float) -> zenoh.Session:
-    """Open a session, tried until the time is over. A door without users, as of a router, keeps out who has a
-    password; there it is for signatures alone.
-
-    Raises:
-        zenoh.ZError: nobody lets it in.
-    """
-    transport = {name: value for name, value in entries.get("transport", {}).items() if name != "auth"}
-    deadline_s = time.monotonic() + timeout_s
-    while True:
-        for tried in (entries, {**entries, "transport": transport}):
-            config = zenoh.Config.from_json5(json.dumps(tried))
-            config.insert_json5("connect/timeout_ms", "0")  # once
-            try:
-                return zenoh.open(config)
-            except zenoh.ZError:
-                if time.monotonic() > deadline_s:
-                    raise
-        time.sleep(_LOOK_AGAIN_S)
-
-
 class Link:
     """Session with one bench, which is open.
 
@@ -139,13 +119,7 @@ class Link:
         else:
             entries = session_entries(endpoint, credentials)
             door, self._credentials = endpoint, credentials
-        try:
-            self._session = opened(entries, timeout_s)
-        except zenoh.ZError as error:
-            why = str(error).partition(" at /")[0]
-            raise ClientError(
-                f"{door}: {why}; is the bench running there, and are user and password right?"
-            ) from None
+        self._session = opened(entries, timeout_s)
         try:
             self._find(door)
         except BaseException:
@@ -154,12 +128,13 @@ class Link:
 
     def _find(self, door: str) -> None:
         """Check that the bench is there; a router needs a moment to hear of it."""
-        deadline_s = time.monotonic() + self._timeout_s
+        deadline_s = time.monotonic() + min(self._timeout_s, AWAY_S)
         while not self._tokens(self.key("@live/daemon")):
             if time.monotonic() > deadline_s:
                 there = ", ".join(sorted({key.split("/")[1] for key in self._tokens("hil/*/@live/daemon")}))
                 raise ClientError(
-                    f"{door}: there is no bench {self.bench!r} that you may see; there: {there or 'none'}"
+                    f"{door}: there is no bench {self.bench!r} that you may see; there: {there or 'none'}."
+                    " Start it, or correct its name"
                 )
             time.sleep(_LOOK_AGAIN_S)
         if (count := len(set(self._tokens(self.key("@one/*"))))) > 1:
