@@ -13,6 +13,7 @@ from typing import Any
 import zenoh
 
 from bridges.zenoh.command_handler import CommandHandler, Work
+from bridges.zenoh.documents import OURS
 from bridges.zenoh.gate import Gate
 from bridges.zenoh.inbox import Inbox
 from bridges.zenoh.keys import COMMAND, KEYS, QUERY, Key, expression, prefix
@@ -200,6 +201,7 @@ class ZenohBridge:
     async def _watch(self, site: SiteFolder, senders: Senders) -> None:
         """Take new lists and certificates of the site as they are copied into its folder."""
         taken, allowed = site.version, site_subjects(site.list, self._bench)
+        self._compare_labels(site)
         while True:
             await asyncio.sleep(LOOK_S)
             try:
@@ -209,6 +211,7 @@ class ZenohBridge:
                 taken = site.version
                 site.member(self._bench)
                 log.info("zenoh: took list %d of the site %s", site.list.number, site.list.site)
+                self._compare_labels(site)
             except (SecurityError, OSError) as error:
                 log.error("zenoh: %s", error)
             joined = self._joined
@@ -220,6 +223,17 @@ class ZenohBridge:
                 allowed = now
                 await self._put_away()
                 self._work.begin(self._join(senders))
+
+    def _compare_labels(self, site: SiteFolder) -> None:
+        """Say in the log where the configuration has other labels than the site, by which roles go."""
+        configured = self._desk.ask(OURS, "about", "", {})["labels"]
+        for name, value in site.member(self._bench).labels.items():
+            if configured.get(name, value) != value:
+                log.warning(
+                    "zenoh: the site labels this bench %s=%s, its configuration %s=%s; roles go by"
+                    " the site's",
+                    *(name, value, name, configured[name]),
+                )
 
     async def devices_changed(self, names: Collection[str]) -> None:
         if self._joined is None:

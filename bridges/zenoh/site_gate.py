@@ -115,14 +115,15 @@ class SiteGate(Gate):
 
     def _read(self, text: str) -> "_Signer":
         from cryptography import x509
-        from cryptography.exceptions import UnsupportedAlgorithm
 
         try:
             certificate = x509.load_der_x509_certificate(base64.b64decode(text))
             begin, end = certificate.not_valid_before_utc, certificate.not_valid_after_utc
             public, name = certificate.public_key(), common_name(certificate)
             issuer = issuer_of(certificate, self._folder.authorities)
-        except (ValueError, UnsupportedAlgorithm):  # parts of it are read late
+        except (
+            Exception
+        ):  # a stranger's bytes, read in parts: ValueError, KeyError, InvalidVersion and others
             raise Rejected("certificate: it is none that can be read (base64 of DER)") from None
         if issuer is None:
             raise Rejected(

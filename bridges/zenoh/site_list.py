@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from bridges.zenoh.users import SecurityError
+from hil.vocab.bench_labels import LABEL_CHARACTERS, is_label_value
 from hil.vocab.verbs import Role
 from hil.wire.json_text import JsonError, read_json
 
@@ -18,7 +19,7 @@ ROUTER = "router"
 """Name of the router's folder and certificate; no member has it."""
 BENCH_NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 USER_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
-_LABEL = re.compile(r"([a-z][a-z0-9_-]{0,31})=([A-Za-z0-9_][A-Za-z0-9_.-]{0,63})")
+_LABEL_NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 _SERIAL = re.compile(r"[0-9a-f]{1,40}")
 _DOOR = re.compile(r"(tls|quic)/[^/\s]+:[0-9]{1,5}")
 _ROLES = {role.name.lower(): role for role in Role}
@@ -152,14 +153,14 @@ def read_label(text: str) -> tuple[str, str]:
     Raises:
         SecurityError: it is none.
     """
-    found = _LABEL.fullmatch(text)
-    if not found:
+    name, _, value = text.partition("=")
+    if not (_LABEL_NAME.fullmatch(name) and is_label_value(value)):
         raise SecurityError(
             f"label {text!r}: write KEY=VALUE, as in rig=press; a key is a letter a-z and up to 31"
             " of a-z, 0-9,"
-            " _ and -, a value letters, digits, _ . - and at most 64 of them"
+            f" _ and -, a value letters, digits and . _ / : -, at most {LABEL_CHARACTERS} of them"
         )
-    return found[1], found[2]
+    return name, value
 
 
 def check_name(name: str, is_bench: bool) -> None:

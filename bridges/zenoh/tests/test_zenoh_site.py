@@ -55,7 +55,7 @@ def copied(lab: SiteAuthority, name: str) -> Path:
 # ---- the list ----
 
 names = st.from_regex(r"[a-z][a-z0-9_-]{0,9}", fullmatch=True).filter(lambda name: name != "router")
-texts = st.from_regex(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,9}", fullmatch=True)
+texts = st.from_regex(r"[A-Za-z0-9][A-Za-z0-9._/:-]{0,9}", fullmatch=True)
 labels = st.dictionaries(names, texts, max_size=3)
 wheres = st.one_of(st.just(""), names.map("@{}".format), st.builds("@{}={}".format, names, texts))
 grants = st.lists(

@@ -132,7 +132,8 @@ def test_what_is_refused(site: Site, made_by: Callable[[Site], bytes], words: st
 def test_an_attachment_with_a_byte_changed_is_refused_in_words(made: Path, data: st.DataObject) -> None:
     site = Site(made)
     good = bytearray(attachment(site.signer("otto")))
-    good[data.draw(st.integers(0, len(good) - 1))] ^= 1 << data.draw(st.integers(0, 6))
+    at, bit = data.draw(st.integers(0, 9_999)), data.draw(st.integers(0, 6))
+    good[at % len(good)] ^= 1 << bit  # its length varies: a signature has chance in it
     if json_of(good) == json_of(attachment(site.signer("otto"))):
         return
     with pytest.raises(Rejected):
