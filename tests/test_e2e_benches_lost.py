@@ -53,6 +53,24 @@ def test_a_host_whose_wire_is_cut_is_told_of_and_both_sides_stop(hosts: Site) ->
 
 
 @pytest.mark.thorough
+def test_a_link_away_for_a_moment_does_not_end_a_run_that_can_bear_it(hosts: Site) -> None:
+    mill, lathe = hosts.two()
+    wire = ("-n", hosts.prefixes["router"][-1], "link", "set", "rlathe")
+    submit(mill, run("bears", FAR, silence_s=30.0))
+    on_the_way(lathe)
+    for _ in range(2):
+        ip(*wire, "down")
+        time.sleep(0.9)
+        ip(*wire, "up")
+        time.sleep(1)
+    states = [state_of(server, "bears") for server in (mill, lathe)]
+    assert states == ["running", "running"], mill.ask("runs", name="bears")
+    mill.ask("cancel_run", name="bears", how="prejudice")
+    for server in (mill, lathe):
+        assert ended(server, "bears")["state"] == "cancelled"
+
+
+@pytest.mark.thorough
 def test_a_router_that_goes_in_the_middle_stops_both_and_comes_back(site: Site) -> None:
     mill, lathe = site.two()
     submit(mill, run("r", FAR))
