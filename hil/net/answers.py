@@ -273,6 +273,8 @@ FORMS: dict[str, Any] = dict.fromkeys(_DICTS, dict) | {
         "health": {"state": str, "problems": [_PROBLEM], "problems_left_out": int},
         "runs": [{"run": str, "state": str, "step": int, "steps": int, "why": _MAYBE_TEXT}],
         "commanders": [{"who": str, "what": str, "of": str, "wall_ns": int}],
+        "metrics": str,
+        "recording": _MAYBE_TEXT,
     },
     "benches": [
         (

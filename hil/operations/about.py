@@ -8,12 +8,13 @@ from typing import Any
 from hil import __version__
 from hil.config import BenchConfig
 from hil.live.configured import Configured
+from hil.live.run_recording import RunRecording
 from hil.live.runs.queue import RunQueue
 from hil.operations.event_log import EventLog
 from hil.operations.health import Health, state_of
 from hil.operations.seen_events import HERE
 from hil.vocab.address import owner_of
-from hil.vocab.bridge_protocol import PROTOCOL_VERSION
+from hil.vocab.bridge_protocol import PROTOCOL_VERSION, Bridge
 from hil.vocab.desk_protocol import BenchClock, DeviceInfo
 from hil.vocab.lease import Lease
 from hil.vocab.text_digest import text_digest
@@ -35,7 +36,7 @@ def config_digest(config: BenchConfig) -> str:
 
 @dataclass
 class About:
-    """Inventory row of one bench. ``lease``: answers the lease that is held."""
+    """Inventory row of one bench. ``lease``: answers the lease that is held; ``bridges``: its doors."""
 
     configured: Configured
     devices: Mapping[str, DeviceInfo]
@@ -44,6 +45,8 @@ class About:
     events: EventLog
     clock: BenchClock
     lease: Callable[[], Lease | None]
+    bridges: Mapping[str, Bridge]
+    recording: RunRecording
     host: str = field(default_factory=socket.gethostname)
     _of: BenchConfig | None = field(default=None, init=False)
     """Configuration that ``_fixed`` is of: a reload exchanges it."""
@@ -53,12 +56,14 @@ class About:
         """Answer of the operation."""
         problems = self.health.problems()
         health = {"state": state_of(problems), "problems": [vars(each) for each in problems[:MOST_PROBLEMS]]}
-        lease = self.lease()
+        lease, metrics = self.lease(), self.bridges.get("metrics")
         return self._of_config() | {
             "lease": lease and {name: getattr(lease, name) for name in _OF_LEASE},
             "health": health | {"problems_left_out": max(0, len(problems) - MOST_PROBLEMS)},
             "runs": [{name: run[name] for name in _OF_RUN} for run in self.queue.under_way()],
             "commanders": list(self._commanders()),
+            "metrics": metrics.status()["root"] if metrics else "",
+            "recording": self.recording.report()["path"],
         }
 
     def _of_config(self) -> dict[str, Any]:

@@ -99,7 +99,7 @@ def make_desk(
         leases.told,
     )
     infos = DeviceInfos(known)
-    about = About(configured, infos, health, queue, events, clock, leases.current)
+    about = About(configured, infos, health, queue, events, clock, leases.current, bridges, live.recording)
     listed, status = SharedReport(reports.listed), SharedReport(reports.status)
     devices = DeviceOperations(sim, known)
     channels, held = ChannelOperations(sim), HeldTime(sim, configured, known, clock)

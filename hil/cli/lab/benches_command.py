@@ -1,8 +1,10 @@
 """``hil benches``: the benches that are joined to this one, or those of a lab, from any computer."""
 
+import socket
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
@@ -12,16 +14,40 @@ from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.shown_view import Grid, ShownView, line
 from hil.cli.framework.shown_words import counted
 from hil.cli.lab.lab_options import NO_LAB, LabelWords, LabOptions, wanted_labels
+from hil.cli.lab.prometheus_targets import NoTargets, read_targets, targets, write_targets
 from hil.cli.runs.run_reports import clock_words
 from hil.vocab.bridge_protocol import PROTOCOL_VERSION
 
 LATELY_S = 600
 """Time for which a command makes its asker one who commands."""
+PrometheusFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--prometheus",
+        help="Write where their metrics are to a file for Prometheus (file_sd); those away stay in it.",
+        show_default=False,
+    ),
+]
+EverySeconds = Annotated[
+    float | None,
+    typer.Option(
+        "--every",
+        min=1,
+        max=3600,
+        metavar="SECONDS",
+        help="Keep that file current until Ctrl-C: look every so many seconds.",
+        show_default=False,
+    ),
+]
 _COLUMNS = ("bench", "health", "devices", "runs", "commanded by", "lease", "hil", "host", "labels")
 
 
 def benches(
-    lab: LabOptions = NO_LAB, label: LabelWords = None, bench: BenchOptions = ANY_BENCH
+    lab: LabOptions = NO_LAB,
+    label: LabelWords = None,
+    prometheus: PrometheusFile = None,
+    every_s: EverySeconds = None,
+    bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """List the benches that are joined to this one, or those of a lab.
 
@@ -31,6 +57,12 @@ def benches(
     Example: hil benches --connect tcp/127.0.0.1:7447 --label rig=press
     """
     wanted = wanted_labels(label)
+    if (prometheus or every_s) and not (prometheus and lab.are_given):
+        raise fail(
+            "hil: --prometheus takes --connect or --config, and --every takes --prometheus", Exit.MISTAKE
+        )
+    if prometheus:
+        return _write_targets(prometheus, lab, wanted, every_s)
     if lab.are_given:
         with lab.opened() as session:
             rows = session.benches(wanted)
@@ -50,6 +82,31 @@ def _joined_here(bench: BenchOptions) -> CommandAnswer:
         f"{row['bench']}: {row['why'] or 'hil ' + row['version'] + ', ' + clock_words(row)}" for row in rows
     ]
     return CommandAnswer(rows, "\n".join(said))
+
+
+def _write_targets(
+    path: Path, lab: LabOptions, wanted: dict[str, str], every_s: float | None
+) -> CommandAnswer:
+    """Write the file of targets, once or again and again until the command is ended."""
+    told: list[str] | None = None
+    try:
+        with lab.opened() as session:
+            while True:
+                before = read_targets(path)
+                made = targets(session.benches(wanted), before, socket.gethostname())
+                if made.entries != before or not path.exists():
+                    write_targets(path, made.entries)
+                if told != made.remarks:
+                    for remark in made.remarks:
+                        typer.echo(f"hil: {remark}", err=True)
+                    told = made.remarks
+                if every_s is None:
+                    return CommandAnswer(made.entries, f"{path}: {counted(len(made.entries), 'target')}")
+                time.sleep(every_s)
+    except NoTargets as error:
+        raise fail(f"hil: {error}", Exit.MISTAKE) from None
+    except OSError as error:
+        raise fail(f"hil: {path}: {error.strerror}") from None
 
 
 def lab_view(rows: Sequence[Mapping[str, Any]], wall_ns: int) -> ShownView:
