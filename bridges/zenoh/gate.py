@@ -76,12 +76,13 @@ class Gate:
         return self._users.keys()
 
     def signed(self, source: Source, bench: str, key: str, payload: bytes) -> bytes:
-        """Make an attachment as the asker, or for an asker at this computer as the user of the bench's name.
+        """Make an attachment as the asker, at the control socket the process's user; where the bench has no
+        such user, as the user of the bench's name.
 
         Raises:
             VerbRefused: there is no such user.
         """
-        for name in (source.name, bench):
+        for name in (source.name, source.person, bench):
             if name in self._users:
                 at_ns, nonce = time.time_ns(), secrets.token_hex(8)
                 return signed(name, self._users[name].secret, key, payload, at_ns, nonce)

@@ -47,8 +47,10 @@ class SiteGate(Gate):
         self._own = KeySigner(self._bench, self._folder.certificate, self._folder.key)
 
     def signed(self, source: Source, bench: str, key: str, payload: bytes) -> bytes:
-        """Make an attachment as this bench, for an asker who is a user of the site."""
-        asker = source.name if source.name in self._known else bench
+        """Make an attachment as this bench; of a part of a run for an asker who is a user of the site, as at
+        the control socket the process's user. A stop of all is the bench's own."""
+        person = source.person if _PART.fullmatch(key) else ""
+        asker = person if person in self._known else bench
         return self._own.signed(key, payload, time.time_ns(), secrets.token_hex(8), asker)
 
     def _user(self, given: Signature, key: str, payload: bytes, now_ns: int) -> User:

@@ -4,6 +4,7 @@ import base64
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from bridges.zenoh.site_gate import SiteGate
 from bridges.zenoh.site_list import read_grant
 from bridges.zenoh.users import SecurityError, User
 from hil.net.signature import KeySigner, read_key, signed
+from hil.net.site_stop import STOP_ALL
 from hil.vocab.desk_protocol import LOCAL, Source
 from hil.vocab.verbs import Role
 
@@ -156,6 +158,10 @@ def test_a_bench_asks_for_a_user_about_a_part_of_a_run_alone(site: Site) -> None
         given = at_lathe.signed(asker, "lathe", PART, PAYLOAD)
         now_ns = json.loads(given)["at_ns"]
         assert site.gate.check(given, PART, PAYLOAD, now_ns).name == expected
+    given = at_lathe.signed(replace(LOCAL, user="otto"), "lathe", PART, PAYLOAD)  # who has a lease there
+    assert site.gate.check(given, PART, PAYLOAD, json.loads(given)["at_ns"]).name == "otto"
+    given = at_lathe.signed(Source("otto", Role.OPERATOR), "lathe", STOP_ALL, PAYLOAD)
+    assert site.gate.check(given, STOP_ALL, PAYLOAD, json.loads(given)["at_ns"]).name == "lathe"
     given = at_lathe.signed(Source("vera", Role.OPERATOR), "lathe", PART, PAYLOAD)
     with pytest.raises(Rejected, match="vera has no role at bench mill"):
         site.gate.check(given, PART, PAYLOAD, json.loads(given)["at_ns"])
