@@ -21,7 +21,9 @@ from hil.wire.json_text import JsonError, read_json
 ANSWER_S = 1.0
 """Time after which a bench that has not answered is silent."""
 _SILENT = "it does not answer: its computer is away, or it stands still"
-_OLDER = "it tells nothing about itself: hil there is of an older version"
+_OLDER = (
+    "it tells nothing about itself: your role does not let you see it, or hil there is of an older version"
+)
 
 
 class LabAnswer(NamedTuple):

@@ -24,7 +24,7 @@ ConfigFile = Annotated[
     Path | None,
     typer.Option(
         "--config",
-        help="A user's zenoh.json, as `hil zenoh keys` makes it; its door, unless --connect names one.",
+        help="A user's zenoh.json, as `hil zenoh site` makes it; its door, unless --connect names one.",
         show_default=False,
     ),
 ]
