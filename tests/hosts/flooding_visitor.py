@@ -1,6 +1,7 @@
 """Program on a computer of its own that asks and sends as fast as it can.
 
-Called as KIND CONFIG (JSON) BENCH. It says ``up`` once it has a session, and goes on until killed.
+Called as KIND CONFIG BENCH; CONFIG is a user's zenoh.json, or paths and values as JSON. It says ``up`` once
+it has a session, and goes on until it is killed.
 """
 
 import itertools
@@ -8,9 +9,12 @@ import json
 import random
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import zenoh
+
+from hil.client.link import from_file
 
 DEEP = b"[" * 5000
 KEYS = (
@@ -96,10 +100,13 @@ def handler() -> Any:
 
 
 def main() -> None:
-    kind, values, bench = sys.argv[1], json.loads(sys.argv[2]), sys.argv[3]
-    config = zenoh.Config()
-    for path, value in values.items():
-        config.insert_json5(path, json.dumps(value))
+    kind, given, bench = sys.argv[1:]
+    if given.endswith(".json"):
+        config = zenoh.Config.from_json5(json.dumps(from_file(Path(given))[0]))
+    else:
+        config = zenoh.Config()
+        for path, value in json.loads(given).items():
+            config.insert_json5(path, json.dumps(value))
     with zenoh.open(config) as session:
         print("up", flush=True)
         one = KINDS[kind](session, f"hil/{bench}")
