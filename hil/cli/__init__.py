@@ -8,7 +8,7 @@ other room imports this one.
 May import: hil.arduino, hil.client, hil.compose, hil.config, hil.core, hil.daemon, hil.discovery, hil.drives,
 hil.firmware, hil.gcode, hil.gdb, hil.host, hil.instruments, hil.live, hil.master, hil.net, hil.operations,
 hil.recorded, hil.runs, hil.sim, hil.sketch, hil.telemetry, hil.testing, hil.toolchain, hil.toolpath,
-hil.vocab, hil.wire, the standard library, rich, serial, typer.
+hil.vocab, hil.wire, the standard library, cryptography, rich, serial, typer.
 
 Tests may import too: bridges.can.frames, bridges.modbus.protocol.
 """

@@ -11,5 +11,5 @@ the boards to an IDE.
 
 May import: hil.arduino, hil.cli.framework, hil.cli.lab, hil.cli.runs, hil.compose, hil.config, hil.core,
 hil.daemon, hil.discovery, hil.firmware, hil.host, hil.live, hil.net, hil.runs, hil.sim, hil.testing,
-hil.toolpath, hil.vocab, hil.wire, the standard library, rich, typer.
+hil.toolpath, hil.vocab, hil.wire, the standard library, cryptography, rich, typer.
 """

@@ -1,7 +1,7 @@
 """The command that reads who commanded what."""
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -58,6 +58,14 @@ def commands(
             show_default=False,
         ),
     ] = None,
+    authority: Annotated[
+        Path | None,
+        typer.Option(
+            "--authority",
+            help="Certificates of a site's authority (PEM): check signatures by certificates with them.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> CommandAnswer:
     """List who commanded a bench: each command with its time, user, door and outcome, the latest last.
 
@@ -68,8 +76,10 @@ def commands(
     """
     since_ns = _since_ns(since) if since else 0
     read = list(_read_all(_files(files or [], bench, state_dir)))
-    if check or passwords:
-        return _checked(read, passwords)
+    if check or passwords or authority:
+        return _checked(
+            read, _Known(_secrets(passwords), _authorities(authority)), bool(passwords or authority)
+        )
     rows = [
         {"bench": each.bench, **each.line.row}
         for each in read
@@ -139,58 +149,115 @@ def _read_all(files: Mapping[str, list[Path]]) -> Iterator[_Read]:
             yield _Read(told, place, line)
 
 
-def _checked(read: list[_Read], passwords: Path | None) -> CommandAnswer:
-    secrets = _secrets(passwords) if passwords else None
+class _Known(NamedTuple):
+    """Means to check signatures: passwords by user, and certificates of authorities."""
+
+    secrets: Mapping[str, str]
+    authorities: Sequence[Any]
+
+
+def _checked(read: list[_Read], known: _Known, with_signatures: bool) -> CommandAnswer:
     wrong = [(each.place, each.line.wrong) for each in read if each.line.wrong]
     signed = 0
-    if secrets is not None:
-        for each in read:
-            if "proof" not in each.line.row:
-                continue
-            if why := _wrong_signature(each.line.row, secrets):
-                wrong.append((each.place, why))
-            else:
-                signed += 1
+    for each in read if with_signatures else ():
+        if "proof" not in each.line.row:
+            continue
+        if why := _wrong_signature(each.line.row, known):
+            wrong.append((each.place, why))
+        else:
+            signed += 1
     lines = [f"{place}: {why}" for place, why in wrong[:SHOWN]]
     if len(wrong) > SHOWN:
         lines.append(f"and {len(wrong) - SHOWN} more")
     said = f"{len(read)} lines, {len(wrong)} of them wrong" if wrong else f"{len(read)} lines, each follows"
     said += "" if wrong else " the one before"
-    said += f"; {signed} signatures are right" if secrets is not None else ""
+    said += f"; {signed} signatures are right" if with_signatures else ""
     answer: dict[str, Any] = {"lines": len(read), "wrong": [{"at": at, "why": why} for at, why in wrong]}
-    if secrets is not None:
+    if with_signatures:
         answer["signatures"] = signed
     return CommandAnswer(answer, "\n".join([*lines, said]), exit_code=1 if wrong else 0)
 
 
-def _wrong_signature(row: Mapping[str, Any], secrets: Mapping[str, str]) -> str:
+def _wrong_signature(row: Mapping[str, Any], known: _Known) -> str:
     """Reason why a line's signature is not its user's; empty: it is."""
     import base64
-    import hmac
 
-    from hil.net.signature import mac_of
     from hil.wire.json_text import read_json
 
     match row["proof"]:
         case {"key": str(key), "attachment": str(attachment), "payload_base64": str(payload)}:
             try:
-                match read_json(attachment):
-                    case {"user": str(user), "at_ns": int(at_ns), "nonce": str(nonce), "mac": str(mac)}:
-                        if user != row.get("user"):
-                            return f"it was signed by {user}"
-                        if user not in secrets:
-                            return f"{user} is not in the file of users"
-                        expected = mac_of(secrets[user], key, base64.b64decode(payload), at_ns, nonce)
-                        return "" if hmac.compare_digest(expected, mac) else "the signature is wrong"
-            except ValueError:
-                pass
-            return "its attachment is no signature by password"
+                given, data = read_json(attachment), base64.b64decode(payload)
+                if not isinstance(given, dict) or given.get("user") != row.get("user"):
+                    return f"it was not signed by {row.get('user')}"
+                is_by_certificate = "certificate" in given
+                return (_wrong_certificate if is_by_certificate else _wrong_mac)(given, key, data, row, known)
+            except (ValueError, KeyError, TypeError):
+                return "its attachment is no signature"
         case {"payload_sha256": str(_)}:
             return "its payload was too long to be kept: the signature cannot be checked"
     return "it has no whole proof"
 
 
-def _secrets(path: Path) -> dict[str, str]:
+def _wrong_mac(
+    given: Mapping[str, Any], key: str, payload: bytes, row: Mapping[str, Any], known: _Known
+) -> str:
+    import hmac
+
+    from hil.net.signature import mac_of
+
+    if (user := given["user"]) not in known.secrets:
+        return f"{user} is not in a file of users: --passwords names it"
+    expected = mac_of(known.secrets[user], key, payload, given["at_ns"], given["nonce"])
+    return "" if hmac.compare_digest(expected, str(given["mac"])) else "the signature is wrong"
+
+
+def _wrong_certificate(
+    given: Mapping[str, Any], key: str, payload: bytes, row: Mapping[str, Any], known: _Known
+) -> str:
+    import base64
+    from contextlib import suppress
+
+    from cryptography.exceptions import InvalidSignature
+    from cryptography.x509 import NameOID, load_der_x509_certificate
+
+    from hil.net.signature import is_by_key, text_of
+
+    certificate = load_der_x509_certificate(base64.b64decode(given["certificate"]))
+    (name,) = (str(each.value) for each in certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME))
+    if name != given["user"] and row.get("operation") != "part":  # a bench asks for who began the run
+        return f"it was signed by {name}"
+    for authority in known.authorities:
+        with suppress(InvalidSignature, ValueError, TypeError):
+            certificate.verify_directly_issued_by(authority)
+            break
+    else:
+        return f"the certificate of {name} is of no authority that --authority names"
+    text = f"{given['user']}\n".encode() + text_of(key, payload, given["at_ns"], given["nonce"])
+    is_right = is_by_key(certificate.public_key(), base64.b64decode(given["signature"]), text)
+    return "" if is_right else "the signature is wrong"
+
+
+def _authorities(path: Path | None) -> Sequence[Any]:
+    if path is None:
+        return ()
+    try:
+        from cryptography.x509 import load_pem_x509_certificates
+    except ImportError:
+        from hil.net.signature import NO_CRYPTOGRAPHY
+
+        raise fail(f"hil: {NO_CRYPTOGRAPHY}") from None
+    from hil.host.regular_file import read_regular
+
+    try:
+        return load_pem_x509_certificates(read_regular(path))
+    except (OSError, ValueError) as error:
+        raise fail(f"hil: {path}: {getattr(error, 'strerror', None) or 'it has no certificate'}", 2) from None
+
+
+def _secrets(path: Path | None) -> dict[str, str]:
+    if path is None:
+        return {}
     from hil.host.regular_file import read_text
 
     try:

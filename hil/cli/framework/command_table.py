@@ -186,6 +186,7 @@ VALUES = {
     "log commands files": ValueRow(FILE, "FILE"),
     "log commands user": ValueRow("", "NAME"),
     "passwords": ValueRow(FILE, "FILE"),
+    "authority": ValueRow(FILE, "FILE"),
     "prometheus": ValueRow(FILE, "FILE"),
     "devices": ValueRow("", "COUNT"),
     "tap": ValueRow("taps", "BUS.TAP"),

@@ -28,7 +28,7 @@ class NoTargets(Exception):
 
 
 def targets(rows: Sequence[Mapping[str, Any]], before: Sequence[Entry], host: str) -> Targets:
-    """Make the entries for what benches tell of themselves. ``before``: those of the file; benches that are
+    """Make the entries from what benches say. ``before``: those of the file; benches that are
     not there now keep theirs, so that Prometheus sees that they are away. ``host``: this computer's name."""
     found, remarks = list[Entry](), list[str]()
     for row in rows:

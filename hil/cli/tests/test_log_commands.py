@@ -73,3 +73,37 @@ def test_the_check_finds_what_was_changed_and_who_signed(state: Path) -> None:
 def test_what_is_wrong_with_its_words_is_said(state: Path) -> None:
     assert "is no time; write 90s" in asked(state, "--since", "soon")[1]
     assert "keep_days: 30" in asked(state, "--bench", "none")[1]
+
+
+def test_signatures_by_certificates_are_checked_with_the_authority(state: Path) -> None:
+    x509 = pytest.importorskip("cryptography.x509")
+    from datetime import UTC, datetime, timedelta
+
+    from cryptography.hazmat.primitives import hashes
+    from cryptography.hazmat.primitives.asymmetric import ec
+    from cryptography.hazmat.primitives.serialization import Encoding
+
+    from hil.net.signature import KeySigner
+
+    def certificate(name: str, key: Any, issuer: str, by: Any) -> Any:
+        names = [x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, each)]) for each in (name, issuer)]
+        now = datetime.now(UTC)
+        begun = x509.CertificateBuilder(names[1], names[0], key.public_key(), x509.random_serial_number())
+        return begun.not_valid_before(now).not_valid_after(now + timedelta(1)).sign(by, hashes.SHA256())
+
+    site, ann = (ec.generate_private_key(ec.SECP256R1()) for _ in range(2))
+    authority = certificate("site", site, "site", site)
+    signer = KeySigner("ann", certificate("ann", ann, "site", site), ann)
+    told = row("ann", 0)
+    proof = {"key": KEY, "payload_base64": base64.b64encode(PAYLOAD).decode()}
+    told["proof"] = proof | {"attachment": signer.signed(KEY, PAYLOAD, 5, "00" * 8).decode()}
+    (state / "ca.crt").write_bytes(authority.public_bytes(Encoding.PEM))
+    head = chained({BEGINS: "hil 1", "bench": "b", AFTER: ""}, "")
+    day = state / "day.jsonl"
+    day.write_text(f"{head.text}\n{chained(told, head.chain).text}\n")
+    words = (str(day), "--authority", str(state / "ca.crt"))
+    assert asked(state, *words) == (0, "2 lines, each follows the one before; 1 signatures are right\n")
+    told["proof"]["payload_base64"] = base64.b64encode(b"[]").decode()
+    day.write_text(f"{head.text}\n{chained(told, head.chain).text}\n")
+    code, text = asked(state, *words)
+    assert (code, "the signature is wrong" in text) == (1, True)
