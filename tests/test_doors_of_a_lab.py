@@ -19,11 +19,10 @@ from bridges.zenoh.not_joined import why_not_joined
 from bridges.zenoh.options import Options, TlsOptions
 from bridges.zenoh.site_keys import Site, make_site
 from bridges.zenoh.users import read_users
-from bridges.zenoh.zenoh_config import client_config, opened, password_file, router_config
+from bridges.zenoh.zenoh_config import READINGS_HZ, client_config, opened, password_file, router_config
 from hil.cli.framework.command_group import app
 from hil.cli.lab.benches_command import lab_view
 from hil.client import ClientError, Lab, connect_sync
-from hil.net.answers import misfit
 from hil.net.door_check import Why, why_not
 from hil.vocab.bridge_protocol import PROTOCOL_VERSION
 from hil.vocab.verbs import Role
@@ -69,19 +68,32 @@ def light() -> Iterator[LightBenches]:
         yield LightBenches(stack)
 
 
+def rows_of(lab: Lab, told: int) -> list[dict[str, Any]]:
+    """Rows of a lab when so many benches tell what they are: a router may hear of one's presence first. It
+    drops questions that come faster than ``READINGS_HZ``."""
+    rows: list[dict[str, Any]] = []
+
+    def has_all() -> bool:
+        rows[:] = lab.benches()
+        return sum("host" in row for row in rows) == told
+
+    until(has_all, "a word of all")
+    return rows
+
+
 def test_a_hundred_benches_are_listed_in_half_a_second(light: LightBenches) -> None:
     for number in range(BENCHES):
         light.join(f"b{number}", ABOUT | {"labels": {"rig": "press" if number % 2 else "lift"}}, "m1")
     with Lab(light.door) as lab:
-        until(lambda: len(lab.benches()) == BENCHES, "a sight of all")
+        rows_of(lab, BENCHES)
         took_s = []
         for _ in range(3):
+            time.sleep(2 / READINGS_HZ)
             begin_s = time.monotonic()
             rows = lab.benches({"rig": "press"})
             took_s.append(time.monotonic() - begin_s)
     assert len(rows) == BENCHES // 2
     assert min(took_s) < 0.5
-    assert [misfit("about", row) for row in rows] == [""] * len(rows)
 
 
 def test_two_of_a_name_and_one_of_an_older_version_are_listed(light: LightBenches) -> None:
@@ -90,8 +102,7 @@ def test_two_of_a_name_and_one_of_an_older_version_are_listed(light: LightBenche
     light.join("lathe", None, "m1", "m2")
     light.join("newer", ABOUT | {"protocol": PROTOCOL_VERSION + 1})
     with Lab(light.door) as lab:
-        until(lambda: len(lab.benches()) == 4, "a sight of all")
-        rows = lab.benches()
+        rows = rows_of(lab, 3)
     assert [(row["bench"], row.get("host")) for row in rows] == [
         ("lathe", None),
         ("mill", "lab1"),
@@ -100,7 +111,7 @@ def test_two_of_a_name_and_one_of_an_older_version_are_listed(light: LightBenche
     ]
     assert rows[0]["devices"].keys() == {"m1", "m2"}
     shown = str(lab_view(rows, 0))
-    assert "lathe: it tells nothing about itself: hil there is of an older version" in shown
+    assert "lathe: it tells nothing about itself" in shown
     assert shown.count("mill: 2 benches have this name: end all but one") == 2
     assert f"newer: it speaks protocol {PROTOCOL_VERSION + 1} between benches" in shown
     assert "update this computer" in shown
@@ -120,7 +131,11 @@ class Doors:
             make_site(folder / name, Site("mill", ["127.0.0.1"], users, now, 30, port, [], ["127.0.0.1"]))
         self.ours, self.theirs = folder / "ours", folder / "theirs"
         known = read_users(self.ours / "users")
-        for door, tls in ((self.tls, self.files(self.ours)), (self.plain, None)):
+        router = {name: self.ours / f"router.{end}" for name, end in (("certificate", "pem"), ("key", "key"))}
+        for door, tls in (
+            (self.tls, TlsOptions(ca=self.ours / "ca.pem", **router)),
+            (self.plain, None),
+        ):
             with password_file(known) as dictionary:
                 session = opened(router_config([door], tls, True, known, dictionary))
             stack.callback(session.close)  # type: ignore[arg-type]
@@ -198,6 +213,20 @@ def test_a_bench_says_in_its_log_why_it_is_not_joined(doors: Doors) -> None:
     assert "its certificate is of another site" in why_not_joined(theirs, "mill", is_of_site=False)
     nobody = Options(listen=[], connect=[f"tcp/127.0.0.1:{free_port()}"])
     assert "no router and no bench listens there" in why_not_joined(nobody, "mill", is_of_site=False)
+
+
+def test_a_router_with_the_certificate_of_a_bench_is_no_other_site(tmp_path: Path) -> None:
+    site, door = tmp_path / "site", f"tls/127.0.0.1:{free_port()}"
+    users = [("otto", Role.OPERATOR)]
+    make_site(site, Site("mill", [], users, datetime.now(UTC), 30, 7447, [], ["127.0.0.1"]))
+    values = json.loads((site / "clients/otto/zenoh.json").read_text())["transport"]["link"]["tls"]
+    session = opened(router_config([door], Doors.files(site), True))
+    try:
+        reason = why_not(door, values, "otto")
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+    assert reason.why is Why.OTHER
+    assert "its certificate is not one of a router or a bench" in reason.text
 
 
 def test_the_command_line_says_it_too() -> None:

@@ -117,6 +117,9 @@ def _of_theirs(endpoint: str, error: ssl.SSLCertVerificationError) -> NotLetIn:
         when = "has expired" if "expired" in said else "is not yet valid"
         todo = "make it new, or set this computer's clock"
         return NotLetIn(Why.TIMES, f"{endpoint}: its certificate {when}; {todo}")
+    if "purpose" in said:
+        todo = "start it with its own, as router.pem"
+        return NotLetIn(Why.OTHER, f"{endpoint}: its certificate is not one of a router or a bench; {todo}")
     if "match" in said:
         todo = "connect to a name that it has, or make it with this one (--host)"
         return NotLetIn(Why.OTHER_SITE, f"{endpoint}: its certificate is for another address; {todo}")
