@@ -124,8 +124,8 @@ def _completed(
     document: Document, catalogue: Catalogue
 ) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None, list[Problem], set[str]]:
     """Complete a document with the catalogue's defaults: its value, the findings, the profiles of all
-    devices, None for these if there are none, or not all are known, problems of files that it names, and
-    the devices that name these, or have a profile that is not known."""
+    devices, problems of files that it names, and the devices that name these, or have a profile that is not
+    known. The profiles are None if there are no devices, or not all profiles are known."""
     given: Any = document.value
     if not isinstance(given, dict) or not isinstance(given.get("devices"), dict):
         return given, [], None, [], set()

@@ -8,7 +8,7 @@ from hil.vocab.bridge_protocol import BenchGone
 from hil.vocab.verbs import VerbRefused
 
 ASKS = 3
-"""Number of questions in the time for an answer; whoever is asked knows them for one question."""
+"""Number of questions in the time for an answer; the bench that is asked knows them for one question."""
 _LOST = "busy"
 """Code of a refusal that says nothing on the question: there was no room for it."""
 Answer = TypeVar("Answer")
