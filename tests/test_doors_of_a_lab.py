@@ -1,6 +1,7 @@
 """Doors of a lab with real sessions: an inventory of a hundred benches, and refusals that say why."""
 
 import json
+import re
 import ssl
 import time
 from collections.abc import Iterator
@@ -94,6 +95,26 @@ def test_a_hundred_benches_are_listed_in_half_a_second(light: LightBenches) -> N
             took_s.append(time.monotonic() - begin_s)
     assert len(rows) == BENCHES // 2
     assert min(took_s) < 0.5
+
+
+def test_one_bench_of_a_lab_is_asked_by_its_name(light: LightBenches) -> None:
+    light.join("mill", ABOUT)
+    light.join("lathe", ABOUT | {"host": "lab2"})
+    with Lab(light.door) as lab:
+        rows_of(lab, 2)
+        assert lab.ask("lathe", "about")["host"] == "lab2"
+        for name, why in (("*", "is no name of a bench"), ("press", "nobody answers for the bench 'press'")):
+            with pytest.raises(ClientError, match=re.escape(why)):
+                lab.ask(name, "about", answer_s=0.3)
+        light.join("mill", ABOUT | {"host": "lab3"})
+        rows_of(lab, 3)
+        with pytest.raises(ClientError, match="2 benches are called 'mill'"):
+            lab.ask("mill", "about")
+        lease = ["lease", "--connect", light.door]
+        said = CliRunner().invoke(app, [*lease, "--bench", "press"])
+        assert (said.exit_code, "nobody answers for the bench 'press'" in said.output) == (1, True)
+        said = CliRunner().invoke(app, lease)
+        assert (said.exit_code, "Name it with --bench" in said.output) == (2, True)
 
 
 def test_two_of_a_name_and_one_of_an_older_version_are_listed(light: LightBenches) -> None:

@@ -88,6 +88,13 @@ def test_a_site_behind_a_router(place: Place) -> None:
             with pytest.raises(CommandError, match="role operator"):
                 otto.submit(run("beyond", MOVE))
 
+            file = lab.there / "otto/zenoh.json"
+            otto_has = place.hil("lease", "take", "--why", "x", "--bench", "mill", "--config", str(file))
+            assert otto_has.startswith("otto until ")
+            with pytest.raises(CommandError, match="otto has this bench"):
+                anna.axis("m1").enable()
+            assert place.hil("lease", "give", "--bench", "mill", "--config", str(file)) == "given back\n"
+
             lab.site("change", "otto", "--role", "viewer@mill", "--role", "operator@lathe")
             lab.copy()
             until(lambda: not refused(at_lathe.axis("m1").enable), "the new list at router and lathe")
@@ -100,7 +107,8 @@ def test_a_site_behind_a_router(place: Place) -> None:
         with lab.client("anna", "lathe") as anna:
             assert anna.axis("m1").enable().effective_at_ns
         for server in (mill, lathe):
-            assert "took list 7 of the site lab" in server.stop()
+            until(lambda at=server: "took list 7 of the site lab" in at.output, "the list at each bench")
+            server.stop()
 
 
 def test_a_bench_of_a_site_that_listens_itself(place: Place) -> None:

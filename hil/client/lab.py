@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import zenoh
 
 from hil.client.door import opened
-from hil.client.link import ENDPOINT, TIMEOUT_S, Credentials, from_file, session_entries
+from hil.client.link import BENCH_NAME, ENDPOINT, TIMEOUT_S, Credentials, from_file, session_entries
+from hil.client.messages import ClientError, CommandError
 from hil.net.signature import KeySigner
 from hil.net.site_stop import TIMEOUT_S as STOP_S
 from hil.net.site_stop import Row, stop_all
@@ -88,11 +89,34 @@ class Lab:
         came, and whether some were silent until the time was over."""
         return self._asked(rest, payload, answer_s)()
 
+    def ask(
+        self, bench: str, rest: str, payload: object = None, *, answer_s: float = ANSWER_S
+    ) -> Mapping[str, Any]:
+        """Ask one bench under ``hil/<bench>/<rest>``, signed if there are credentials; answers the document.
+
+        Raises:
+            CommandError: it was refused.
+            ClientError: nobody answers, or two benches have this name.
+        """
+        if not BENCH_NAME.fullmatch(bench):
+            raise ClientError(f"{bench!r} is no name of a bench; it begins with a letter, as in demo")
+        answers, _ = self._asked(rest, payload, answer_s, bench)()
+        if len(answers) > 1:
+            raise ClientError(f"{self.door}: {len(answers)} benches are called {bench!r}; end all but one")
+        if not answers:
+            raise ClientError(
+                f"{self.door}: nobody answers for the bench {bench!r}: it is not there, or your role does not"
+                " let you do this; `hil benches` lists who is there"
+            )
+        if answers[0].refusal:
+            raise CommandError(*answers[0].refusal)
+        return answers[0].content
+
     def _asked(
-        self, rest: str, payload: object, answer_s: float
+        self, rest: str, payload: object, answer_s: float, bench: str = "*"
     ) -> Callable[[], tuple[list[LabAnswer], bool]]:
         """Ask; answers a function that waits for the answers."""
-        key, text = f"hil/*/{rest}", b"" if payload is None else json.dumps(payload).encode()
+        key, text = f"hil/{bench}/{rest}", b"" if payload is None else json.dumps(payload).encode()
         who, attachment = self._credentials, None
         if who is not None:
             attachment = who.signed(key, text, time.time_ns(), secrets.token_hex(8))

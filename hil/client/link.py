@@ -20,7 +20,7 @@ TIMEOUT_S = 5.0
 MESSAGE_BYTES = 1_000_000
 """Maximum length of a message that a daemon takes."""
 _LOOK_AGAIN_S = 0.05
-_BENCH = re.compile("[a-z][a-z0-9_-]*")
+BENCH_NAME = re.compile("[a-z][a-z0-9_-]*")
 """Names of benches: Zenoh would take others for patterns, and commands would go to all that fit."""
 _STOP, _COMMAND = "/cmd/stop", re.compile("axis/[^/]+/(cmd|param|fault)/?|run/|segment/[^/]+/fault")
 _SIGNS = {"connect_certificate", "connect_private_key"}
@@ -110,7 +110,7 @@ class Link:
         config_file: Path | None,
         timeout_s: float,
     ) -> None:
-        if not _BENCH.fullmatch(bench):
+        if not BENCH_NAME.fullmatch(bench):
             raise ClientError(f"{bench!r} is no name of a bench; it begins with a letter, as in demo")
         self.bench = bench
         self._timeout_s = timeout_s

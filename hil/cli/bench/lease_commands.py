@@ -10,6 +10,8 @@ import typer
 
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import AsJson, CommandAnswer
+from hil.cli.framework.exit_codes import Exit
+from hil.cli.lab.lab_options import NO_LAB, LabOptions
 from hil.vocab.lease import time_said
 
 _SECONDS = {"s": 1.0, "min": 60.0, "h": 3_600.0, "d": 86_400.0}
@@ -28,18 +30,40 @@ Until = Annotated[
 ]
 
 
-def lease(context: typer.Context, as_json: AsJson = False, bench: BenchOptions = ANY_BENCH) -> None:
+def lease(
+    context: typer.Context,
+    as_json: AsJson = False,
+    bench: BenchOptions = ANY_BENCH,
+    lab: LabOptions = NO_LAB,
+) -> None:
     if context.invoked_subcommand is None:
-        answer = bench.ask("lease")
+        answer = _asked(bench, lab, "lease")
         typer.echo(json.dumps(answer) if as_json else said(answer))
 
 
-def show(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
+def _asked(bench: BenchOptions, lab: LabOptions, operation: str, **given: Any) -> dict[str, Any]:
+    """Ask the bench here, or one of a lab by its name."""
+    if not lab.are_given:
+        here: dict[str, Any] = bench.ask(operation, **given)
+        return here
+    if bench.bench is None:
+        raise fail("hil: which bench of the lab? Name it with --bench", Exit.MISTAKE)
+    from hil.client import ClientError
+
+    rest = "/".join(reversed(operation.split("_")))  # lease/take
+    with lab.opened() as session:
+        try:
+            return dict(session.ask(bench.bench, rest, given or None))
+        except ClientError as error:
+            raise fail(f"hil: {error}") from None
+
+
+def show(bench: BenchOptions = ANY_BENCH, lab: LabOptions = NO_LAB) -> CommandAnswer:
     """Show who has the bench, until when, and why.
 
     Example: hil lease show
     """
-    answer = bench.ask("lease")
+    answer = _asked(bench, lab, "lease")
     return CommandAnswer(answer, said(answer))
 
 
@@ -57,6 +81,7 @@ def begin(
         ),
     ] = None,
     bench: BenchOptions = ANY_BENCH,
+    lab: LabOptions = NO_LAB,
 ) -> CommandAnswer:
     """Take a lease of a bench: others may look and not command, until it ends.
 
@@ -65,34 +90,39 @@ def begin(
 
     Example: hil lease take --for 2h --why "press tests"
     """
-    answer = bench.ask("take_lease", why=why, doors=door or [], **_end(length, until))
+    answer = _asked(bench, lab, "take_lease", why=why, doors=door or [], **_end(length, until))
     return CommandAnswer(answer, said(answer))
 
 
-def renew(length: For = None, until: Until = None, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
+def renew(
+    length: For = None,
+    until: Until = None,
+    bench: BenchOptions = ANY_BENCH,
+    lab: LabOptions = NO_LAB,
+) -> CommandAnswer:
     """Let your lease end at another time, counted from now.
 
     Example: hil lease renew --for 1h
     """
-    answer = bench.ask("renew_lease", **_end(length, until))
+    answer = _asked(bench, lab, "renew_lease", **_end(length, until))
     return CommandAnswer(answer, said(answer))
 
 
-def give(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
+def give(bench: BenchOptions = ANY_BENCH, lab: LabOptions = NO_LAB) -> CommandAnswer:
     """Give your lease back before its end.
 
     Example: hil lease give
     """
-    return CommandAnswer(bench.ask("give_lease"), "given back")
+    return CommandAnswer(_asked(bench, lab, "give_lease"), "given back")
 
 
-def end_anothers(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
+def end_anothers(bench: BenchOptions = ANY_BENCH, lab: LabOptions = NO_LAB) -> CommandAnswer:
     """End a lease of somebody else. The bench's log and its events say who did.
 
     Example: hil lease break
     """
-    before = bench.ask("lease")["lease"]
-    answer = bench.ask("break_lease")
+    before = _asked(bench, lab, "lease")["lease"]
+    answer = _asked(bench, lab, "break_lease")
     return CommandAnswer(answer, f"the lease of {before['user']} is over" if before else "it is over")
 
 
