@@ -132,7 +132,7 @@ def test_each_operation_asks_for_its_role(using: Using) -> None:
 
 @pytest.mark.parametrize("key", [key for key in KEYS if "command" in key.way], ids=lambda key: key.pattern)
 def test_a_key_asks_for_the_role_of_its_operation(key: Key) -> None:
-    names = {"<device>": "m1", "<verb>": "enable", "<name>": "pKp", "<id>": "r"}
+    names = {"<device>": "m1", "<verb>": "enable", "<name>": "pKp", "<id>": "r", "<do>": "take"}
     path = key.pattern
     for placeholder, name in names.items():
         path = path.replace(placeholder, name)

@@ -22,7 +22,7 @@ def bench() -> Iterator[Bench]:
 
 
 def test_nobody_there_says_so() -> None:
-    with pytest.raises(ClientError, match="is the bench running there"):
+    with pytest.raises(ClientError, match="no router and no bench listens there"):
         connect_sync("t", f"tcp/127.0.0.1:{free_port()}", timeout_s=0.5)
 
 

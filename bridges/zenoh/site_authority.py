@@ -35,7 +35,7 @@ from bridges.zenoh.site_folder import (
     refuse_open,
     signed_list,
 )
-from bridges.zenoh.site_list import ROUTER, Grant, Member, SiteList, check_name
+from bridges.zenoh.site_list import ROUTER, RoleGrant, SiteList, SiteMember, check_name
 from bridges.zenoh.users import SecurityError
 from bridges.zenoh.zenoh_config import RETRY, client_config
 from hil.net.signature import read_key
@@ -122,11 +122,11 @@ class SiteAuthority:
             raise SecurityError("the site has no router; write --host, where clients connect to the bench")
         self._add([self._new(name, labels=labels, is_bench=True) for name in names], hosts, now, days)
 
-    def add_user(self, name: str, grants: Sequence[Grant], now: datetime, days: int) -> None:
+    def add_user(self, name: str, grants: Sequence[RoleGrant], now: datetime, days: int) -> None:
         """Add a user."""
         self._add([self._new(name, grants=grants)], (), now, days)
 
-    def _new(self, name: str, **more: Any) -> Member:
+    def _new(self, name: str, **more: Any) -> SiteMember:
         check_name(name, more.get("is_bench", False))
         for other in self.list.members.values():
             if other.name.lower() == name.lower():
@@ -136,9 +136,9 @@ class SiteAuthority:
                     " change that one:"
                     " `hil zenoh site change`"
                 )
-        return Member(name, self.list.certified_name(name), **more)
+        return SiteMember(name, self.list.certified_name(name), **more)
 
-    def _add(self, members: Sequence[Member], hosts: Sequence[str], now: datetime, days: int) -> None:
+    def _add(self, members: Sequence[SiteMember], hosts: Sequence[str], now: datetime, days: int) -> None:
         changed = self.list
         for member in members:
             if member.name in changed.members and member.name not in self.list.members:
@@ -149,7 +149,7 @@ class SiteAuthority:
             self.make_folder(member.name, member.certified, hosts, now, days)
 
     def change(
-        self, name: str, grants: Sequence[Grant] | None = None, labels: Mapping[str, str] | None = None
+        self, name: str, grants: Sequence[RoleGrant] | None = None, labels: Mapping[str, str] | None = None
     ) -> None:
         """Give a user other roles, or a bench other labels, in the place of those that it has."""
         member = self.member(name)
@@ -202,7 +202,7 @@ class SiteAuthority:
             self.make_folder(name, certified, hosts, now, days)
         return chosen
 
-    def member(self, name: str) -> Member:
+    def member(self, name: str) -> SiteMember:
         """Member of a name. Raises SecurityError: there is none."""
         if name not in self.list.members:
             there = ", ".join(self.list.members) or "nobody"

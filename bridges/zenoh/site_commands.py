@@ -11,7 +11,7 @@ import typer
 
 if TYPE_CHECKING:
     from bridges.zenoh.site_authority import SiteAuthority
-    from bridges.zenoh.site_list import Grant, SiteList
+    from bridges.zenoh.site_list import RoleGrant, SiteList
 
 app = typer.Typer(
     name="site",
@@ -60,7 +60,7 @@ def _site(folder: Path) -> "SiteAuthority":
     return SiteAuthority(folder)
 
 
-def _grants(roles: list[str] | None, of: "SiteList") -> "list[Grant]":
+def _grants(roles: list[str] | None, of: "SiteList") -> "list[RoleGrant]":
     """Read roles; a label that no bench has, and a bench that is not there, are told."""
     from bridges.zenoh.site_list import EVERYWHERE, read_grant
 

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridges.zenoh.site_list import Member, SiteList, parsed, written
+from bridges.zenoh.site_list import SiteList, SiteMember, parsed, written
 from bridges.zenoh.users import SecurityError, refuse_endless
 from hil.net.signature import NO_CRYPTOGRAPHY, is_by_key, read_key
 
@@ -183,7 +183,7 @@ class SiteFolder:
         return str(self.folder)
 
     @property
-    def own(self) -> Member | None:
+    def own(self) -> SiteMember | None:
         """This member, as the list has it; None: it is not in the list, or is the router."""
         return self.list.by_certificate(common_name(self.certificate))
 
@@ -191,7 +191,7 @@ class SiteFolder:
     def is_revoked(self) -> bool:
         return f"{self.certificate.serial_number:x}" in self.list.revoked
 
-    def member(self, wanted: str = "") -> Member:
+    def member(self, wanted: str = "") -> SiteMember:
         """This member. ``wanted``: name of the bench that it has to be.
 
         Raises:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bridges.zenoh.gate import Gate, Rejected, Signature
 from bridges.zenoh.site_folder import SiteFolder, common_name, issuer_of, refuse_untimely
-from bridges.zenoh.site_list import Member
+from bridges.zenoh.site_list import SiteMember
 from bridges.zenoh.users import SecurityError, User
 from hil.net.signature import KeySigner, is_by_key, text_of
 from hil.vocab.desk_protocol import Source
@@ -76,7 +76,7 @@ class SiteGate(Gate):
             )
         return User(asker.name, role, is_bench=asker.is_bench)
 
-    def _member(self, signer: "_Signer") -> Member:
+    def _member(self, signer: "_Signer") -> SiteMember:
         name, newest = signer.name, self._folder.list
         member = newest.by_certificate(name)
         if signer.serial in newest.revoked or (member is None and newest.was_there(name)):
@@ -91,7 +91,7 @@ class SiteGate(Gate):
             )
         return member
 
-    def _asker(self, signer: Member, user: str, key: str) -> Member:
+    def _asker(self, signer: SiteMember, user: str, key: str) -> SiteMember:
         """Member that asks: the signer, or a user for whom a bench asks another about a part of a run."""
         if user == signer.name:
             return signer

@@ -26,7 +26,7 @@ _ROLES = {role.name.lower(): role for role in Role}
 
 
 @dataclass(frozen=True)
-class Grant:
+class RoleGrant:
     """Role of a user at some benches. ``where``: ``*`` for all, a bench's name, or a label ``rig=press``."""
 
     role: Role
@@ -38,7 +38,7 @@ class Grant:
 
 
 @dataclass(frozen=True)
-class Member:
+class SiteMember:
     """Bench or user. ``certified``: name in its certificate. ``labels`` are a bench's, ``grants`` a
     user's."""
 
@@ -46,7 +46,7 @@ class Member:
     certified: str
     is_bench: bool = False
     labels: Mapping[str, str] = field(default_factory=dict)
-    grants: Sequence[Grant] = ()
+    grants: Sequence[RoleGrant] = ()
 
 
 @dataclass(frozen=True)
@@ -58,24 +58,24 @@ class SiteList:
     number: int
     routers: Sequence[str] = ()
     """Endpoints of routers, as ``tls/hub.lan:7447``."""
-    members: Mapping[str, Member] = field(default_factory=dict)
+    members: Mapping[str, SiteMember] = field(default_factory=dict)
     revoked: frozenset[str] = frozenset()
     spent: Mapping[str, int] = field(default_factory=dict)
 
     @property
-    def benches(self) -> list[Member]:
+    def benches(self) -> list[SiteMember]:
         return [each for each in self.members.values() if each.is_bench]
 
     @property
-    def users(self) -> list[Member]:
+    def users(self) -> list[SiteMember]:
         return [each for each in self.members.values() if not each.is_bench]
 
-    def by_certificate(self, certified: str) -> Member | None:
+    def by_certificate(self, certified: str) -> SiteMember | None:
         """Member whose certificate has this name; None: there is none."""
         return self._certified.get(certified)
 
     @cached_property
-    def _certified(self) -> dict[str, Member]:
+    def _certified(self) -> dict[str, SiteMember]:
         return {each.certified: each for each in self.members.values()}
 
     def was_there(self, certified: str) -> bool:
@@ -83,7 +83,7 @@ class SiteList:
         name, _, count = certified.partition("+")
         return (int(count) if count.isdecimal() else 1) <= self.spent.get(name, 0)
 
-    def levels(self, user: Member) -> dict[str, Role]:
+    def levels(self, user: SiteMember) -> dict[str, Role]:
         """Role of a user by bench, and under ``*`` at all."""
         found: dict[str, Role] = {}
         for grant in user.grants:
@@ -91,7 +91,7 @@ class SiteList:
                 found[bench] = max(grant.role, found.get(bench, grant.role))
         return found
 
-    def role_at(self, user: Member, bench: str) -> Role | None:
+    def role_at(self, user: SiteMember, bench: str) -> Role | None:
         """Role of a user at a bench; None: it has none there. Benches are operators to each other."""
         if user.is_bench:
             return Role.OPERATOR
@@ -109,7 +109,7 @@ class SiteList:
         spent = self.spent.get(name, 0)
         return f"{name}+{spent + 1}" if spent else name
 
-    def with_member(self, member: Member) -> "SiteList":
+    def with_member(self, member: SiteMember) -> "SiteList":
         """Copy with a member, which takes the place of one of its name."""
         return replace(self, members={**self.members, member.name: member})
 
@@ -124,7 +124,7 @@ class SiteList:
         )
 
 
-def read_grant(text: str) -> Grant:
+def read_grant(text: str) -> RoleGrant:
     """Read a role and where it holds, as ``operator``, ``operator@mill`` or ``viewer@rig=press``.
 
     Raises:
@@ -137,14 +137,14 @@ def read_grant(text: str) -> Grant:
             " where it holds"
         )
     if not at or where == EVERYWHERE:
-        return Grant(_ROLES[role])
+        return RoleGrant(_ROLES[role])
     if "=" in where:
         read_label(where)
     elif not BENCH_NAME.fullmatch(where):
         raise SecurityError(
             f"role {text!r}: behind @ stands a bench's name or a label, as in {role}@rig=press"
         )
-    return Grant(_ROLES[role], where)
+    return RoleGrant(_ROLES[role], where)
 
 
 def read_label(text: str) -> tuple[str, str]:
@@ -213,11 +213,13 @@ def parsed(text: bytes, where: str) -> SiteList:
 
 def _site_list(content: Any) -> SiteList:
     benches = {
-        name: Member(name, _text(each["certified"]), True, dict(map(read_label, _pairs(each["labels"]))))
+        name: SiteMember(name, _text(each["certified"]), True, dict(map(read_label, _pairs(each["labels"]))))
         for name, each in content["benches"].items()
     }
     users = {
-        name: Member(name, _text(each["certified"]), grants=[read_grant(_text(one)) for one in each["roles"]])
+        name: SiteMember(
+            name, _text(each["certified"]), grants=[read_grant(_text(one)) for one in each["roles"]]
+        )
         for name, each in content["users"].items()
     }
     members = {**benches, **users}

@@ -84,7 +84,7 @@ class About:
     def _rows(self, config: BenchConfig) -> dict[str, dict[str, Any]]:
         axes: dict[str, list[str]] = {}
         for address, info in self.devices.items():
-            if info.is_real or "position_deg" in info.fields:
+            if config.devices[owner_of(address)].at is not None or "position_deg" in info.fields:
                 axes.setdefault(owner_of(address), []).append(address)
         return {
             name: {"profile": device.profile, "axes": axes.get(name, []), "is_real": device.at is not None}

@@ -31,6 +31,7 @@ _NO_MATTER = (
         "state_dir",
         "cpu",
         "recordings",
+        "commands",
         "speed",
         "rate_hz",
     ),

@@ -267,7 +267,7 @@ def test_a_user_may_do_what_the_role_says(users: Path) -> None:
             pass
         async with door.page() as page:
             await page.ask("ask", operation="status")
-            assert door.desk.asked[-1] == (Source("guest", Role.VIEWER), "status", "")
+            assert door.desk.asked[-1] == (Source("guest", Role.VIEWER, via="web"), "status", "")
             assert (await page.ask("open", port="m1"))["code"] == "forbidden"
 
     run(use, users=users)

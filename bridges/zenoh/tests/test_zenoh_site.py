@@ -19,7 +19,7 @@ from bridges.zenoh.cli import app
 from bridges.zenoh.options import Options
 from bridges.zenoh.site_authority import SiteAuthority, new_site
 from bridges.zenoh.site_folder import SiteFolder, read_certificates
-from bridges.zenoh.site_list import Member, SiteList, parsed, read_grant, read_label, written
+from bridges.zenoh.site_list import SiteList, SiteMember, parsed, read_grant, read_label, written
 from bridges.zenoh.users import SecurityError
 from bridges.zenoh.zenoh_config import site_options, site_subjects
 from hil.client.link import from_file
@@ -68,9 +68,9 @@ def lists(draw: Callable[..., Any]) -> SiteList:
     members = {}
     for name in draw(st.lists(names, unique=True, max_size=6)):
         if draw(st.booleans()):
-            members[name] = Member(name, name, True, draw(labels))
+            members[name] = SiteMember(name, name, True, draw(labels))
         else:
-            members[name] = Member(name, f"{name}+2", grants=draw(grants))
+            members[name] = SiteMember(name, f"{name}+2", grants=draw(grants))
     revoked = draw(st.frozensets(st.integers(0, 1 << 80).map("{:x}".format), max_size=3))
     number = draw(st.integers(1, 1 << 40))
     return SiteList("lab", number, ["tls/hub.lan:7447"], members, revoked, {"eve": 1})

@@ -22,6 +22,7 @@ OWN_WAY = {
     "hil/telemetry/path_picture.py": {"savefig"},  # into memory
     "hil/net/stable_name.py": {"replace"},  # a link
     "virtual_ports/usb/vhci.py": {"open"},  # a file of sysfs
+    "hil/host/day_files.py": {"open"},  # lines are added to the file of a day
     "hil/host/journal.py": {"open"},  # standard streams
     "bridges/zenoh/site_certificates.py": {"open", "replace"},  # exclusively, and in the place of others
     "bridges/zenoh/site_folder.py": {"write_text", "replace"},  # a number, where the folder can be written

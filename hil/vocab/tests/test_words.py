@@ -22,6 +22,9 @@ FORMS = {
     "packed_fields": {"struct_of", "value_at"},  # what a layout means, for all who read one
     "port_programs": {"port_use", "is_held"},  # which row of the table is a port's
     "operation": {"urgency_of", "moved_by"},  # how urgent a request is, and what it moves
+    "bench_labels": {"has_labels", "is_label_value", "wanted_label"},  # how labels are spelled and compared
+    "lease": {"time_said"},  # how a time is said in a refusal
+    "seen_over": {"seen_over"},  # how a figure is shown beside its limit
     "segment": {"speed_notes"},  # which speeds of a line do not go together
     "typed_bytes": {"typed"},  # how bytes are spelled where people type them
     "shown_text": {"printable", "printable_lines", "_escaped"},  # how a text from outside is shown
