@@ -102,12 +102,14 @@ def test_one_bench_of_a_lab_is_asked_by_its_name(light: LightBenches) -> None:
     light.join("lathe", ABOUT | {"host": "lab2"})
     with Lab(light.door) as lab:
         rows_of(lab, 2)
+        time.sleep(2 / READINGS_HZ)
         assert lab.ask("lathe", "about")["host"] == "lab2"
         for name, why in (("*", "is no name of a bench"), ("press", "nobody answers for the bench 'press'")):
             with pytest.raises(ClientError, match=re.escape(why)):
                 lab.ask(name, "about", answer_s=0.3)
         light.join("mill", ABOUT | {"host": "lab3"})
         rows_of(lab, 3)
+        time.sleep(2 / READINGS_HZ)
         with pytest.raises(ClientError, match="2 benches are called 'mill'"):
             lab.ask("mill", "about")
         lease = ["lease", "--connect", light.door]

@@ -3,7 +3,7 @@
 ``config_commands.py`` and ``profile_commands.py`` (with the new board of ``new_board.py``) are before the
 start, ``serve_command.py`` is the start, ``ready.py`` and ``started.py`` say that the boards answer.
 ``seeds_command.py`` joins the results of tests.
-``stop_command.py`` ends a bench.
+``stop_command.py`` ends a bench, ``lease_commands.py`` reserves one.
 ``bench_commands.py`` asks a bench that runs; ``views.py`` and ``port_views.py`` show it.
 ``log_commands.py`` reads who commanded what.
 ``doctor_benches.py`` and ``doctor_usb.py`` look at what is left, and at USB. ``arduino_commands.py`` shows

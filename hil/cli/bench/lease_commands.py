@@ -10,7 +10,6 @@ import typer
 
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import AsJson, CommandAnswer
-from hil.cli.framework.exit_codes import Exit
 from hil.cli.lab.lab_options import NO_LAB, LabOptions
 from hil.vocab.lease import time_said
 
@@ -46,16 +45,7 @@ def _asked(bench: BenchOptions, lab: LabOptions, operation: str, **given: Any) -
     if not lab.are_given:
         here: dict[str, Any] = bench.ask(operation, **given)
         return here
-    if bench.bench is None:
-        raise fail("hil: which bench of the lab? Name it with --bench", Exit.MISTAKE)
-    from hil.client import ClientError
-
-    rest = "/".join(reversed(operation.split("_")))  # lease/take
-    with lab.opened() as session:
-        try:
-            return dict(session.ask(bench.bench, rest, given or None))
-        except ClientError as error:
-            raise fail(f"hil: {error}") from None
+    return lab.asked(bench.bench, "/".join(reversed(operation.split("_"))), given)  # lease/take
 
 
 def show(bench: BenchOptions = ANY_BENCH, lab: LabOptions = NO_LAB) -> CommandAnswer:

@@ -1,7 +1,7 @@
 """Options of commands that look at other benches without one here: where they are joined, and who asks."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -58,6 +58,19 @@ class LabOptions(NamedTuple):
             return Lab(self.connect, config=self.config, timeout_s=0)
         except ClientError as error:
             raise fail(f"hil: {error}") from None
+
+    def asked(self, bench: str | None, rest: str, given: dict[str, Any]) -> dict[str, Any]:
+        """Ask one bench there under a key below its name, or say why there is no answer and end the
+        command."""
+        from hil.client import ClientError
+
+        if bench is None:
+            raise fail("hil: which bench of the lab? Name it with --bench", Exit.MISTAKE)
+        with self.opened() as session:
+            try:
+                return dict(session.ask(bench, rest, given or None))
+            except ClientError as error:
+                raise fail(f"hil: {error}") from None
 
 
 NO_LAB = LabOptions()
