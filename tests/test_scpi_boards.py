@@ -95,7 +95,7 @@ def test_an_answer_that_waits_is_in_the_status_byte(folder: Path) -> None:
 
 
 def test_a_reset_is_as_after_power_up(folder: Path) -> None:
-    """What the bench gave first, what is the world's, and what stays without power, are as they were."""
+    """Check that first values, values of the world and those kept without power are as they were."""
     with made(folder, fields={"level_V": 3}) as bench:
         bench.axis("s1").set("load_ohm", 7)
         assert asked(bench, "VOLT 5;OUTP ON;ADDR 9;WAY CC", "*RST;VOLT?;ADDR?") == ["3.00;9"]

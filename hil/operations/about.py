@@ -92,7 +92,7 @@ class About:
         }
 
     def _commanders(self) -> Iterator[dict[str, Any]]:
-        """Those who commanded lately, the latest first."""
+        """Find the users who commanded lately, the latest first."""
         seen = set[str]()
         for event in self.events.latest_first():
             who = event["who"]

@@ -1,4 +1,4 @@
-"""What tests over several computers share. They are for root alone: ``make test-hosts``."""
+"""Fixtures of tests over several computers. They are for root alone: ``make test-hosts``."""
 
 import sys
 from collections.abc import Iterator

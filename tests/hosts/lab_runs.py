@@ -22,7 +22,7 @@ CLOCKS_MS = 20
 """Error of clocks beyond which no run begins."""
 CUT_S = 0.9
 SLACK_S = 0.5
-"""What a busy machine may add: three daemons and a router share its CPUs with the switch."""
+"""Time that a busy machine may add: three daemons and a router share its CPUs with the switch."""
 
 
 @dataclass

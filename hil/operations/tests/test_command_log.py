@@ -1,4 +1,4 @@
-"""Who did what: a line for each command, streams in sums, and the proof that came with it."""
+"""Tests of the log of commands: a line for each command, streams in sums, and the proof that came with it."""
 
 import base64
 import json
