@@ -9,7 +9,7 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(if $(PYTHONDONTWRITEBYTECODE),$(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES),:)
 
-.PHONY: demo abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint reference keywords deb test-deb test-container test-hosts soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
+.PHONY: demo abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint site reference keywords deb test-deb test-container test-hosts soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -71,6 +71,10 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python check_prose.py
+
+# The pages as a site in build/site, with search; each link in it leads somewhere. Half a minute.
+site: $(VENV)/.dev
+	@$(BIN)/python write_site.py
 
 # What the wheel has for others than Python: where each looks for it below PREFIX/share.
 SHARED := man/man1/hil.1 bash-completion/completions/hil.bash zsh/site-functions/_hil fish/vendor_completions.d/hil.fish
