@@ -64,6 +64,16 @@ def _(session: Session) -> None:
     session.varies = ()
 
 
+# ---- the monitor ----
+
+
+@before("monitor", "Times, hex, and a file")
+def _(session: Session) -> None:
+    session.serve(f"bench: lab\ndevices:\n  {M1}\n", speed=5)
+    session.servers[-1].ready()
+    session.varies = (r" *\d+\.\d{6}",)
+
+
 # ---- a race ----
 
 

@@ -1,8 +1,7 @@
-"""``hil monitor``, ``hil state``, ``hil reset``, ``hil pin``, ``hil set`` and ``hil zero``: one device."""
+"""``hil state``, ``hil reset``, ``hil pin``, ``hil set`` and ``hil zero``: one device."""
 
 import os
 import signal
-from contextlib import suppress
 from typing import Annotated, Any
 
 import typer
@@ -19,31 +18,9 @@ SHARED = "socket://", "rfc2217://"
 """Beginnings of addresses of ports that give each client all that the device says."""
 
 
-def monitor(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> None:
-    """Talk to a device in this terminal; Ctrl-] ends.
-
-    Example: hil monitor m1
-    """
-    from hil.cli.boards.monitor import monitor as run
-    from hil.cli.framework.shown_words import first_keys
-    from hil.net.port_client import PortUnreachable
-
-    row, address = open_address(bench, device)
-    keys = first_keys(row.get("greeting", ""))
-    hints = [f"{device} does not repeat what it said at power-up: {keys} to see it answer."] if keys else []
-    if row["clients"] and not address.startswith(SHARED):
-        hints.append("Another program has this port open: each of you gets a part of what the device says.")
-    try:
-        with suppress(KeyboardInterrupt):
-            run(address, hints=hints)
-    except PortUnreachable as error:
-        raise fail(f"hil: {error}") from None
-
-
 def open_address(bench: BenchOptions, device: str) -> tuple[dict[str, Any], str]:
     """Row of a device, or of another port of one, in `list`, and the address that clients open."""
-    rows = {row["device"]: row for row in bench.ask("list")["devices"]}
-    rows |= {name: port for row in list(rows.values()) for name, port in row["ports"].items()}
+    rows = port_rows(bench.ask("list")["devices"])
     if device not in rows:
         raise fail(f"hil: no device {device!r}; {meant(device, list(rows))}", 2)
     if rows[device]["address"] is None:
@@ -53,6 +30,12 @@ def open_address(bench: BenchOptions, device: str) -> tuple[dict[str, Any], str]
         address = rows[device]["address"]
         raise fail(f"hil: {device} is at the other end of {address}: hil itself has this end open")
     return rows[device], bench.port_of(rows[device]["address"])
+
+
+def port_rows(devices: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Rows of devices, and of their other ports, in an answer to `list`, by the names that are typed."""
+    rows = {row["device"]: row for row in devices}
+    return rows | {name: port for row in devices for name, port in row["ports"].items()}
 
 
 def reset(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:

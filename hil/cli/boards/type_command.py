@@ -14,6 +14,7 @@ from hil.cli.boards.time_given import Within, seconds_of
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.shown_words import line_end
 from hil.host.journal import say
 from hil.vocab.shown_text import printable_lines
 from hil.vocab.typed_bytes import typed
@@ -61,8 +62,7 @@ def type_text(
     if row["clients"] and not address.startswith(SHARED):
         raise fail(f"hil: another program has {address} open, and would get a part of what comes; close it")
     if enter:
-        greeting = row.get("greeting", "")
-        data += greeting[len(greeting.rstrip("\r\n")) :].encode() or b"\n"
+        data += line_end(row.get("greeting", ""))
     talk = _Conversation(bench, address, data, awaited)
     came = talk.came(within_s, device if not row.get("greeting") else "")
     said = came.decode("latin-1")

@@ -61,3 +61,8 @@ def first_keys(greeting: str) -> str:
     if greeting != typed:
         parts.append("press Enter")
     return " and ".join(parts)
+
+
+def line_end(greeting: str) -> bytes:
+    """End of line that a board takes, by what makes it answer; a line feed where that says none."""
+    return greeting[len(greeting.rstrip("\r\n")) :].encode() or b"\n"
