@@ -113,7 +113,7 @@ CASES: dict[str, tuple[int, str]] = {
     "fault inject byte_drop m1 rate": (Exit.MISTAKE, "write it as in rate=0.01"),
     "docs tour": (Exit.DONE, "# Tour"),
     "arduino install --sketchbook /proc/none": (Exit.FAILED, "/proc/none"),
-    "docs nothing": (Exit.MISTAKE, "no page 'nothing'"),
+    "docs no-such-page": (Exit.MISTAKE, "no page 'no-such-page'"),
     "completion tcsh": (Exit.MISTAKE, "bash, zsh, fish"),
     "zenoh keys": (Exit.MISTAKE, "Missing"),
 }

@@ -15,8 +15,6 @@ from hil.net.axis_states import MOTION_STATES, shown_state
 from hil.vocab.axis import CONTROL_MODES
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from hil.host.doctor import Diagnosis
     from hil.vocab.wire import WireInfo, WireView
 
@@ -24,6 +22,8 @@ RUNS = 5
 """Maximum number of runs that the status has."""
 MOTION = ("shaft\ndeg", "board\ndeg", "rpm", "mode")
 """Columns of an axis in the status: the angle of its shaft, and the one that its board counts itself."""
+_LATER = ("dropped", "out", "in", "clients", "board\ndeg")
+"""Columns of the status that a narrow terminal has below the rows, the first ones first."""
 _LETTERS = {letter: f"{letter} ({word})" for word, letter in CONTROL_MODES.items()}
 _ANGLES = {
     "yw": "position_deg: the shaft's angle, from the encoder's count 0 or `hil zero`\n"
@@ -62,7 +62,7 @@ def device_table(listed: dict[str, Any]) -> ShownView:
     for row in listed["nodes"]:
         rows.append((row["node"], f"node {row['id']} on {row['bus']}", "", "", ""))
     stopped = [(row["device"], [f"stopped: {row['failed']}"]) for row in listed["devices"] if row["failed"]]
-    return ShownView(head, Grid(columns, columns, rows, folds=False), *_remarks(stopped))
+    return ShownView(head, Grid(columns, columns, rows, later=("profile", "clients")), *_remarks(stopped))
 
 
 def status_view(status: dict[str, Any]) -> ShownView:
@@ -113,7 +113,7 @@ def status_view(status: dict[str, Any]) -> ShownView:
     switches = [line(_switch_line(row)) for row in status["switches"]]
     own = [line(_own_fields(row)) for row in status["devices"] if row.get("fields")]
     adapters = [line(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
-    table = Grid(columns, ("device", "state"), rows, gap=1)
+    table = Grid(columns, ("device", "state"), rows, gap=1, later=_LATER)
     below = (*wires, *switches, *own, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
     return ShownView(head, line(""), table, *below)
 
@@ -195,28 +195,22 @@ def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
     return *angles, fixed(shot.get("velocity_rpm"), 1), state.word(shot)
 
 
-def doctor_view(findings: list["Diagnosis"]) -> "RenderableType":
+def doctor_view(findings: list["Diagnosis"]) -> ShownView:
     """View of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
-    from rich.console import Group
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None)
-    for column in ("verdict", "what", "found"):
-        table.add_column(column)
-    for finding in findings:
-        verdict = Text(finding.verdict, style=_VERDICT_STYLE[finding.verdict])
-        table.add_row(verdict, finding.name, Text(finding.found))
+    columns = ("verdict", "what", "found")
+    rows = [(finding.verdict, finding.name, finding.found) for finding in findings]
     remarks = [
-        Text.assemble(
-            ("\n" + finding.name, _VERDICT_STYLE[finding.verdict]),
-            f": {finding.cost}",
-            f"\n  {finding.remedy}" if finding.remedy else "",
+        Line(
+            [
+                ("\n" + finding.name, _VERDICT_STYLE[finding.verdict]),
+                (f": {finding.cost}", ""),
+                (f"\n  {finding.remedy}" if finding.remedy else "", ""),
+            ]
         )
         for finding in findings
         if finding.cost
     ]
-    return Group(table, *remarks)
+    return ShownView(Grid(columns, columns, rows, prose=("found",)), *remarks)
 
 
 def _remarks(devices: list[tuple[str, list[str]]]) -> list[Line]:
@@ -283,12 +277,11 @@ def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
 
 def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:
     """Print the findings of a doctor, in their order. Raises Exit with 1: something is a problem."""
-    from hil.cli.framework.consoles import long_lines
     from hil.host.doctor import healthy
 
     if as_json:
         typer.echo(json.dumps([dataclasses.asdict(finding) for finding in findings]))
     else:
-        long_lines().print(doctor_view(findings))
+        doctor_view(findings).print()
     if not healthy(findings):
         raise typer.Exit(1)

@@ -8,49 +8,112 @@ import typer
 from hil.cli.boards.axis_command import number_or_text
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer
+from hil.cli.framework.shown_view import Grid, Line, ShownView, line
+from hil.vocab.fault_words import GROUPS, example, group_of, shown_by
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING, FaultKind
-from hil.vocab.near_words import meant
+from hil.vocab.near_words import did_you_mean, nearest_or_begun
 
 NONE = "no fault is active"
+_NO_HEAD = ("", "")
+"""Columns of a table without names."""
+_PATIENCE_S = 2.0
+"""Time for a bench's answer that a text can do without."""
 
 
 def kinds(
-    target: Annotated[
+    kind: Annotated[
         str | None,
         typer.Argument(
-            help="A place of a running bench, as in s2: only the kinds that fit it.", show_default=False
+            help="A kind, to have all about it; a group, as encoder; or a place of a running bench, as s2:"
+            " only the kinds that fit it. [default: all kinds, a line each]",
+            show_default=False,
         ),
     ] = None,
     bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
-    """List the kinds of faults with their parameters.
+    """List the kinds of faults in their groups, or show all about one.
 
-    Example: hil fault kinds m1
+    Example: hil fault kinds encoder_slip
     """
-    found = list(FAULT_KINDS.values() if target is None else _fitting(bench.ask("fault_places"), target))
-    rows = [
-        {
-            "kind": kind.name,
-            "title": kind.title,
-            "about": kind.about,
-            "on": TARGETS[kind.target],
-            "parameters": {each.name: each.described() for each in (*kind.parameters, *TIMING)},
-        }
-        for kind in found
-    ]
-    lines = []
-    for kind in found:
-        lines.append(f"{kind.name}: {kind.about}; on {TARGETS[kind.target]}")
-        lines += [f"  {each.name}: {each.described()}" for each in kind.parameters]
-    lines += ["every kind:", *(f"  {each.name}: {each.described()}" for each in TIMING)]
-    return CommandAnswer(rows, "\n".join(lines))
+    if kind is not None and kind in FAULT_KINDS:
+        return _one_kind(FAULT_KINDS[kind], _places_here(bench))
+    if kind is None:
+        found = list(FAULT_KINDS.values())
+    elif kind in GROUPS:
+        found = [each for each in FAULT_KINDS.values() if group_of(each) == kind]
+    else:
+        found = list(_fitting(kind, bench))
+    width = max((len(each.name) for each in found), default=0)
+    blocks = list[Line | Grid]()
+    for group, about in GROUPS.items():
+        if inside := [(each.name, each.about) for each in found if group_of(each) == group]:
+            head = (f"{group}:".ljust(width), about)
+            blocks += [Grid(head, head, inside, prose=head), line("")]
+    hint = "`hil fault kinds KIND` has one's parameters, its places and an example."
+    view = ShownView(*blocks, line(hint, wraps=True))
+    return CommandAnswer([_row(each) for each in found], view.text())
 
 
-def _fitting(places: list[dict[str, Any]], target: str) -> Iterator[FaultKind]:
+def _row(kind: FaultKind) -> dict[str, Any]:
+    return {
+        "kind": kind.name,
+        "title": kind.title,
+        "group": group_of(kind),
+        "about": kind.about,
+        "shows": shown_by(kind),
+        "on": TARGETS[kind.target],
+        "parameters": {each.name: each.described() for each in (*kind.parameters, *TIMING)},
+        "example": example(kind),
+    }
+
+
+def _one_kind(kind: FaultKind, places: list[dict[str, Any]] | None) -> CommandAnswer:
+    """Answer all about a kind. ``places``: of the bench that runs; None: none, or several."""
+    fit = None if places is None else [row["place"] for row in places if kind.name in row["kinds"]]
+    about = [("group", GROUPS[group_of(kind)]), ("on", TARGETS[kind.target])]
+    if fit is not None:
+        about.append(("here on", ", ".join(fit) or "nothing: this bench has no such place"))
+    about.append(("shows", shown_by(kind)))
+    parameters = [(each.name, each.described()) for each in (*kind.parameters, *TIMING)]
+    shown = example(kind, fit[0] if fit else "")
+    view = ShownView(
+        line(f"{kind.name}: {kind.about}", wraps=True),
+        *(line(""), Grid(_NO_HEAD, _NO_HEAD, about, prose=_NO_HEAD)),
+        *(line("\nparameters"), Grid(_NO_HEAD, _NO_HEAD, parameters, prose=_NO_HEAD)),
+        line(f"\nexample\n {shown}"),
+        *([] if kind.is_once else [line(" hil fault clear")]),
+    )
+    row = _row(kind) | {"example": shown}
+    return CommandAnswer(row if fit is None else row | {"places": fit}, view.text())
+
+
+def _places_here(bench: BenchOptions) -> list[dict[str, Any]] | None:
+    """Places of the bench that is meant; None: none is, or several are, or it does not answer."""
+    import os
+
+    from hil.net.benches_here import find
+    from hil.net.control_client import ControlError, ask
+
+    meant = find(bench.runtime_dir, os.environ).running().meant(bench.bench)
+    if len(meant) != 1:
+        return None
+    try:
+        places: list[dict[str, Any]] = ask(meant[0].socket, "fault_places", timeout_s=_PATIENCE_S)
+    except ControlError:
+        return None
+    return places
+
+
+def _fitting(target: str, bench: BenchOptions) -> Iterator[FaultKind]:
     """Kinds that fit a place of a bench. Raises typer.Exit: it has no such place."""
-    known = {row["place"]: row["kinds"] for row in places}
+    if (places := _places_here(bench)) is None and (near := nearest_or_begun(target, FAULT_KINDS)):
+        raise fail(f"hil: there is no kind of fault {target!r}; {did_you_mean(*near)}", 2)
+    known = {row["place"]: row["kinds"] for row in places or bench.ask("fault_places")}
     if target not in known:
-        raise fail(f"hil: there is no {target!r}; {meant(target, list(known))}")
+        near = nearest_or_begun(target, [*FAULT_KINDS, *GROUPS, *known])
+        there = f"`hil fault kinds` lists the kinds, and places here are {', '.join(known) or 'none'}"
+        said = f"{did_you_mean(*near[:5])} {there}".strip()
+        raise fail(f"hil: there is no kind of fault and no place {target!r}; {said}", 2)
     return (FAULT_KINDS[name] for name in known[target])
 
 

@@ -7,6 +7,7 @@ A key is pressed and waits: this imports little, and gives a bench half a second
 import os
 import sys
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -72,6 +73,15 @@ def _faults(line: TypedLine) -> Names:
     from hil.vocab.faults import FAULT_KINDS
 
     return [(kind.name, kind.about) for kind in FAULT_KINDS.values()]
+
+
+def _fault_words(line: TypedLine) -> Names:
+    from hil.vocab.fault_words import GROUPS
+
+    yield from _faults(line)
+    yield from GROUPS.items()
+    with suppress(ControlError):
+        yield from _targets(line)
 
 
 def _fault_values(line: TypedLine) -> Names:
@@ -155,6 +165,7 @@ KINDS: dict[str, Callable[[TypedLine], Names]] = {
     ],
     "verb-values": _verb_values,
     "faults": _faults,
+    "fault-words": _fault_words,
     "fault-values": _fault_values,
     "fault-numbers": lambda line: [
         (str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")

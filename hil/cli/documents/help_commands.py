@@ -1,37 +1,10 @@
-"""``hil docs``, ``hil completion`` and ``hil reference``."""
+"""``hil completion`` and ``hil reference``."""
 
 from typing import Annotated
 
 import typer
 
 from hil.cli.framework.ask import fail
-from hil.cli.framework.command_answers import CommandAnswer
-
-
-def docs(
-    topic: Annotated[
-        str | None, typer.Argument(help="A page's name, as in runs; left out: list all.", show_default=False)
-    ] = None,
-) -> CommandAnswer:
-    """Print a page of the documentation, or list the pages.
-
-    Example: hil docs runs
-    """
-    from hil.cli.framework.installed_files import find_pages
-    from hil.vocab.near_words import meant
-
-    pages = find_pages()
-    if not pages:
-        raise fail("hil: this installation has no pages")
-    if topic is None:
-        width = max(map(len, pages))
-        rows = {name: page.title for name, page in pages.items()}
-        return CommandAnswer(rows, "\n".join(f"{name:{width}}  {title}" for name, title in rows.items()))
-    name = topic.rpartition("/")[2].partition("#")[0].removesuffix(".md")
-    if name not in pages:
-        raise fail(f"hil: there is no page {topic!r}; {meant(name, pages, '`hil docs` lists them')}", 2)
-    text = pages[name].file.read_text()
-    return CommandAnswer({"topic": name, "file": str(pages[name].file), "text": text}, text.rstrip("\n"))
 
 
 def completion(

@@ -29,6 +29,7 @@ from hil.sim.log_format import log_reference
 from hil.sim.twin_info import twin_info
 from hil.toolpath.machine import machine_reference
 from hil.vocab.desk_protocol import DeviceInfo
+from hil.vocab.fault_words import shown_by
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING
 from hil.vocab.monitoring import FAILED, LATE, LATE_KINDS, STATES
 from hil.vocab.verbs import CODES, COMMON, Verb
@@ -193,12 +194,13 @@ def _faults() -> str:
     rows = [
         "## Faults\n",
         "Kinds for `hil fault inject KIND TARGET name=value ...`, the verb `inject` and the key `faults`.\n",
-        "| kind | layer | on | what goes wrong | parameters |",
-        "|---|---|---|---|---|",
+        "| kind | layer | on | what goes wrong | how it shows | parameters |",
+        "|---|---|---|---|---|---|",
     ]
     for kind in FAULT_KINDS.values():
         parameters = [f"`{each.name}`: {each.described()}" for each in kind.parameters]
-        cells = (f"`{kind.name}`", kind.layer, TARGETS[kind.target], kind.about, "; ".join(parameters))
+        said = (TARGETS[kind.target], kind.about, shown_by(kind))
+        cells = (f"`{kind.name}`", kind.layer, *said, "; ".join(parameters))
         rows.append("| " + " | ".join(cells) + " |")
     rows += ["", *(f"Every kind takes `{each.name}`: {each.described()}." for each in TIMING)]
     return "\n".join(rows) + "\n"

@@ -25,6 +25,7 @@ ENVIRONMENT = {
     "PYTHONPATH": "of `hil virtual`: child processes of its program have it too, behind a folder of hil's.",
     "NO_COLOR": "if it is set, no colours on terminals (https://no-color.org).",
     "TERM": "`dumb`: no colours either.",
+    "PAGER": "pager of `hil docs`. Without it: less.",
     "ARDUINO_DIRECTORIES_USER": "the sketchbook of the IDE 2 and of arduino-cli for `hil arduino`, unless"
     " --sketchbook names another.",
     "PATH": "where `hil with-lines` finds the program, `hil sketch build` the compiler, and `hil arduino` a"

@@ -135,7 +135,7 @@ _ROWS = (
     CommandRow("doctor", SERVICE, "bench.bench_commands:doctor"),
     CommandRow("usb", SERVICE, about="Ports of kind usb."),
     CommandRow("usb doctor", SERVICE, "bench.doctor_usb:doctor"),
-    CommandRow("docs", SERVICE, "documents.help_commands:docs"),
+    CommandRow("docs", SERVICE, "documents.docs_command:docs"),
     CommandRow("schema", SERVICE, "bench.config_commands:schema"),
     CommandRow("completion", SERVICE, "documents.help_commands:completion"),
     CommandRow(
@@ -215,6 +215,7 @@ VALUES = {
     "length": ValueRow("", "TIME"),
     "sketch gdb port": ValueRow("", "PORT"),
     "fault": ValueRow("faults"),
+    "fault kinds kind": ValueRow("fault-words"),
     "number": ValueRow("fault-numbers"),
     "target": ValueRow("targets"),
     "verb": ValueRow("verbs"),

@@ -27,7 +27,7 @@ class Page(NamedTuple):
     file: Path
 
 
-_FOLDERS = ("", "how-to")
+_FOLDERS = ("", "how-to", "decisions")
 
 
 def find_pages() -> dict[str, Page]:

@@ -1,7 +1,9 @@
 """Lines and tables for people, on a terminal and elsewhere."""
 
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,10 +12,12 @@ import typer
 from hil.vocab.shown_text import printable_lines
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from rich.console import Console, ConsoleOptions, RenderResult
 
 _NOT_SHOWN = dict.fromkeys((7, 8, 11, 12, 13))
 """Control characters that rich leaves out."""
+_LEAST_PROSE = 24
+"""Characters of a line below which a column of sentences is not wrapped."""
 
 
 def is_terminal() -> bool:
@@ -23,25 +27,30 @@ def is_terminal() -> bool:
 
 
 class Line(NamedTuple):
-    """Text of one line or more, in parts: each with its style."""
+    """Text of one line or more, in parts: each with its style. ``wraps``: it is a sentence, and not to be
+    copied; it is wrapped at spaces."""
 
     parts: Sequence[tuple[str, str]]
+    wraps: bool = False
 
 
 class Grid(NamedTuple):
-    """Table. ``texts``: columns that stand to the left; all others to the right. ``folds``: cells are folded
-    where the terminal is too narrow. ``gap``: spaces between columns, 1 or 2."""
+    """Table. ``texts``: columns that stand to the left; all others to the right. ``gap``: spaces between
+    columns, 1 or 2. Where it is too wide for the terminal, columns of ``prose`` are wrapped at spaces, then
+    columns stand below their rows with their names: those of ``later`` first, the last of all before others.
+    So names stay whole. It has no head if no column has a name."""
 
     columns: Sequence[str]
     texts: Collection[str]
     rows: Sequence[Sequence[str]]
-    folds: bool = True
     gap: int = 2
+    prose: Collection[str] = ()
+    later: Sequence[str] = ()
 
 
-def line(text: str, style: str = "") -> Line:
+def line(text: str, style: str = "", *, wraps: bool = False) -> Line:
     """Make a line with one style."""
-    return Line([(text, style)])
+    return Line([(text, style)], wraps)
 
 
 class ShownView:
@@ -50,31 +59,29 @@ class ShownView:
     def __init__(self, *blocks: Line | Grid) -> None:
         self._blocks = blocks
 
-    def __rich__(self) -> "RenderableType":
-        from rich.console import Group
-        from rich.table import Table
+    def __rich_console__(self, console: "Console", options: "ConsoleOptions") -> "RenderResult":
         from rich.text import Text
 
-        def rich_block(block: Line | Grid) -> "RenderableType":
+        width = min(options.max_width, _columns() or options.max_width)
+        for block in self._blocks:
             if isinstance(block, Line):
-                return Text.assemble(*block.parts)
-            table = Table(box=None, collapse_padding=block.gap == 1)
-            for column in block.columns:
-                is_text = column in block.texts
-                table.add_column(
-                    column,
-                    justify="left" if is_text else "right",
-                    overflow="fold" if block.folds else "ellipsis",
-                )
-            for row in block.rows:
-                table.add_row(*map(Text, row))
-            return table
-
-        return Group(*map(rich_block, self._blocks))
+                wrapped = "\n".join(_lines(block, width)) if block.wraps else ""
+                yield Text(wrapped, block.parts[0][1]) if block.wraps else Text.assemble(*block.parts)
+                continue
+            head, rows = _table(block, width)
+            yield from (Text(each, "bold", no_wrap=True, overflow="ignore") for each in head)
+            yield from (Text(each, no_wrap=True, overflow="ignore") for each in rows)
 
     def __str__(self) -> str:
-        """The text that rich makes of it where no terminal is."""
-        return "\n".join(each for block in self._blocks for each in _lines(block))
+        """Text of it, as wide as it is."""
+        return self._text(None)
+
+    def text(self) -> str:
+        """Text of it for the standard output: on a terminal not wider than that, where it can be."""
+        return self._text(_columns())
+
+    def _text(self, width: int | None) -> str:
+        return "\n".join(each for block in self._blocks for each in _lines(block, width))
 
     def print(self) -> None:
         """Print it, in lines that are whole to be copied. Elsewhere than on a terminal rich, which takes a
@@ -87,19 +94,118 @@ class ShownView:
             typer.echo(str(self))
 
 
-def _lines(block: Line | Grid) -> list[str]:
+def _columns() -> int | None:
+    """Width of the terminal; None: the standard output is none."""
+    return shutil.get_terminal_size().columns if is_terminal() else None
+
+
+def _lines(block: Line | Grid, width: int | None) -> list[str]:
     if isinstance(block, Line):
-        return _split("".join(text for text, _ in block.parts))
-    head, *rows = [[_split(cell) for cell in row] for row in (block.columns, *block.rows)]
-    height = max(map(len, head))
-    table = [[[""] * (height - len(cell)) + cell for cell in head], *rows]
-    widths = [max(_width(part) for row in table for part in row[i]) for i in range(len(head))]
-    is_left = [column in block.texts for column in block.columns]
-    return [
-        f" {(' ' * block.gap).join(map(_padded, _at(row, i), widths, is_left))} "
-        for row in table
-        for i in range(max(map(len, row)))
+        lines = _split("".join(text for text, _ in block.parts))
+        return [part for each in lines for part in _wrapped(each, width)] if block.wraps and width else lines
+    head, rows = _table(block, width)
+    return [*head, *rows]
+
+
+def _table(grid: Grid, width: int | None) -> tuple[list[str], list[str]]:
+    """Lines of a table's head, and of its rows. ``width``: at most, where names stay whole; None: any."""
+    columns = [_split(column) for column in grid.columns]
+    rows = [[_split(cell) for cell in row] for row in grid.rows]
+    shown = _Columns(grid, columns, rows, list(range(len(columns))), grid.gap)
+    below = list[int]()
+    if width is not None and shown.width > width:
+        shown = shown.with_gap(1).wrapped(width)
+        while shown.width > width and len(shown.kept) > 1:
+            goes = next((i for name in grid.later for i in shown.kept if grid.columns[i] == name), 0)
+            goes = goes or shown.kept[-1]
+            below.append(goes)
+            shown = shown.without(goes).wrapped(width)
+    widths = shown.widths
+    lines = [
+        each
+        for number, row in enumerate(shown.rows)
+        for each in [*shown.lines(row, widths), *_below(grid, rows[number], sorted(below), width or 0)]
     ]
+    return shown.head(widths), lines
+
+
+class _Columns(NamedTuple):
+    """Columns of a table that stand beside each other. ``kept``: their numbers; all cells are in lines."""
+
+    grid: Grid
+    columns: list[list[str]]
+    rows: list[list[list[str]]]
+    kept: list[int]
+    gap: int
+
+    @property
+    def widths(self) -> list[int]:
+        cells = [self.columns, *self.rows]
+        return [max(_width(part) for row in cells for part in row[i]) for i in self.kept]
+
+    @property
+    def width(self) -> int:
+        return sum(self.widths) + self.gap * (len(self.kept) - 1) + 2
+
+    def with_gap(self, gap: int) -> "_Columns":
+        return self._replace(gap=gap)
+
+    def without(self, column: int) -> "_Columns":
+        return self._replace(kept=[i for i in self.kept if i != column])
+
+    def wrapped(self, width: int) -> "_Columns":
+        """Table whose columns of prose are wrapped, the last one first, so that it is that wide; as it is if
+        that needs columns too narrow to be read."""
+        made = self
+        for column in reversed([i for i in self.kept if self.grid.columns[i] in self.grid.prose]):
+            more = made.width - width
+            own = made.widths[self.kept.index(column)]
+            if more <= 0 or own - more < min(own, _LEAST_PROSE):
+                continue
+            head, *rows = [
+                [
+                    [part for line in cell for part in _wrapped(line, own - more)] if i == column else cell
+                    for i, cell in enumerate(row)
+                ]
+                for row in (made.columns, *made.rows)
+            ]
+            made = made._replace(columns=head, rows=rows)
+        return made
+
+    def head(self, widths: list[int]) -> list[str]:
+        if not any(self.grid.columns):
+            return []
+        height = max(len(self.columns[i]) for i in self.kept)
+        return self.lines([[""] * (height - len(cell)) + cell for cell in self.columns], widths)
+
+    def lines(self, row: list[list[str]], widths: list[int]) -> list[str]:
+        is_left = [self.grid.columns[i] in self.grid.texts for i in self.kept]
+        gap = " " * self.gap
+        cells = [row[i] for i in self.kept]
+        return [
+            f" {gap.join(map(_padded, _at(cells, number), widths, is_left))} "
+            for number in range(max(map(len, cells)))
+        ]
+
+
+def _below(grid: Grid, row: list[list[str]], columns: list[int], width: int) -> list[str]:
+    """Lines with the cells of some columns, each behind its column's name, below a row."""
+    lines = list[str]()
+    for i in columns:
+        if text := " ".join(row[i]).strip():
+            name = " ".join(grid.columns[i].split())
+            pair = f"{name}: {text}" if name else text
+            if lines and _width(lines[-1]) + 2 + _width(pair) <= width:
+                lines[-1] += f"  {pair}"
+            elif grid.columns[i] in grid.prose:
+                lines += [f"   {part}" for part in _wrapped(pair, max(width - 3, _LEAST_PROSE))]
+            else:
+                lines.append(f"   {pair}")
+    return lines
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [""]
 
 
 def _split(text: str) -> list[str]:

@@ -39,6 +39,8 @@ EverySeconds = Annotated[
         show_default=False,
     ),
 ]
+_LATER = ("hil", "labels", "host", "commanded by", "lease")
+"""Columns that a narrow terminal has below the rows, the first ones first."""
 _COLUMNS = ("bench", "health", "devices", "runs", "commanded by", "lease", "hil", "host", "labels")
 
 
@@ -68,7 +70,7 @@ def benches(
             rows = session.benches(wanted)
         if not rows and not wants_json():
             typer.echo("no bench there has these labels" if wanted else "no bench is joined there", err=True)
-        return CommandAnswer(rows, str(lab_view(rows, time.time_ns())) if rows else "")
+        return CommandAnswer(rows, lab_view(rows, time.time_ns()).text() if rows else "")
     if wanted:
         raise fail("hil: --label: name the lab with --connect or --config", Exit.MISTAKE)
     return _joined_here(bench)
@@ -113,7 +115,7 @@ def lab_view(rows: Sequence[Mapping[str, Any]], wall_ns: int) -> ShownView:
     """Table of the benches of a lab, and below it what is wrong with them. ``wall_ns``: now, since 1970."""
     cells = [_cells(row, wall_ns) for row in rows]
     remarks = [f"{row['bench']}: {why}" for row in rows for why in _remarks(row)]
-    return ShownView(Grid(_COLUMNS, _COLUMNS, cells, folds=False), *map(line, remarks))
+    return ShownView(Grid(_COLUMNS, _COLUMNS, cells, later=_LATER), *map(line, remarks))
 
 
 def _cells(row: Mapping[str, Any], wall_ns: int) -> list[str]:

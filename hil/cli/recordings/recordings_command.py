@@ -64,7 +64,9 @@ def _show(found: "list[ListedRecording]") -> None:
         rows.append((told["name"], begun, length, end, _faults(summary.faults), inputs, _size(summary.size)))
     columns = ("recording", "begun", "simulated", "end", "faults", "inputs", "size")
     folders = sorted({str(each.summary.path.parent) for each in found})
-    shown = Grid(columns, ("recording", "begun", "end", "faults"), rows)
+    shown = Grid(
+        columns, ("recording", "begun", "end", "faults"), rows, later=("inputs", "faults", "begun", "size")
+    )
     ShownView(shown, line(""), *(line(f"in {folder}") for folder in folders)).print()
 
 

@@ -70,7 +70,7 @@ def pins(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
         )
         for name, row in rows.items()
     ]
-    return CommandAnswer(rows, str(ShownView(Grid(columns, ("pin", "is", "wired to"), table))))
+    return CommandAnswer(rows, ShownView(Grid(columns, ("pin", "is", "wired to"), table)).text())
 
 
 def registers(
@@ -101,7 +101,7 @@ def registers(
     values = {each.name: value_of(each, data) for each in shown}
     if head:
         values["PC"] = chip["pc"]
-    return CommandAnswer(values, str(ShownView(*head, *_tables(shown, data))))
+    return CommandAnswer(values, ShownView(*head, *_tables(shown, data)).text())
 
 
 def _tables(shown: list[ChipRegister], data: bytes) -> Iterator[Line | Grid]:

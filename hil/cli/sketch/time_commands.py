@@ -71,7 +71,7 @@ def profile(
         rows.append({"function": "asleep", "cycles": asleep, "calls": 0})
     rows.sort(key=lambda row: -row["cycles"])
     answer = {"cycles": total, "crystal_Hz": chip["crystal_Hz"], "functions": rows}
-    return CommandAnswer(answer, str(ShownView(*_profile(device, answer))))
+    return CommandAnswer(answer, ShownView(*_profile(device, answer)).text())
 
 
 def _profile(device: str, answer: dict[str, Any]) -> Iterator[Any]:

@@ -115,7 +115,7 @@ def test_what_tells_something_tells_it_in_json() -> None:
         (["status", "--json", "--runtime-dir", "/nowhere"], 1, "no bench is running here"),
         (["state", "--json"], 2, "Missing argument 'DEVICE'"),
         (["stat", "--json"], 2, 'Did you mean "state" or "status"?'),
-        (["docs", "run", "--json"], 2, "no page 'run'; did you mean \"runs\"? `hil docs` lists them"),
+        (["docs", "zenho", "--json"], 2, 'none has this word; did you mean "zenoh"? `hil docs` lists'),
         (["check", "--json", "b.yaml"], 2, "b.yaml:1:8: there is no space"),
     ],
 )
@@ -166,7 +166,7 @@ def test_values_of_the_command_line(words: list[str], said: str) -> None:
 def test_a_page_of_the_documentation_and_the_list_of_them() -> None:
     assert "runs" in CliRunner().invoke(app, ["docs"]).output
     page = Path(__file__).parents[3] / "docs" / "how-to" / "runs.md"
-    for name in ("runs", "runs.md", "docs/how-to/runs.md#anchor"):
+    for name in ("runs", "runs.md", "docs/how-to/runs.md", "runs#multi-axis-runs"):
         assert CliRunner().invoke(app, ["docs", name]).output == page.read_text()
 
 
