@@ -139,15 +139,17 @@ def doctor(
 
     from hil.cli.bench.doctor_benches import judge_benches, judge_memories
     from hil.cli.bench.views import tell_findings
+    from hil.cli.framework.progress_bars import bar
     from hil.host.doctor import judge, worst_first
     from hil.host.paths import runtime_base, state_base
     from hil.host.probes import try_all
     from hil.host.system import read_system
 
     runtime, state = runtime_base(runtime_dir, None, os.environ), state_base(state_dir, None, os.environ)
-    findings = judge(read_system(), try_all(devices, runtime, state), devices)
-    benches = judge_benches(runtime, runtime_dir is not None)
-    findings = worst_first([*findings, *benches, *judge_memories(state)])
+    with bar("this computer is tried"):
+        findings = judge(read_system(), try_all(devices, runtime, state), devices)
+        benches = judge_benches(runtime, runtime_dir is not None)
+        findings = worst_first([*findings, *benches, *judge_memories(state)])
     tell_findings(findings, as_json)
 
 
@@ -183,7 +185,10 @@ def reload(
 
     Example: hil reload
     """
-    done = bench.ask("reload", timeout_s=RELOAD_S)
+    from hil.cli.framework.progress_bars import bar
+
+    with bar("the bench takes the configuration"):
+        done = bench.ask("reload", timeout_s=RELOAD_S)
     if "problems" in done:
         raise fail(done["problems"], 2)
     if as_json:

@@ -13,6 +13,7 @@ from typing import Any
 
 from hil.cli.framework.ask import fail
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 from hil.host.paths import make_folder
 
 LOG_NAME = "serve.log"
@@ -47,7 +48,7 @@ def detach(words: list[str], state: Path) -> dict[str, Any]:
         )
     try:
         assert process.stdout is not None
-        with process.stdout as told:
+        with process.stdout as told, bar("the bench starts"):
             report = _report(process, told.fileno(), Path(begun))
         os.replace(begun, log)
     except BaseException:

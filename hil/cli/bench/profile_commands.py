@@ -114,11 +114,13 @@ def check(
 
     Example: hil profile check boards/pinger
     """
+    from hil.cli.framework.progress_bars import bar
     from hil.testing.profile_check import profile_failures
 
     if not folder.is_dir():
         raise fail(f"hil: there is no folder {folder}", 2)
-    failures = list(profile_failures(folder))
+    with bar(f"{folder} is checked"):
+        failures = list(profile_failures(folder))
     played = _played(folder, sessions, failures) if sessions and not failures else 0
     if failures:
         raise fail("\n".join(failures))
@@ -137,13 +139,16 @@ def _warnings(folder: Path) -> list[str]:
 
 def _played(folder: Path, sessions: Path, failures: list[str]) -> int:
     """Play sessions; answers how many. What differs is added to the failures."""
+    from hil.cli.framework.progress_bars import bar
     from hil.testing.session_player import play, session_files
     from hil.vocab.recorded_session import SessionRefused
 
     try:
         files = session_files(sessions)
-        for file in files:
-            failures += map(str, play(file, profile=folder.resolve().name, folder=folder))
+        with bar(f"{folder} is compared", "sessions") as shown:
+            for count, file in enumerate(files):
+                shown.tell(count, len(files))
+                failures += map(str, play(file, profile=folder.resolve().name, folder=folder))
     except SessionRefused as error:
         raise fail(f"hil: {error}", 2) from None
     except OSError as error:

@@ -27,12 +27,14 @@ def merge(
     """
     from dataclasses import asdict
 
+    from hil.cli.framework.progress_bars import bar
     from hil.host.new_file import write_file
     from hil.testing.seeds.seed_merge import merge as join
     from hil.testing.seeds.seed_results import FAILED, PASSED, SKIPPED, ResultsRefused
 
     try:
-        merged = join(results)
+        with bar("results are joined"):
+            merged = join(results)
     except ResultsRefused as error:
         raise fail(f"hil: {error}", 2) from None
     try:

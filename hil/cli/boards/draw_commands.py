@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,6 +14,7 @@ from hil.cli.boards.drawn_recordings import Output, check_output, shown_recordin
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, pasteable, wants_json
 from hil.cli.framework.interrupts import noted
+from hil.cli.framework.progress_bars import bar
 from hil.host.journal import say
 from hil.host.shown_stream import own
 from hil.vocab.problem import not_text
@@ -78,13 +79,14 @@ def plot(
         if {"r", "e"} & {*names}:
             recording.units = units_in(bench.ask("state", device=device))
         say(f"{device}: recording {', '.join(names)} for {seconds:g} s; Ctrl-C ends it", sys.stderr)
-        try:
+        with suppress(KeyboardInterrupt), bar(f"{device} is recorded", "s simulated") as shown:
             for rows in more:
                 recording.rows += rows
-                if recording.rows and recording.rows[-1][0] - recording.rows[0][0] >= seconds * 1e9:
-                    break
-        except KeyboardInterrupt:
-            pass
+                if recording.rows:
+                    recorded_ns = recording.rows[-1][0] - recording.rows[0][0]
+                    if recorded_ns >= seconds * 1e9:
+                        break
+                    shown.tell(recorded_ns * 1e-9, seconds)
     recording.rows = [row for row in recording.rows if row[0] - recording.rows[0][0] <= seconds * 1e9]
     text = shown_recording(
         recording, output, _title(bench, device, ", ".join(names), recording), recording.sampling
@@ -285,16 +287,19 @@ def _until(
     """Record until a new sample fulfils a condition; answers its index."""
     seen = len(recording.rows)
     patience_ns = expected_s * 1e9 + _PATIENCE_NS
-    for rows in more:
-        recording.rows += rows
-        for i in range(seen, len(recording.rows)):
-            if holds(recording.rows[i]):
-                return i
-        if (
-            recording.rows
-            and recording.rows[-1][0] - recording.rows[min(seen, len(recording.rows) - 1)][0] > patience_ns
-        ):
-            raise fail(f"hil: {device} did not carry out the command: is it running, and at its main menu?")
+    with bar(f"{device} is recorded", "s simulated") as shown:
+        for rows in more:
+            recording.rows += rows
+            for i in range(seen, len(recording.rows)):
+                if holds(recording.rows[i]):
+                    return i
+            if not recording.rows:
+                continue
+            waited_ns = recording.rows[-1][0] - recording.rows[min(seen, len(recording.rows) - 1)][0]
+            if waited_ns > patience_ns:
+                why = "did not carry out the command: is it running, and at its main menu?"
+                raise fail(f"hil: {device} {why}")
+            shown.tell(waited_ns * 1e-9, expected_s)
     raise AssertionError("the pieces do not end")
 
 

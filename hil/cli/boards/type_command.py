@@ -14,6 +14,7 @@ from hil.cli.boards.time_given import Within, seconds_of
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 from hil.cli.framework.shown_words import line_end
 from hil.host.journal import say
 from hil.vocab.shown_text import printable_lines
@@ -64,7 +65,8 @@ def type_text(
     if enter:
         data += line_end(row.get("greeting", ""))
     talk = _Conversation(bench, address, data, awaited)
-    came = talk.came(within_s, device if not row.get("greeting") else "")
+    with bar(f"{device} is heard" if until is None else f"{device} until {until!r}"):
+        came = talk.came(within_s, device if not row.get("greeting") else "")
     said = came.decode("latin-1")
     has_come = awaited is None or awaited in came
     if not has_come and not wants_json():

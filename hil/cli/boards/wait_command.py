@@ -12,6 +12,7 @@ from hil.cli.boards.time_given import Within, seconds_of
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar, end_bars
 from hil.cli.framework.shown_words import shown_number
 from hil.host.journal import say
 from hil.net.condition import Condition, ConditionError, parse_condition
@@ -54,12 +55,16 @@ def wait(
     if wanted.holds(begin):
         return _held(device, condition, wanted, begin, 0.0)
     interval_ms = max(_INTERVAL_MS, float(bench.ask("status")["speed"]) / _SAMPLES_PER_MS)
-    with watching(bench, device, wanted.fields, round(interval_ms * 1e6)) as (names, more):
+    with (
+        watching(bench, device, wanted.fields, round(interval_ms * 1e6)) as (names, more),
+        bar(f"{device} until {condition}", "s simulated") as shown,
+    ):
         first_ns: float | None = None
         for rows in more:
             for at_ns, *sample in rows:
                 first_ns = at_ns if first_ns is None else first_ns
                 after_s = (at_ns - first_ns) * 1e-9
+                shown.tell(after_s, within_s)
                 if after_s > within_s:
                     return _late(bench, device, condition, within_s)
                 values = dict(zip(names, sample, strict=True))
@@ -82,6 +87,7 @@ def _late(bench: BenchOptions, device: str, text: str, within_s: float) -> Comma
     from hil.cli.bench.views import field_lines
 
     state: dict[str, Any] = bench.ask("state", device=device)
+    end_bars()
     if not wants_json():
         say(f"hil: {device}: {text} did not hold within {within_s:g} s; the last state:", sys.stderr)
     answer = {"holds": False, "after_s": within_s, "state": state}

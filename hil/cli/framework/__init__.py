@@ -4,8 +4,9 @@
 take. ``command_group.py`` makes the command line of it, with the classes of ``command_classes.py``;
 ``board_commands.py`` adds the commands of boards and bridges. ``ask.py`` has the options that say which bench
 is meant, ``command_answers.py`` tells answers, in JSON too, ``exit_codes.py`` has their codes.
-``problem_lines.py``, ``shown_words.py`` and ``consoles.py`` show things to people, ``interrupts.py`` ends
-commands early, ``installed_files.py`` finds what comes with hil beside its modules. No command stands here.
+``problem_lines.py``, ``shown_words.py``, ``consoles.py`` and ``progress_bars.py`` show things to people,
+``interrupts.py`` ends commands early, ``installed_files.py`` finds what comes with hil beside its modules.
+No command stands here.
 
 May import: hil.discovery, hil.host, hil.net, hil.vocab, the standard library, rich, serial, typer.
 """

@@ -39,8 +39,10 @@ def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) 
 
     from hil.cli.framework.command_answers import error_line, pasteable, wants_json
     from hil.cli.framework.problem_lines import tell_problems
+    from hil.cli.framework.progress_bars import end_bars
     from hil.host.journal import is_journal, prefixed, say
 
+    end_bars()
     message = pasteable(message)
     if wants_json():
         typer.echo(error_line(message, code))

@@ -321,7 +321,9 @@ class _Bar:
     def show(self, step: Progress) -> None:
         import sys
 
-        if not sys.stderr.isatty():
+        from hil.cli.framework.command_answers import wants_json
+
+        if not sys.stderr.isatty() or wants_json():
             if step.done * 10 // step.total > self._tenth:
                 self._tenth = step.done * 10 // step.total
                 typer.echo(f"{step.about} of {step.total}", err=True)
@@ -333,7 +335,7 @@ class _Bar:
             from hil.cli.framework.consoles import ShownConsole
 
             columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-            self._bar = Bar(*columns, console=ShownConsole(stderr=True))
+            self._bar = Bar(*columns, console=ShownConsole(stderr=True), transient=True)
             self._bar.start()
             self._bar.add_task("", total=step.total)
         self._bar.update(self._bar.task_ids[0], completed=step.done, description=step.about)

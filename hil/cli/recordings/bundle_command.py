@@ -9,6 +9,7 @@ import typer
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 from hil.cli.recordings.opened import named, refusals
 
 if TYPE_CHECKING:
@@ -46,13 +47,15 @@ def bundle(
     to = output or Path(log.name.removesuffix(".gz")).with_suffix(".hilz")
     with refusals(log):
         try:
-            made = bundling(log, _diagnoses())
+            with bar(f"{log.name} is bundled"):
+                made = bundling(log, _diagnoses())
         except BundleRefused as error:
             raise fail(f"hil: {error}", Exit.MISTAKE) from None
     if not yes:
         _ask(made, to)
     packed = BytesIO()
-    made.write(packed)
+    with bar(f"{log.name} is packed"):
+        made.write(packed)
     try:
         write_file(to, packed.getvalue())
     except OSError as error:

@@ -8,6 +8,7 @@ import typer
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 from hil.cli.framework.shown_words import shown_number
 from hil.cli.recordings.opened import Trust, named, refusals, trusts
 
@@ -47,15 +48,19 @@ def diff(
     with refusals(log):
         one = _read(log)
         if other is None:
-            found, sides = _today(one), ("logged", "now")
+            with bar(f"{log.name} runs again"):
+                found, sides = _today(one), ("logged", "now")
         elif other.suffix in _CONFIGS:
-            found, sides = _at_config(one, other), ("recorded", str(other))
+            with bar(f"{log.name} runs again, also by {other.name}"):
+                found, sides = _at_config(one, other), ("recorded", str(other))
         else:
             other = named(other)
             with refusals(other):
                 from hil.recorded.log_differences import compare_logs
 
-                found, sides = compare_logs(one, _read(other)), (str(log), str(other))
+                second = _read(other)
+                with bar(f"{log.name} and {other.name} are compared"):
+                    found, sides = compare_logs(one, second), (str(log), str(other))
     lines = [*_lines(found, sides), *(f"note: {note}" for note in found.notes)]
     code = Exit.FAILED if found.differ else Exit.DONE
     return CommandAnswer(_values(found, sides), "\n".join(lines), code)

@@ -10,6 +10,7 @@ import typer
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import ShownProgress, bar
 from hil.cli.recordings.opened import Trust, control_step, opened, time_of
 from hil.host.journal import say
 
@@ -111,7 +112,8 @@ def export(
         made = _Export(run, kind, from_ns, to_ns, _interval(run, kind, rate, to_ns - from_ns), usb_baud)
         made.find_names(names or [])
         _check_size(made, yes)
-        answer = made.write(to_file, _progress(from_ns, to_ns))
+        with bar(f"{log.name} is exported", "s simulated") as shown:
+            answer = made.write(to_file, _told_to(shown, from_ns, to_ns))
         cut = run.log.cut
     if cut:
         say(f"hil: {log}: {cut}", sys.stderr)
@@ -217,25 +219,9 @@ def _check_size(made: "_Export", yes: bool) -> None:
         raise fail(f"hil: nothing was written; {remedy}", Exit.MISTAKE)
 
 
-def _progress(from_ns: int, to_ns: int) -> Callable[[int], object]:
-    """Function that shows how far it is, on a terminal, where it takes longer than a moment."""
-    from time import monotonic
-
-    if not sys.stderr.isatty() or wants_json():
-        return lambda now_ns: None
-    begun_s = shown_s = monotonic()
-
-    def told(now_ns: int) -> None:
-        nonlocal shown_s
-        now_s = monotonic()
-        is_over = now_ns >= to_ns
-        if now_s - begun_s > 1 and (now_s - shown_s > 0.2 or is_over):
-            shown_s = now_s
-            part = 100 * (now_ns - from_ns) // max(to_ns - from_ns, 1)
-            sys.stderr.write("\r\x1b[K" if is_over else f"\r{max(part, 0)} %")
-            sys.stderr.flush()
-
-    return told
+def _told_to(shown: ShownProgress, from_ns: int, to_ns: int) -> Callable[[int], object]:
+    """Function that tells how far the window is gone through."""
+    return lambda now_ns: shown.tell((now_ns - from_ns) / 1e9, (to_ns - from_ns) / 1e9)
 
 
 class _Export:

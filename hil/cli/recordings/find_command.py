@@ -10,7 +10,7 @@ from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.shown_words import counted, shown_number
-from hil.cli.recordings.opened import Trust, control_step, opened, time_of
+from hil.cli.recordings.opened import Trust, control_step, opened, run_bar, time_of
 from hil.host.journal import say
 
 if TYPE_CHECKING:
@@ -85,14 +85,15 @@ def find(
         interval_ns = control_step(run) if interval is None else interval
         number = 0
         try:
-            for each in search(run, wanted, from_ns, to_ns, interval_ns):
-                number += 1
-                if last:
-                    kept.clear()
-                if not count:
-                    kept.append(each)
-                if first:
-                    break
+            with run_bar(log, run, to_ns):
+                for each in search(run, wanted, from_ns, to_ns, interval_ns):
+                    number += 1
+                    if last:
+                        kept.clear()
+                    if not count:
+                        kept.append(each)
+                    if first:
+                        break
         except ConditionError as error:
             raise fail(f"hil: {error}", Exit.MISTAKE) from None
         except ValueError as error:

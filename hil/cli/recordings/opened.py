@@ -12,6 +12,9 @@ from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import wants_json
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from hil.cli.framework.progress_bars import ShownProgress
     from hil.recorded.recorded_run import RecordedRun
     from hil.telemetry.sampler import Interval
     from hil.vocab.time import SimTimeNs
@@ -92,6 +95,13 @@ def time_of(option: str, text: str, run: "RecordedRun") -> "SimTimeNs":
         return parse_time(text, run.end_ns)
     except NoSuchTime as error:
         raise fail(f"hil: {option}: {error}", 2) from None
+
+
+def run_bar(log: Path, run: "RecordedRun", to_ns: int) -> "AbstractContextManager[ShownProgress]":
+    """Show how far a run has been gone through, on its way to a time."""
+    from hil.cli.framework.progress_bars import bar
+
+    return bar(f"{log.name} runs again", "s simulated", lambda: (run.now_ns / 1e9, to_ns / 1e9))
 
 
 def control_step(run: "RecordedRun") -> "Interval":

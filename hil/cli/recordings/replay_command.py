@@ -15,6 +15,7 @@ from hil.cli.recordings.what_if_view import WhatIfOptions, changes_of, what_if
 if TYPE_CHECKING:
     from hil.recorded.bench_then import BenchThen
     from hil.recorded.recorded_run import RecordedRun
+    from hil.sim.bench import BenchRuntime
 
 UNCHANGED, NO_FORK = WhatIfOptions(), ForkOptions()
 _TIME = "as 12.5s, 1:02:03.5, 900ms, or -10s before the end"
@@ -88,12 +89,20 @@ def replay(
 
 
 def _compared(log: Path) -> CommandAnswer:
+    from hil.cli.framework.progress_bars import bar
     from hil.cli.recordings.opened import named, refusals, trusts
-    from hil.compose.replay import replay as run
+    from hil.compose.replay import read_log, replay_log
 
     log = named(log)
     with refusals(log):
-        replayed = run(log, strict=False, trusts=trusts)
+        read = read_log(log, strict=False, trusts=trusts)
+        runs: list[BenchRuntime] = []
+
+        def look() -> tuple[float, float] | None:
+            return (runs[0].now_ns / 1e9, read.end_ns / 1e9) if runs and read.end_ns else None
+
+        with bar(f"{log.name} runs again", "s simulated", look):
+            replayed = replay_log(read, runs.append)
     if difference := replayed.difference():
         raise fail(f"different: {difference}\n`hil diff {log}` says what was before it")
     if damage := replayed.logged.damage:
@@ -103,16 +112,18 @@ def _compared(log: Path) -> CommandAnswer:
 
 
 def _shown(log: Path, until: str) -> CommandAnswer:
-    from hil.cli.recordings.opened import opened, time_of
+    from hil.cli.recordings.opened import opened, run_bar, time_of
     from hil.recorded.bench_then import bench_then
 
     with opened(log) as run:
-        then = bench_then(run, time_of("--until", until, run))
+        at_ns = time_of("--until", until, run)
+        with run_bar(log, run, at_ns):
+            then = bench_then(run, at_ns)
         return CommandAnswer(then.values() | {"end_ns": run.end_ns}, _then_text(log, run, then))
 
 
 def _listed(log: Path, since: str | None, to: str | None) -> CommandAnswer:
-    from hil.cli.recordings.opened import opened, time_of
+    from hil.cli.recordings.opened import opened, run_bar, time_of
     from hil.recorded.run_events import events
     from hil.recorded.time_words import time_text
     from hil.vocab.time import SimTimeNs
@@ -122,7 +133,8 @@ def _listed(log: Path, since: str | None, to: str | None) -> CommandAnswer:
         to_ns = run.end_ns if to is None else time_of("--to", to, run)
         if to_ns < from_ns:
             raise fail(f"hil: --to {time_text(to_ns)} is before --from {time_text(from_ns)}", 2)
-        found = [*events(run, from_ns, to_ns)]
+        with run_bar(log, run, to_ns):
+            found = [*events(run, from_ns, to_ns)]
     lines = [event.line() for event in found]
     nothing = f"nothing happened from {time_text(from_ns)} to {time_text(to_ns)}"
     return CommandAnswer([event._asdict() for event in found], "\n".join(lines) or nothing)

@@ -10,6 +10,7 @@ import typer
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.problem_lines import has_colours
+from hil.cli.framework.progress_bars import bar
 from hil.cli.framework.shown_words import counted, shown_number
 from hil.cli.recordings.opened import opened, time_of
 
@@ -115,7 +116,8 @@ def what_if(log: Path, options: WhatIfOptions, since: str | None, to: str | None
             said = str(error).replace("<dict>: ", "")
             raise fail(f"hil: the changed configuration is refused:\n{said}", 2) from None
         try:
-            found = asked.parting()
+            with bar(f"{log.name} runs again, also changed"):
+                found = asked.parting()
         except ChangeRefused as error:
             raise fail(f"hil: {error}", 2) from None
         first_ns = found.first_ns
@@ -125,7 +127,8 @@ def what_if(log: Path, options: WhatIfOptions, since: str | None, to: str | None
             start_ns = from_ns if from_ns is not None else first_ns or SimTimeNs(0)
             if start_ns >= to_ns:
                 start_ns = SimTimeNs(0)
-            series = asked.series(fields, start_ns, to_ns, max((to_ns - start_ns) // _POINTS, 1000))
+            with bar(f"{log.name} is drawn"):
+                series = asked.series(fields, start_ns, to_ns, max((to_ns - start_ns) // _POINTS, 1000))
     values = {"identical": first_ns is None, **_values(asked, found), "series": _columns(series)}
     text = "\n".join(_lines(asked, found))
     return CommandAnswer(values, "\n".join([text, *_drawn(series, options.output, log)]), is_harmless=True)

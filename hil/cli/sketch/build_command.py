@@ -9,6 +9,7 @@ import typer
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 
 
 def build(
@@ -61,7 +62,8 @@ def build(
     from hil.toolchain.sketch_build import FLASH_BYTES, SRAM_BYTES, BuildOptions, build_sketch
 
     try:
-        built = build_sketch(folder, BuildOptions(output, libraries or (), lto, warnings), os.environ)
+        with bar(f"{folder.resolve().name} is built"):
+            built = build_sketch(folder, BuildOptions(output, libraries or (), lto, warnings), os.environ)
     except NoToolchain as error:
         raise fail(f"hil: {error}", Exit.FAILED) from None
     except BuildFailed as error:

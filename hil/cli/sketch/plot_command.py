@@ -3,6 +3,7 @@
 import math
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Annotated
 
 import typer
@@ -11,6 +12,7 @@ from hil.cli.boards.drawn_recordings import Output, check_output, shown_recordin
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import exit_of
+from hil.cli.framework.progress_bars import bar
 from hil.host.journal import say
 from hil.sketch.printed_numbers import PrintedNumbers
 from hil.vocab.shown_text import printable
@@ -39,13 +41,14 @@ def plot(
     check_output(output)
     say(f"{device}: listening for {seconds:g} s; Ctrl-C ends it", sys.stderr)
     printed = PrintedNumbers()
-    try:
+    first_ns: int | None = None
+    with suppress(KeyboardInterrupt), bar(f"{device} is heard", "s simulated") as shown:
         for at_ns, data, is_cut in _said_by(bench, device, seconds):
+            first_ns = at_ns if first_ns is None else first_ns
+            shown.tell((at_ns - first_ns) * 1e-9, seconds)
             if is_cut:
                 printed.break_off()
             printed.add(at_ns, data)
-    except KeyboardInterrupt:
-        pass
     if not printed.rows:
         lines = f"{printed.others} lines of other text" if printed.others else "no whole line"
         raise fail(f"hil: {device} has printed no numbers in this time, but {lines}")

@@ -11,6 +11,7 @@ from hil.cli.boards.time_given import seconds_of
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 from hil.cli.framework.shown_view import Grid, ShownView, line
 from hil.cli.sketch.program_files import Elf, need_symbols
 from hil.sketch.function_names import Functions
@@ -100,15 +101,17 @@ def _counted(
     try:
         counted: dict[str, Any] = {"cycles": -1}
         moved_s = time.monotonic()
-        while True:
-            before, counted = counted["cycles"], bench.ask("counted", device=device)
-            if counted["cycles"] >= wanted:
-                return counted
-            if counted["cycles"] != before:
-                moved_s = time.monotonic()
-            elif time.monotonic() - moved_s > _STANDS_S:
-                why = f"hil: {device} stands: is the bench paused, or the program halted by GDB?"
-                raise fail(why, Exit.FAILED)
-            time.sleep(_LOOK_S)
+        with bar(f"{device} is counted", "s simulated") as shown:
+            while True:
+                before, counted = counted["cycles"], bench.ask("counted", device=device)
+                if counted["cycles"] >= wanted:
+                    return counted
+                shown.tell(counted["cycles"] / chip["crystal_Hz"], length_s)
+                if counted["cycles"] != before:
+                    moved_s = time.monotonic()
+                elif time.monotonic() - moved_s > _STANDS_S:
+                    why = f"hil: {device} stands: is the bench paused, or the program halted by GDB?"
+                    raise fail(why, Exit.FAILED)
+                time.sleep(_LOOK_S)
     finally:
         bench.ask("count", device=device, starts=[])
