@@ -31,7 +31,9 @@ NAVIGATION: Mapping[str, list[str]] = {
     "Start": [
         "docs/tour.md", "docs/faq.md", *_how_to("package"), "examples/README.md", "docs/not-modelled.md",
     ],
-    "Use: programs and tests": _how_to("ports", "write-a-test", "programs", "robot", "seeds", "ci", "draw"),
+    "Use: programs and tests": _how_to(
+        "ports", "monitor", "write-a-test", "programs", "robot", "seeds", "ci", "draw"
+    ),
     "Use: motion": _how_to("move-axes", "runs", "gcode", "switches", "race"),
     "Use: lines and buses": _how_to(
         "segments", "mother", "sac-network", "modbus", "scada", "can", "can-channels", "zenoh", "web", "usb"

@@ -25,6 +25,22 @@ DEG = r"-?\d+\.\d+"
 DEMO = f"bench: demo\ndevices:\n  {M1}\n  s1: {{profile: sac}}\n"
 
 
+# ---- ten questions ----
+
+
+@before("faq", "How real is real time?")
+def _(session: Session) -> None:
+    session.serve(f"bench: desk\ndevices:\n  {M1}\n", speed=1)
+    session.varies = (r"\d+\.\d+", r"\d+")
+
+
+@before("faq", "Can I trust a run twice?")
+def _(session: Session) -> None:
+    for letter in "py":
+        session.run(f"hil type m1 {letter}")
+    session.end_benches()
+
+
 # ---- recordings ----
 
 

@@ -13,7 +13,7 @@ CARRIED_OUT: dict[tuple[str, str], CarryOut] = {}
 
 
 def page(name: str) -> str:
-    return f"docs/how-to/{name}.md"
+    return "docs/faq.md" if name == "faq" else f"docs/how-to/{name}.md"
 
 
 def before(name: str, heading: str) -> Callable[[Prepare], Prepare]:

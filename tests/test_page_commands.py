@@ -1,4 +1,4 @@
-"""Commands of ``docs/how-to``: each is carried out, and prints what its page shows."""
+"""Commands of ``docs/how-to`` and ``docs/faq.md``: each is carried out, and prints what its page shows."""
 
 import re
 import shlex
@@ -19,7 +19,10 @@ from hil.cli.framework.command_classes import USAGE_ERROR
 
 ENTERED = (page_preparations, sketch_preparations)
 """Modules that have filled the tables."""
-PAGES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md"))
+PAGES = [
+    "docs/faq.md",
+    *sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs/how-to").glob("*.md")),
+]
 ALL = [str(path.relative_to(ROOT)) for path in all_pages() if path.name != "CHANGELOG.md"]
 ELSEWHERE = {
     ("docs/how-to/add-a-profile.md", "Add a board"): "test_how_to_board.py",

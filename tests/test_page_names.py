@@ -25,7 +25,10 @@ from hil.vocab.faults import FAULT_KINDS, TIMING
 from hil.vocab.profile import Profile
 
 PAGES = [
-    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "docs/tour.md", "docs/benchmarks.md")),
+    *(
+        ROOT / name
+        for name in ("README.md", "CONTRIBUTING.md", "docs/tour.md", "docs/faq.md", "docs/benchmarks.md")
+    ),
     *sorted((ROOT / "docs/how-to").glob("*.md")),
 ]
 IDS = [page.stem for page in PAGES]
