@@ -58,7 +58,7 @@ def main() -> None:
         time.sleep(1)
         alone = rss_MB(running.pid)
     everything = ";".join(f"import {name}" for name in LIBRARIES)
-    kinds = config({"m1": ONE, "m2": ONE | {"port": {"kind": "tcp", "port": 0}}})
+    kinds = config({"m1": ONE, "m2": ONE | {"port": {"kind": "tcp", "listen": 0}}})
     # All libraries too: a bridge may be used one day, and the figure includes it.
     with daemon(
         kinds,

@@ -233,7 +233,7 @@ def main() -> None:
     only = [each for each in sys.argv[1:] if not each.startswith("--")]
     own, web, modbus, hub = (free_port() for _ in range(4))
     devices = "devices:\n  m1: {profile: mechaduino, flash: {table: identity}}\n"
-    doors = f"bridges:\n  web: {{port: {web}}}\n  modbus: {{listen: '127.0.0.1:{modbus}'}}\n"
+    doors = f"bridges:\n  web: {{listen: {web}}}\n  modbus: {{listen: '127.0.0.1:{modbus}'}}\n"
     with daemon(f"bench: mill\n{devices}{doors}  zenoh: {{listen: [tcp/127.0.0.1:{own}]}}\n") as running:
         time.sleep(UP_S)
         path = str(running.folder / "run" / "mill" / "control.sock")

@@ -310,7 +310,7 @@ class Live:
 
 
 async def live_walks(folder: Path) -> list[Walk]:
-    doors = {"modbus": {"listen": "127.0.0.1:0"}, "web": {"port": 0}}
+    doors = {"modbus": {"listen": "127.0.0.1:0"}, "web": {"listen": 0}}
     devices = {"m1": SERVO, "m2": SERVO}
     config = json.dumps({"bench": "walks", "devices": devices, "bridges": doors})
     daemon = Daemon(

@@ -63,7 +63,7 @@ def config_of(devices: int) -> str:
 
 
 CONFIG = config_of(AXES)
-DOOR = "bridges: {web: {port: 0}}\n"
+DOOR = "bridges: {web: {listen: 0}}\n"
 
 
 class Page:

@@ -779,7 +779,7 @@ complete -c hil -n '__hil_at \'zenoh\' -eq 0' -a router -d 'Join benches: run a 
 complete -c hil -n '__hil_at \'zenoh\' -eq 0' -a keys -d 'Make certificates, passwords and configurations for a bench in a network.'
 complete -c hil -n '__hil_at \'zenoh\' -eq 0' -a site -d 'Benches, users and a router of one authority: certificates, roles, revocation.'
 complete -c hil -n '__hil_in \'zenoh\'' -s h -l help -d 'Show a summary and exit.'
-complete -c hil -n '__hil_in \'zenoh router\'' -l listen -x -d 'Where benches and clients connect. Default: where the site says, on all interfaces.'
+complete -c hil -n '__hil_in \'zenoh router\'' -l listen -x -d 'Where benches and clients connect, as 127.0.0.1:7447 or tls/0.0.0.0:7447. Default: where the site says, on all interfaces.'
 complete -c hil -n '__hil_in \'zenoh router\'' -l site -x -d 'The router\'s folder of a site.'
 complete -c hil -n '__hil_in \'zenoh router\'' -l ca -x -d 'The site\'s authority, for tls/ addresses.'
 complete -c hil -n '__hil_in \'zenoh router\'' -l certificate -x -d 'The router\'s.'

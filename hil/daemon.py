@@ -18,6 +18,7 @@ from hil.host.notify import Notifier
 from hil.host.real_time import Grant
 from hil.host.service import Service, has_terminal
 from hil.live.apply.bench_plan import plan_start
+from hil.live.bridges import closed_doors
 from hil.live.configured import Configured
 from hil.live.core_thread import start_core
 from hil.live.folders import folders
@@ -101,7 +102,10 @@ class Daemon:
             fork.plan(config, catalogue, files) if fork else plan_start(config, at.folder, catalogue, files)
         )
         live = make_live(stack, self._configured, plan, files, at, WATCH_IDLE_S, fork)
-        await live.apply.carry_out(plan)
+        try:
+            await live.apply.carry_out(plan)
+        except Refused as refused:
+            raise Refused("\n".join([str(refused), *await closed_doors(config)])) from None
         if fork:
             await live.go_through(fork)
         note_hung(at.state / BREADCRUMB, live.notes)
@@ -123,7 +127,7 @@ class Daemon:
             events_before=fork.events() if fork else (),
         )
         stack.push_async_callback(live.bridges.close)
-        await live.bridges.open(config.bridges, desk)
+        await live.bridges.open(config, desk)
         server = ControlServer(desk, claimed)
         stack.push_async_callback(server.close)
         service = Service(

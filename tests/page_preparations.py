@@ -246,9 +246,7 @@ def _(session: Session) -> None:
 
 @before("ports", "Ports")
 def _(session: Session) -> None:
-    text = (
-        session.text("Ports").replace("baud: 38400", "baud: 384000000").replace("port: 7001", "port: 70010")
-    )
+    text = session.text("Ports").replace("baud: 38400", "baud: 384000000").replace("0.1:7001", "0.1:70010")
     session.write("lab.yaml", text)
 
 

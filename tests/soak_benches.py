@@ -48,7 +48,7 @@ def random_bench(random: Random, name: str, first_port: int, adapter: str = "/de
                 "state_hz": random.choice((0.7, 7.0, 10.0, 30.0)),
                 "packed_hz": random.choice((10.0, 77.7, 100.0, 300.0)),
             },
-            "web": {"port": first_port + 2},
+            "web": {"listen": first_port + 2},
         },
     }
     for _ in range(random.choice((0, 0, 1, 2, 4))):

@@ -39,7 +39,7 @@ class MemorySoak(threading.Thread):
     def __init__(self, place: Place, first_port: int, seconds: float) -> None:
         super().__init__(name="memory", daemon=True)
         self._place, self._port, self._seconds = place, first_port, seconds
-        web = {"web": {"port": first_port}, "metrics": {"listen": f"127.0.0.1:{first_port + 1}"}}
+        web = {"web": {"listen": first_port}, "metrics": {"listen": f"127.0.0.1:{first_port + 1}"}}
         self._server = place.serve(json.dumps(CONFIG | {"bridges": web}), bench="memory")
         self._over = threading.Event()
         self.troubles: list[str] = []

@@ -19,7 +19,7 @@ from e2e_support import PATIENCE_S, Client, Place, Server, config, until
 from hil.sim.input_reading import decode, read_line
 from hil.sim.inputs import Reset
 
-TCP = {"port": {"kind": "tcp", "port": 0}}
+TCP = {"port": {"kind": "tcp", "listen": 0}}
 HELLO = 'HELLO 1 "Arduino IDE 2.3.4"'
 MENU_END = b"m  -  print main menu\r\n"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from e2e_support import PATIENCE_S, Q_BYTES, Client, Place, Server, config, until
 
-TCP = {"port": {"kind": "tcp", "port": 0}}
+TCP = {"port": {"kind": "tcp", "listen": 0}}
 PORTS = pytest.mark.parametrize("port", [{"port": "pty"}, TCP], ids=["pty", "tcp"])
 ANSWER_S = 10.0
 """Bound for an answer that takes 0.1 s of simulated time, beside a flood; a loaded machine took 3.5 s."""

@@ -22,7 +22,7 @@ COMMANDS = (
     *("serve", "check", "schema", "list", "status", "monitor", "reset", "pin", "set", "replay"),
     *("plot", "step", "drive", "doctor", "zero"),
 )
-TCP = {"port": {"kind": "tcp", "port": 0}}
+TCP = {"port": {"kind": "tcp", "listen": 0}}
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])

@@ -35,7 +35,7 @@ class Bench:
         self.place, self._stack = place, stack
         self.web, self.modbus, self.zenoh = free_port(), free_port(), free_port()
         bridges = {
-            "web": {"port": self.web},
+            "web": {"listen": self.web},
             "modbus": {"listen": f"127.0.0.1:{self.modbus}"},
             "zenoh": {"listen": [f"tcp/127.0.0.1:{self.zenoh}"], "packed_hz": 500},
         }

@@ -106,7 +106,7 @@ def two_computers() -> Iterator[tuple[str, str]]:
 def test_clients_whose_computer_vanishes(place: Place, two_computers: tuple[str, str]) -> None:
     """Let go of clients that said nothing, that wait for an answer, and that do not read."""
     ours, theirs = two_computers
-    port = {"kind": "tcp", "host": "10.77.0.1"}
+    port = {"kind": "tcp", "listen": "10.77.0.1"}
     names = ("idle", "asking", "deaf")
     bench = json.loads(config(speed=1, devices={name: {"port": port} for name in names}))
     server = place.serve(json.dumps(bench), prefix=("ip", "netns", "exec", ours)).ready("deaf")

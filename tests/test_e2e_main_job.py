@@ -10,7 +10,7 @@ import pytest
 import serial
 from e2e_support import LOOKUP_HEAD, PATIENCE_S, Q_BYTES, Client, Place, config, until
 
-TCP = {"port": {"kind": "tcp", "port": 0}}
+TCP = {"port": {"kind": "tcp", "listen": 0}}
 EMPTY = {"flash": {"table": "stored"}}
 READ_TO = 60  # seconds, for pyserial
 

@@ -302,7 +302,8 @@ def test_an_axis_that_is_not_there(place: Place) -> None:
 def test_a_port_that_is_taken(place: Place, server: Server) -> None:
     bridges = {"modbus": {"listen": f"127.0.0.1:{number_of(server)}"}}
     said = place.launch(config("v", bridges=bridges), bench="v").refused()
-    assert "Address already in use; choose another" in said
+    assert "is in use by hil (process " in said
+    assert "); choose another port, or end it" in said
 
 
 def test_insecure_is_said() -> None:

@@ -95,7 +95,7 @@ def test_a_served_bench_has_them_at_all_doors(place: Place, boards: Path) -> Non
                 "bridges": {
                     "modbus": {"listen": "127.0.0.1:0"},
                     "zenoh": {"listen": [f"tcp/127.0.0.1:{zenoh_port}"]},
-                    "web": {"port": 0},
+                    "web": {"listen": 0},
                 },
             }
         )

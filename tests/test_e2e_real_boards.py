@@ -179,7 +179,7 @@ def test_a_real_mechaduino_beside_a_twin_and_a_log_that_leaves_it_out(place: Pla
 
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name)")
 def test_a_board_at_our_own_rfc2217_port_goes_and_comes_back(place: Place) -> None:
-    port = {"kind": "rfc2217", "port": free_port()}
+    port = {"kind": "rfc2217", "listen": free_port()}
     text = config(speed=5, devices={"s1": SAC | {"port": port}})
     at = f"rfc2217://127.0.0.1:{port['port']}"
     twins = place.serve(text)

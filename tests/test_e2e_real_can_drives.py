@@ -42,7 +42,7 @@ class CanPair:
             path = str(place.runtime / "far" / "can0.adapter")
             self.at, self.where = f"can+slcan://{path}?bitrate=1000000", path
         elif over == "slcan":
-            bus["taps"] = {"adapter": {"port": {"kind": "tcp", "port": port}}}
+            bus["taps"] = {"adapter": {"port": {"kind": "tcp", "listen": port}}}
         else:
             group = f"239.74.{os.getpid() % 250}.{port % 250}"
             channel = {"interface": "udp_multicast", "channel": group, "port": port}

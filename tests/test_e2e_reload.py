@@ -18,7 +18,7 @@ from hil.recorded.recorded_fields import parse_fields
 from hil.recorded.recorded_run import open_recorded
 from hil.recorded.sampled import sampled
 
-TCP: dict[str, Any] = {"port": {"kind": "tcp", "port": 0}}
+TCP: dict[str, Any] = {"port": {"kind": "tcp", "listen": 0}}
 SAC: dict[str, Any] = {"profile": "sac", "flash": {}}
 
 
@@ -216,9 +216,13 @@ def test_a_port_that_cannot_be_had_takes_the_others_back(place: Place) -> None:
     open_fds = fds(server) + 1  # there may be a connection to the control socket
     with socket.create_server(("127.0.0.1", 0)) as taken:
         number = taken.getsockname()[1]
-        new = {"m0": {}, "m1": {"axis": {"start_deg": 1.0}}, "m3": {"port": {"kind": "tcp", "port": number}}}
+        new = {
+            "m0": {},
+            "m1": {"axis": {"start_deg": 1.0}},
+            "m3": {"port": {"kind": "tcp", "listen": number}},
+        }
         said = refused(place, server, new)
-    assert said.startswith(f"tcp port of m3: cannot listen on 127.0.0.1:{number}")
+    assert f"devices.m3.port.listen: 127.0.0.1:{number} is in use" in said
     until(lambda: fds(server) <= open_fds, "the file descriptors")
     assert reload(place, server, new) == {"restarted": ["m1"], "added": ["m0", "m3"], "removed": ["m2"]}
     server.stop()
@@ -228,10 +232,10 @@ def test_a_refused_reload_leaves_the_names_of_the_ports(place: Place) -> None:
     mode = {"port": {"kind": "pty", "mode": "0600"}}
     server = place.serve(config(devices={"m1": {}, "m2": {}})).ready()
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        unusable = {"port": {"kind": "tcp", "port": taken.getsockname()[1]}}
-        assert "cannot listen" in refused(place, server, {"m1": mode, "m2": {}, "m3": unusable})
+        unusable = {"port": {"kind": "tcp", "listen": taken.getsockname()[1]}}
+        assert "is in use by" in refused(place, server, {"m1": mode, "m2": {}, "m3": unusable})
         there = {"port": {"kind": "pty", "path": "m2"}}, {"port": {"kind": "pty", "path": "m1"}}
-        assert "cannot listen" in refused(place, server, {"m1": there[0], "m2": there[1], "m3": unusable})
+        assert "is in use by" in refused(place, server, {"m1": there[0], "m2": there[1], "m3": unusable})
     with server.client("m1") as m1:
         assert m1.ask(b"p").startswith(b"stepNumber: 0 ")
     before = folder(place)
@@ -251,14 +255,13 @@ def test_a_number_that_a_port_of_the_bench_has_is_told_as_such(place: Place) -> 
     number = int(server.status("m1")["address"].rpartition(":")[2])
 
     def at(kind: str) -> Devices:
-        return {"port": {"kind": kind, "port": number}}
+        return {"port": {"kind": kind, "listen": number}}
 
     said = refused(place, server, {"m1": at("rfc2217"), "m2": {}})
-    assert f"port of m1: cannot listen on 127.0.0.1:{number}" in said
-    assert "; m1 itself has this number, " in said
+    assert f"devices.m1.port.listen: 127.0.0.1:{number} is in use by m1 itself, " in said
     said = refused(place, server, {"m2": at("tcp")})
-    assert "; m1 has this number, " in said
-    assert said.endswith("take another number, or restart the daemon")
+    assert f"127.0.0.1:{number} is in use by m1, " in said
+    assert said.endswith("choose another port, or restart the daemon")
     assert reload(place, server, {"m2": {}}) == {"kept": ["m2"], "removed": ["m1"]}
     assert reload(place, server, {"m2": at("tcp")}) == {"restarted": ["m2"]}
     server.stop()

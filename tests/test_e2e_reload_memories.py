@@ -59,7 +59,7 @@ def test_a_refused_reload_leaves_the_memories_where_they_are(place: Place) -> No
         b1.ask(b"$Cd3.5\r", b"SAC>")
         before = memory_files(place)
         assert list(before) == ["b1.nvm"]
-        unusable = {"port": {"kind": "tcp", "port": taken.getsockname()[1]}}
+        unusable = {"port": {"kind": "tcp", "listen": taken.getsockname()[1]}}
         assert "cannot listen" in refused(place, server, {"b1": {}, "m2": unusable}, speed=5)
         assert memory_files(place) == before
     server.kill()

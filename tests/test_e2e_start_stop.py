@@ -21,7 +21,7 @@ from e2e_support import (
     until,
 )
 
-TCP = {"port": {"kind": "tcp", "port": 0}}
+TCP = {"port": {"kind": "tcp", "listen": 0}}
 
 
 def processes_of(group: int) -> list[int]:
@@ -168,13 +168,13 @@ def test_a_name_that_is_taken_is_refused(place: Place, kind: str) -> None:
 def test_all_ports_that_cannot_be_opened_are_named(place: Place) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         number = taken.getsockname()[1]
-        busy = {"port": {"kind": "tcp", "port": number}}
-        nowhere = {"port": {"kind": "tcp", "host": "192.0.2.1"}}
+        busy = {"port": {"kind": "tcp", "listen": number}}
+        nowhere = {"port": {"kind": "tcp", "listen": "192.0.2.1"}}
         strange = {"port": {"kind": "pty", "group": "no-such-group"}}
         said = place.launch(config(devices={"m1": busy, "m2": nowhere, "m3": strange, "m4": {}})).refused()
-    assert f"tcp port of m1: cannot listen on 127.0.0.1:{number}: port {number} is in use" in said
-    assert "tcp port of m2: cannot listen on 192.0.2.1:0: this is no address of this machine" in said
-    assert "pty port of m3: there is no group 'no-such-group'" in said
+    assert f"devices.m1.port.listen: 127.0.0.1:{number} is in use by " in said
+    assert "devices.m2.port.listen: 192.0.2.1:0 is no address of this computer" in said
+    assert "devices.m3.port: pty port of m3: there is no group 'no-such-group'" in said
     assert "m4" not in said
     assert nothing_left(place)
 

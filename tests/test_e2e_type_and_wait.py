@@ -7,7 +7,7 @@ import time
 import pytest
 from e2e_support import HIL, PATIENCE_S, Place, config, until
 
-TCP = {"port": {"kind": "tcp", "port": 0}}
+TCP = {"port": {"kind": "tcp", "listen": 0}}
 
 
 def both(place: Place) -> None:

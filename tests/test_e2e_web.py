@@ -31,7 +31,7 @@ DEVICES = {
 
 
 def text(**web: Any) -> str:
-    return json.dumps({**json.loads(CONFIG), "devices": DEVICES, "bridges": {"web": {"port": 0, **web}}})
+    return json.dumps({**json.loads(CONFIG), "devices": DEVICES, "bridges": {"web": {"listen": 0, **web}}})
 
 
 class Page:

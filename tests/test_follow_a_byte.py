@@ -199,7 +199,7 @@ def watched() -> list[Name]:
                 assert await page.receive_json() == {"id": 1, "answer": {"watch": 1}}
                 await page.receive_bytes()
 
-    bench = {"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}, "bridges": {"web": {"port": 0}}}
+    bench = {"bench": "t", "devices": {"m1": {"profile": "mechaduino"}}, "bridges": {"web": {"listen": 0}}}
     with TemporaryDirectory() as name:
         in_a_daemon(Path(name), bench, watch)
     return calls

@@ -14,7 +14,7 @@ from hil.config import ConfigError, parse
 from hil.daemon import Serving
 
 PAGE = "add-a-bridge"
-CONFIG = "bench: h\ndevices: {{s1: {{profile: sac}}}}\nbridges: {{datagrams: {{port: {port}}}}}\n"
+CONFIG = "bench: h\ndevices: {{s1: {{profile: sac}}}}\nbridges: {{datagrams: {{listen: {port}}}}}\n"
 
 
 @pytest.fixture(autouse=True)

@@ -245,7 +245,7 @@ def test_a_second_gdb_is_refused(bench: tuple[Place, Server], door: Door) -> Non
 def test_a_port_in_use_is_refused(bench: tuple[Place, Server], door: Door) -> None:
     where = ("--runtime-dir", str(bench[0].runtime))
     said = bench[0].hil("sketch", "gdb", "u1", "--port", str(door.port), *where, code=2)
-    assert f"port {door.port}: Address already in use; choose another with --port" in said
+    assert f"hil: --port: 127.0.0.1:{door.port} is in use by " in said
 
 
 @pytest.mark.thorough

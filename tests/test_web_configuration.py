@@ -29,18 +29,23 @@ ALL_OR_NONE = (
     "add `users` (`hil web user` makes them) and `tls`, or listen on 127.0.0.1, or write `insecure: true`"
 )
 REFUSED = {
-    "{prot: 1}": ("b.yaml:4:9: prot: ", "port"),
+    "{lisen: 1}": ("b.yaml:4:9: lisen: ", 'did you mean "listen"?'),
     "{port: 70000}": ("b.yaml:4:15: port: ", "65535"),
     '{port: "80"}': ("b.yaml:4:15: port: ", "number"),
-    "{host: a b}": ("b.yaml:4:15: host: ", "(write an address or a name, as in 127.0.0.1)"),
-    "{host: ''}": ("b.yaml:4:15: host: ", "(write an address or a name, as in 127.0.0.1)"),
+    "{host: a b}": ("b.yaml:4:15: host: ", "(write an address and a port, as in 127.0.0.1:8080)"),
+    "{host: ''}": ("b.yaml:4:15: host: ", "(write an address and a port, as in 127.0.0.1:8080)"),
+    "{port: 80, listen: 81}": ("b.yaml:4:15: port: ", "beside listen: the address is there twice (leave out"),
+    "{listen: 70000}": ("b.yaml:4:17: listen: ", "'70000' is no port (a port is 1 to 65535, or 0 for any"),
+    "{listen: a b}": ("b.yaml:4:17: listen: ", "(write an address and a port, as in 127.0.0.1:8080)"),
+    "{listen: '::1'}": ("b.yaml:4:17: listen: ", '(write it in brackets and quotes, as in "[::1]:8080")'),
+    "{listen: true}": ("b.yaml:4:17: listen: ", "text"),
     "{names: [lab1, 'a b']}": ("b.yaml:4:1", "(write a name or an address, with or without a port"),
     "{names: ['lab1:99999']}": ("b.yaml:4:1", "(write a name or an address, with or without a port"),
     "{token: boss}": ("b.yaml:4:16: token: ", "viewer"),
     "{sockets: 0}": ("b.yaml:4:18: sockets: ", "1"),
-    "{host: 0.0.0.0}": ("b.yaml:4:", f"and anybody there could move the axes ({ALL_OR_NONE})"),
-    "{host: '::', users: u}": ("b.yaml:4:", "and the network could read passwords (add `tls`"),
-    "{host: lab1, token: admin}": ("b.yaml:4:", "and the network could read passwords (add `tls`"),
+    "{listen: 0.0.0.0}": ("b.yaml:4:", f"and anybody there could move the axes ({ALL_OR_NONE})"),
+    "{listen: '[::]', users: u}": ("b.yaml:4:", "and the network could read passwords (add `tls`"),
+    "{listen: lab1, token: admin}": ("b.yaml:4:", "and the network could read passwords (add `tls`"),
     "{users: u, token: admin}": ("b.yaml:4:", "users and token: there is one way in (leave out one of them)"),
 }
 
@@ -59,9 +64,12 @@ def test_a_mistake_has_its_place_and_its_remedy(given: str) -> None:
         "~",
         "{}",
         "{port: 0, host: localhost}",
-        "{host: '::1', names: [lab1, 'lab1:9000', '[::1]:9000', 10.0.0.5]}",
+        "{host: '::1', port: ~}",
+        "{listen: 0}",
+        "{listen: localhost}",
+        "{listen: '[::1]:0', names: [lab1, 'lab1:9000', '[::1]:9000', 10.0.0.5]}",
         "{token: viewer}",
-        "{host: 0.0.0.0, insecure: true}",
+        "{listen: 0.0.0.0:80, insecure: true}",
     ],
 )
 def test_what_is_closed_or_meant_is_taken(given: str) -> None:
@@ -92,7 +100,7 @@ def test_files_are_read_by_the_check(tmp_path: Path) -> None:
 
 def test_certificates_are_read_by_the_check(tmp_path: Path) -> None:
     certificate, key = tmp_path / "door.pem", tmp_path / "door.key"
-    given = f"{{host: 0.0.0.0, token: admin, tls: {{certificate: {certificate}, key: {key}}}}}"
+    given = f"{{listen: 0.0.0.0, token: admin, tls: {{certificate: {certificate}, key: {key}}}}}"
     one, other = problems(given)
     assert f"tls.certificate: {certificate} is not there (write where the file is, in PEM)" in one
     assert f"tls.key: {key} is not there (write where the file is, in PEM)" in other

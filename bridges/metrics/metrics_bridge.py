@@ -9,8 +9,8 @@ from typing import Any
 
 from bridges.metrics.metrics_options import Options
 from hil.net.acceptor import abort
-from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.net.endpoint import endpoint, is_loopback
+from hil.net.listeners import address_shown, open_listeners
 from hil.net.visitors import NO_ROOM, Visit, Visitors
 from hil.vocab.desk_protocol import Desk, Source
 from hil.vocab.monitoring import Histogram, Metric, Reading, Value

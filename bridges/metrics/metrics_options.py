@@ -1,11 +1,15 @@
 """Options of the metrics bridge."""
 
-from typing import Self
+from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from hil.net.endpoint import endpoint, is_loopback
+from hil.net.listen_option import ADDRESS_SCHEMA, usual_at
+
+USUAL_PORT = 9464
+"""Port of OpenTelemetry's exporter for Prometheus."""
 
 
 class Options(BaseModel):
@@ -13,38 +17,26 @@ class Options(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
-    listen: str = Field(
-        default="127.0.0.1:9464",
+    listen: Annotated[str, usual_at(USUAL_PORT), ADDRESS_SCHEMA] = Field(
+        default=f"127.0.0.1:{USUAL_PORT}",
         description=(
-            "Address and port, as in `[::1]:9464`; port 0 takes a free one. Beyond this computer it needs"
-            " `insecure: true`."
+            'Address and port to listen at, as in `127.0.0.1:9464` or `"[::1]:9464"`; a port alone is of this'
+            " computer, and port 0 any free one. Beyond this computer it needs `insecure: true`."
         ),
     )
     insecure: bool = Field(
         default=False, description="Let other computers read the metrics; log and status say so again."
     )
 
-    @field_validator("listen")
-    @classmethod
-    def _has_the_form(cls, listen: str) -> str:
-        try:
-            endpoint(listen)
-        except ValueError as error:
-            raise PydanticCustomError(
-                "listen",
-                "{why}",
-                {"why": str(error), "remedy": "write an address and a port, as in 127.0.0.1:9464"},
-            ) from None
-        return listen
-
     @model_validator(mode="after")
     def _is_meant(self) -> Self:
         if not self.insecure and not is_loopback(endpoint(self.listen)[0]):
             raise PydanticCustomError(
                 "reached",
-                "listen: {listen} is reached from other computers, and metrics have no users",
+                "{listen} is reached from other computers, and metrics have no users",
                 {
                     "listen": self.listen,
+                    "at": ("listen",),
                     "remedy": "listen on 127.0.0.1 and let a proxy ask who it is, or write `insecure: true`",
                 },
             )

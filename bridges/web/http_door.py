@@ -11,7 +11,8 @@ from aiohttp import web
 
 from bridges.web.login_sessions import LoginLimit, Sessions
 from bridges.web.page_files import PageFiles
-from bridges.web.web_options import PROXY, authority, has_port
+from bridges.web.web_options import PROXY
+from hil.net.endpoint import authority, has_port
 from hil.vocab.desk_protocol import Source
 from hil.wire.json_text import JsonError, json_text, read_json
 

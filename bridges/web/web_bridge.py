@@ -17,13 +17,13 @@ from bridges.web.page_files import read_page
 from bridges.web.shared_reading import SharedReading
 from bridges.web.tls_files import context
 from bridges.web.web_client import Exports, Surroundings
-from bridges.web.web_options import FIRST_PORT, LAST_PORT, PROXY, Options, authority, has_port
+from bridges.web.web_options import FIRST_PORT, LAST_PORT, PROXY, Options
 from bridges.web.web_terminals import SharedPorts
 from bridges.web.web_users import UsersError, read_users
 from hil.net.acceptor import abort
-from hil.net.bridge_listeners import AddressTaken, address_shown, open_listeners
-from hil.net.endpoint import is_loopback
+from hil.net.endpoint import authority, has_port, is_loopback
 from hil.net.fair_share import FairShare
+from hil.net.listeners import LISTEN, AddressTaken, address_shown, open_listeners
 from hil.net.visitors import NO_ROOM, Visit, Visitors
 from hil.vocab.bridge_protocol import BridgeError
 from hil.vocab.desk_protocol import Desk, Source
@@ -175,14 +175,14 @@ class WebBridge:
         wanted = range(FIRST_PORT, LAST_PORT + 1) if port is None else [port]
         for each in wanted:
             try:
-                return await open_listeners(authority(host, each))
+                return await open_listeners(authority(host, each), names_holder=port is not None)
             except AddressTaken:
-                continue
-            except BridgeError as error:
-                raise BridgeError(str(error).replace("listen: ", "host: ", 1)) from None
-        if port is None:
-            raise BridgeError(f"port: {FIRST_PORT} to {LAST_PORT} are taken; choose another")
-        raise BridgeError(f"port: {port} is taken; choose another, or leave it out for the next free one")
+                if port is not None:
+                    raise
+        taken = (
+            f"ports {FIRST_PORT} to {LAST_PORT} of {authority(host, None)} are in use; choose another port"
+        )
+        raise BridgeError(taken, LISTEN)
 
     # ---- connections ----
 

@@ -350,7 +350,7 @@ class WebClient:
                 known = ", ".join(each["segment"] for each in rows) or "none"
                 raise VerbRefused("no_place", f"there is no segment {segment[:80]!r}; there are {known}")
             if not row["taps"]:
-                remedy = f"give it one in the configuration: `{segment}: {{taps: {{web: {{port: pty}}}}}}`"
+                remedy = f"give it one in the configuration: `{segment}: {{taps: {{web: {{listen: pty}}}}}}`"
                 raise VerbRefused("no_place", f"{segment} has no tap to send from; {remedy}")
             tap = row["taps"][0]["tap"]
         bursts = {"bursts": [[0, values["data_hex"].replace(" ", "")]]}

@@ -2,12 +2,13 @@
 
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from hil.net.endpoint import endpoint, is_loopback
+from hil.net.endpoint import endpoint, has_port, host_and_port, is_loopback
+from hil.net.listen_option import ADDRESS_SCHEMA, OldKeys, usual_at
 from hil.vocab.bridge_protocol import DoorPort, OptionProblem
 
 PROXY = "https://"
@@ -27,25 +28,19 @@ class TlsFiles(BaseModel):
     key: Path = Field(description="Its private key in PEM, without a password.")
 
 
-class Options(BaseModel):
+class Options(OldKeys):
     """Options under ``bridges.web``."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    port_left_out: ClassVar[int | None] = None
 
-    host: str = Field(
+    listen: Annotated[str, usual_at(None), ADDRESS_SCHEMA] = Field(
         default="127.0.0.1",
         description=(
-            "Address or name at which it listens. Beyond this computer it needs `users` or `token`, and"
-            " `tls`; or `insecure: true`."
-        ),
-    )
-    port: int | None = Field(
-        default=None,
-        ge=0,
-        le=65535,
-        description=(
-            f"Port; 0 takes any free one. Without it {FIRST_PORT}, or where that is taken the next free one"
-            f" up to {LAST_PORT}: `hil serve` prints the address."
+            'Address and port to listen at, as in `127.0.0.1:8080` or `"[::1]:8080"`; a port alone is of this'
+            f" computer, and port 0 any free one. An address alone has {FIRST_PORT}, or where that is taken"
+            f" the next free one up to {LAST_PORT}: `hil serve` prints it. Beyond this computer it needs"
+            " `users` or `token`, and `tls`; or `insecure: true`."
         ),
     )
     names: list[str] = Field(
@@ -86,17 +81,6 @@ class Options(BaseModel):
         default=50_000, ge=100, le=400_000, description="Samples of axes that a page gets in a second."
     )
 
-    @field_validator("host")
-    @classmethod
-    def _is_a_host(cls, host: str) -> str:
-        try:
-            endpoint(authority(host, 1))
-        except ValueError as error:
-            raise PydanticCustomError(
-                "host", "{why}", {"why": str(error), "remedy": "write an address or a name, as in 127.0.0.1"}
-            ) from None
-        return host
-
     @field_validator("names")
     @classmethod
     def _are_names(cls, names: list[str]) -> list[str]:
@@ -130,9 +114,10 @@ class Options(BaseModel):
         if not (self.users or self.token):
             raise PydanticCustomError(
                 "reached",
-                "host: {host} is reached from other computers, and anybody there could move the axes",
+                "{listen} is reached from other computers, and anybody there could move the axes",
                 {
-                    "host": self.host,
+                    "listen": self.listen,
+                    "at": ("listen",),
                     "remedy": "add `users` (`hil web user` makes them) and `tls`, or listen on 127.0.0.1, or"
                     " write `insecure: true`",
                 },
@@ -140,10 +125,24 @@ class Options(BaseModel):
         if not self.tls:
             raise PydanticCustomError(
                 "readable",
-                "host: {host} is reached from other computers, and the network could read passwords",
-                {"host": self.host, "remedy": "add `tls`, or listen on 127.0.0.1, or write `insecure: true`"},
+                "{listen} is reached from other computers, and the network could read passwords",
+                {
+                    "listen": self.listen,
+                    "at": ("listen",),
+                    "remedy": "add `tls`, or listen on 127.0.0.1, or write `insecure: true`",
+                },
             )
         return self
+
+    @property
+    def host(self) -> str:
+        """Address or name at which it listens, without brackets."""
+        return host_and_port(self.listen)[0]
+
+    @property
+    def port(self) -> int | None:
+        """Port; None: the first that is free."""
+        return host_and_port(self.listen)[1]
 
     def wanted_ports(self) -> Sequence[DoorPort]:
         """None: it listens by itself."""
@@ -168,13 +167,3 @@ class Options(BaseModel):
 
             for option, message, remedy in file_problems(self.tls.certificate, self.tls.key):
                 yield OptionProblem(("tls", option), message, remedy)
-
-
-def authority(host: str, port: int) -> str:
-    """Format a host and a port as they stand in a URL."""
-    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
-
-
-def has_port(name: str) -> bool:
-    """True if a port stands behind a name, as in ``lab1:9000`` and ``[::1]:9000``."""
-    return name.rpartition("]")[2].startswith(":") if name.startswith("[") else ":" in name

@@ -22,11 +22,13 @@ from bridges.zenoh.options import Options
 from bridges.zenoh.others import Others
 from bridges.zenoh.publications import Publications
 from bridges.zenoh.readings import Readings
+from bridges.zenoh.refused_addresses import first_refused
 from bridges.zenoh.sender import Senders
 from bridges.zenoh.site_folder import SiteFolder, opened_folder
 from bridges.zenoh.site_gate import SiteGate
 from bridges.zenoh.users import SecurityError, read_users, refuse_endless
 from bridges.zenoh.zenoh_config import opened, password_file, session_config, site_options, site_subjects
+from hil.net.listeners import LISTEN
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Answered, BenchGone, BenchProblem, BridgeError
 from hil.vocab.desk_protocol import Desk, Source
@@ -136,9 +138,11 @@ class ZenohBridge:
         except SecurityError as error:
             raise BridgeError(str(error)) from None
         except zenoh.ZError as error:
+            if refused := await first_refused(self._options.listen):
+                raise BridgeError(str(refused[1]), (*LISTEN, refused[0])) from None
             if self._options.listen or not str(error).startswith(_NOBODY_THERE):
                 raise BridgeError(
-                    f"{first_line(error)}; listen: choose another address, or [] for none"
+                    f"{first_line(error)}; choose another address, or [] for none", LISTEN
                 ) from None
             await self._say_why()
             self._work.begin(self._join(self._senders))

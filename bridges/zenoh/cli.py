@@ -29,8 +29,9 @@ def run_router(
         list[str] | None,
         typer.Option(
             "--listen",
-            help="Where benches and clients connect. Default: where the site says, on all interfaces.",
-            metavar="tcp/HOST:PORT",
+            help="Where benches and clients connect, as 127.0.0.1:7447 or tls/0.0.0.0:7447."
+            " Default: where the site says, on all interfaces.",
+            metavar="HOST:PORT",
         ),
     ] = None,
     site: Annotated[
@@ -57,19 +58,23 @@ def run_router(
     tell and answer under its own name alone, and users may ask. With --site the same holds for the members of
     the site, and a new list of them is taken while the router runs.
 
-    Example: hil zenoh router --listen tcp/127.0.0.1:7447
+    Example: hil zenoh router --listen 127.0.0.1:7447
     """
+    import asyncio
     import logging
     import signal
 
     import zenoh
 
-    from bridges.zenoh.options import TlsOptions
+    from bridges.zenoh.options import TlsOptions, with_transport
+    from bridges.zenoh.refused_addresses import first_refused
     from bridges.zenoh.router_process import SiteRouter, close, default_listen, serve_site
     from bridges.zenoh.site_folder import opened_folder
     from bridges.zenoh.users import SecurityError, read_users
     from bridges.zenoh.zenoh_config import opened, password_file, router_config
+    from hil.net.endpoint import BadAddress
 
+    where: list[str] = []
     given = [each for each in (ca, certificate, key) if each]
     if given and not (ca and certificate and key):
         typer.echo("hil: --ca, --certificate and --key belong together", err=True)
@@ -86,14 +91,19 @@ def run_router(
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
         folder, known = opened_folder(site) if site else None, read_users(users) if users else []
-        where = listen or (default_listen(folder) if folder else [])
+        where = [with_transport(each) for each in listen or (default_listen(folder) if folder else [])]
         if folder:
             router = SiteRouter(folder, where)
         else:
             with password_file(known) as dictionary:
                 session = opened(router_config(where, tls, insecure, known, dictionary))
+    except BadAddress as error:
+        typer.echo(f"hil: --listen: {error}; {error.remedy}", err=True)
+        raise typer.Exit(2) from None
     except (SecurityError, zenoh.ZError) as error:
-        typer.echo(f"hil: {str(error).partition(' at /')[0]}", err=True)
+        refused = asyncio.run(first_refused(where))
+        why = f"--listen: {refused[1]}" if refused else str(error).partition(" at /")[0]
+        typer.echo(f"hil: {why}", err=True)
         raise typer.Exit(2) from None
     members = folder.list.members.values() if folder else known
     benches = [each.name for each in members if each.is_bench]

@@ -1,8 +1,50 @@
 """Options of the bridge."""
 
 from pathlib import Path
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from hil.net.endpoint import BadAddress, listen_address
+
+USUAL_PORT = 7447
+"""Port of zenoh's routers."""
+ENDPOINTS_SCHEMA = WithJsonSchema(
+    {
+        "anyOf": [
+            {"type": "array", "items": {"type": "string"}},
+            {"type": "string"},
+            {"type": "integer"},
+        ]
+    }
+)
+
+
+def endpoints(given: Any) -> Any:
+    """Complete the addresses of ``listen``: one alone is a list of one, and one without a transport is by
+    TCP. What is no address is left as it is, for zenoh to read or the model to refuse."""
+    several = given if isinstance(given, list) else [given]
+    if any(isinstance(each, bool) or not isinstance(each, str | int) for each in several):
+        return given
+    completed = []
+    for at, each in enumerate(several):
+        try:
+            completed.append(with_transport(each))
+        except BadAddress as error:
+            problem = {"why": str(error), "remedy": error.remedy, "at": (at,) if several is given else ()}
+            raise PydanticCustomError("listen", "{why}", problem) from None
+    return completed
+
+
+def with_transport(given: str | int) -> str:
+    """Complete an address of zenoh: without a transport it is by TCP.
+
+    Raises:
+        BadAddress: it is none.
+    """
+    is_whole = isinstance(given, str) and "/" in given
+    return str(given) if is_whole else f"tcp/{listen_address(given, USUAL_PORT)}"
 
 
 class TlsOptions(BaseModel):
@@ -20,11 +62,12 @@ class Options(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
-    listen: list[str] = Field(
-        default=["tcp/127.0.0.1:7447"],
+    listen: Annotated[list[str], BeforeValidator(endpoints), ENDPOINTS_SCHEMA] = Field(
+        default=[f"tcp/127.0.0.1:{USUAL_PORT}"],
         description=(
-            "Where others connect, as zenoh writes it. Beyond this computer it needs `users` or `tls`, or"
-            " `insecure: true`."
+            "Where others connect: an address and port, as in `127.0.0.1:7447`, which is by TCP, or one"
+            " with its transport, as zenoh writes it: `tls/0.0.0.0:7447`; or a list of them. Beyond this"
+            " computer it needs `site` or `users`, or `insecure: true`."
         ),
     )
     connect: list[str] = Field(

@@ -10,6 +10,7 @@ from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.check_ports import PortsCheck
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, shown, suggestion
+from hil.config.written import old_key_problems
 from hil.vocab.address import DeviceParts
 from hil.vocab.problem import Unusable
 
@@ -51,6 +52,8 @@ def read_bridges(
         except ValidationError as error:
             findings += findings_of(error, kinds[name], path, document)
         else:
+            ports.old_keys += old_key_problems(document, path, dict(given or {}), read)
+            ports.door(name, read)
             for port in read.wanted_ports() if isinstance(read, BridgeOptions) else ():
                 ports.want(f"the bridge {name}", (*path, *port.place), port)
     return options, findings

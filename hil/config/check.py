@@ -24,6 +24,7 @@ from hil.config.port_model import SERIAL, is_path
 from hil.config.processor_findings import processor_findings
 from hil.config.real_places import same_at
 from hil.config.switch_findings import switch_findings
+from hil.config.written import written
 from hil.config.yaml_text import document_from_yaml
 from hil.vocab.address import DeviceParts
 from hil.vocab.problem import ConfigError, Problem
@@ -59,7 +60,8 @@ def from_dict(data: Mapping[str, object], catalogue: Catalogue) -> BenchConfig:
 
 def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = False) -> BenchConfig:
     catalogue, wrong_paths = _with_path(document, catalogue)
-    value, found, profiles, elsewhere, of_files = _completed(document, catalogue)
+    ports = PortsCheck(document, catalogue.ports)
+    value, found, profiles, elsewhere, of_files = _completed(document, catalogue, ports)
     findings = [*document.findings, *wrong_paths, *found]
     model = bench_model(catalogue.buses)
     config: BenchConfig | None = None
@@ -80,7 +82,7 @@ def _check(document: Document, catalogue: Catalogue, *, opens_bridges: bool = Fa
     if config is None or findings or elsewhere:
         of_boards = _of_boards(value, catalogue)
         raise ConfigError([*document.error(findings).problems, *elsewhere, *of_boards])
-    return config
+    return config.with_written(written(document, ports.old_keys))
 
 
 def _good_part(
@@ -121,7 +123,7 @@ def _of_boards(value: Any, catalogue: Catalogue) -> list[Problem]:
 
 
 def _completed(
-    document: Document, catalogue: Catalogue
+    document: Document, catalogue: Catalogue, ports: PortsCheck
 ) -> tuple[Any, list[Finding], dict[str, ProfileInfo] | None, list[Problem], set[str]]:
     """Complete a document with the catalogue's defaults: its value, the findings, the profiles of all
     devices, problems of files that it names, and the devices that name these, or have a profile that is not
@@ -129,7 +131,6 @@ def _completed(
     given: Any = document.value
     if not isinstance(given, dict) or not isinstance(given.get("devices"), dict):
         return given, [], None, [], set()
-    ports = PortsCheck(document, catalogue.ports)
     devices = {
         name: DeviceCheck(name, raw, document, catalogue, ports)
         for name, raw in given["devices"].items()

@@ -12,9 +12,10 @@ from pydantic import BaseModel, ValidationError
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.explain import findings_of, no_such, shown, unknown_key
 from hil.config.port_model import PortConfig
+from hil.config.written import old_key_problems
 from hil.vocab.address import CONTROL_SOCKET
 from hil.vocab.near_words import did_you_mean
-from hil.vocab.problem import Unusable
+from hil.vocab.problem import Problem, Unusable
 
 if TYPE_CHECKING:
     from hil.vocab.bridge_protocol import DoorPort
@@ -45,6 +46,8 @@ class PortsCheck:
         self._kinds = kinds
         self._taken: list[_Taken] = []
         self.findings: list[Finding] = []
+        self.old_keys: list[Problem] = []
+        """Warnings of old keys, of ports and of bridges."""
 
     def read(self, label: str, path: KeyPath, value: object) -> PortConfig:
         """Read the port at a key path; ``label`` is its name in the bench."""
@@ -89,16 +92,19 @@ class PortsCheck:
             self.findings.append(no_such(kind_path, "kind of port", kind, self._kinds))
             return None
         known = [field.alias or name for name, field in model.model_fields.items()]
+        old = getattr(model, "old_keys", ())
         unknown = [
             unknown_key((*path, key), ["kind", *known], {"kind", *options})
             for key in options
-            if key not in known
+            if key not in known and key not in old
         ]
         self.findings += unknown
-        mine = json.dumps({key: value for key, value in options.items() if key in known})
+        mine = json.dumps({key: value for key, value in options.items() if key in known or key in old})
         try:
             # As JSON, so that strict still reads a path or an enumeration from text.
-            return PortConfig(kind=kind, options=model.model_validate_json(mine, strict=True))
+            read = model.model_validate_json(mine, strict=True)
+            self.old_keys += old_key_problems(self._document, path, options, read)
+            return PortConfig(kind=kind, options=read)
         except ValidationError as error:
             meant = {finding.remedy for finding in unknown}
             self.findings += [
@@ -114,6 +120,13 @@ class PortsCheck:
             if model := self._kinds.get(port.kind):
                 places = _places("", model(**port.options))
                 self._taken += [_Taken(f"{owner} has a port", path, *place[1:]) for place in places]
+
+    def door(self, name: str, options: BaseModel) -> None:
+        """Note where a bridge listens."""
+        listens = getattr(options, "listen", None)
+        path = ("bridges", name, "listen")
+        for listen in [listens] if isinstance(listens, str) else []:
+            self._taken += [_Taken(f"the bridge {name} listens", path, place, False) for place in _at(listen)]
 
     def real(self, name: str, path: KeyPath, at: str) -> None:
         """Note the serial port of a real board. Two boards at one are found elsewhere."""
@@ -172,11 +185,13 @@ def _places(name: str, options: BaseModel) -> Iterator[tuple[str, _Place, bool]]
     """Places of a port by its options, each behind the option that says so; True: it is a path.
 
     By convention ``path`` is relative to the bench's runtime directory and None stands for the name of the
-    device there; ``host`` and ``port`` are a listener's address, and port 0 any free one; ``url`` is a real
-    serial port; ``serial_number`` is that of a USB device.
+    device there; ``listen`` is a listener's address, and port 0 any free one, as ``host`` and ``port`` are of
+    a kind that has them apart; ``url`` is a real serial port; ``serial_number`` is that of a USB device.
     """
     if hasattr(options, "path"):
         yield "path", (name if options.path is None else str(options.path),), True
+    if isinstance(listen := getattr(options, "listen", None), str):
+        yield from (("listen", place, False) for place in _at(listen))
     host, port = getattr(options, "host", None), getattr(options, "port", None)
     if host is not None and port:
         yield "port", (str(host).lower(), port), False
@@ -185,6 +200,13 @@ def _places(name: str, options: BaseModel) -> Iterator[tuple[str, _Place, bool]]
     url = getattr(options, "url", None)
     if isinstance(url, str):
         yield "url", _real_place(url), False
+
+
+def _at(listen: str) -> Iterator[_Place]:
+    """Place of an address whose port is fixed."""
+    host, _, port = listen.lower().rpartition(":")
+    if host and port.isdecimal() and port != "0":
+        yield host, port
 
 
 def _real_place(url: str) -> _Place:

@@ -122,7 +122,7 @@ class Document:
         )
         return ConfigError(
             [
-                Problem(self.file, at.line, at.column, _line(_where(f.path) + f.message), _line(f.remedy))
+                Problem(self.file, at.line, at.column, _line(dotted(f.path) + f.message), _line(f.remedy))
                 for at, _, f in ordered
             ]
         )
@@ -174,6 +174,7 @@ def _line(text: str) -> str:
     return " ".join(text.split())
 
 
-def _where(path: KeyPath) -> str:
+def dotted(path: KeyPath) -> str:
+    """Format a key path as the beginning of a message."""
     parts = [str(part) if re.fullmatch(r"[\w-]{1,64}", str(part)) else repr(part)[:60] for part in path]
     return ".".join(parts) + ": " if parts else ""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field, SerializeAsAny
+from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, SerializeAsAny
 
 from hil.config.axis_keys import AxisKeys, axis_parameters, usual_axis_parameters
 from hil.config.board_parameters import BuildValues
@@ -21,6 +21,7 @@ from hil.config.port_model import Name, PortConfig, usable_path
 from hil.config.processor_model import DriverPins, Voltages, measured
 from hil.config.recordings_model import KEPT_RECORDINGS, RecordingsConfig
 from hil.config.shaft_load import LoadConfig
+from hil.config.written import Written
 from hil.vocab.address import Address, owner_of
 from hil.vocab.axis_plan import AxisPlan, Load
 from hil.vocab.firmware import NETWORK
@@ -342,6 +343,18 @@ class BenchConfig(StrictModel):
     state_dir: _Path | None = Field(
         default=None, description="Where the boards' non-volatile memory is kept; null: the daemon's choice."
     )
+
+    _written: Written = PrivateAttr(default=Written())
+
+    @property
+    def written(self) -> Written:
+        """Places of its doors and ports in the file, and old keys."""
+        return self._written
+
+    def with_written(self, written: Written) -> "BenchConfig":
+        """Note how it was written; answers the same bench."""
+        self._written = written
+        return self
 
     def wires_of(self, key: str) -> Mapping[str, Any]:
         """Wires of a kind of bus by name, each of the model of its kind."""

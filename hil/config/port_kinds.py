@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 
 from hil.config.catalogue import ProfileInfo
+from hil.config.document import KeyPath
 from hil.config.model import BenchConfig
 from hil.config.port_model import SERIAL, USUAL_BAUD
 from hil.config.station_names import station_uart
-from hil.vocab.address import Address
+from hil.vocab.address import Address, address_of
+from hil.vocab.firmware import NETWORK
 
 
 def segment_speeds(bench: BenchConfig, name: str, profiles: Mapping[str, ProfileInfo]) -> Mapping[str, int]:
@@ -26,6 +28,17 @@ def segment_speeds(bench: BenchConfig, name: str, profiles: Mapping[str, Profile
         own = getattr(config.port.options, "baud", baud) if config.port.kind == SERIAL else baud
         speeds[str(Address(name, tap))] = own
     return speeds
+
+
+def port_path(config: BenchConfig, label: str) -> KeyPath:
+    """Path to the key of a port in the configuration."""
+    owner, part = address_of(label)
+    if owner in config.devices:
+        if part in ("", NETWORK):
+            return ("devices", owner, part or "port")
+        return ("devices", owner, "ports", part)
+    key = next(key for key in config.bus_keys if owner in config.wires_of(key))
+    return (key, owner, "taps", part, "port")
 
 
 def port_kinds(config: BenchConfig) -> dict[str, str]:

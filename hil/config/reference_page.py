@@ -122,6 +122,7 @@ def keys_table(model: dict[str, Any]) -> str:
                 value.get("description", ""),
             )
             for name, value in model["properties"].items()
+            if not value.get("deprecated")
         ),
     )
 

@@ -1,15 +1,28 @@
 """Bridges of a bench that are open."""
 
 import logging
-from collections.abc import Callable, Collection, Mapping
-from typing import Any
+from collections.abc import Callable, Collection
 
 from hil.compose.find import make_bridge, make_door_port
+from hil.config import BenchConfig
+from hil.config.bridge_findings import BRIDGES
+from hil.net.endpoint import has_port
+from hil.net.listeners import why_refused
 from hil.vocab.bridge_protocol import Bridge, BridgeError, PortDoor
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.ports import PortContext
 
 log = logging.getLogger("hil")
+
+
+async def closed_doors(config: BenchConfig) -> list[str]:
+    """Find the bridges that could not listen now, for a start that fails anyway; a line for each."""
+    problems = []
+    for kind, options in config.bridges.items():
+        listen = getattr(options, "listen", None)
+        if isinstance(listen, str) and has_port(listen) and (refused := await why_refused(listen)):
+            problems.append(config.written.placed((BRIDGES, kind, "listen"), str(refused)))
+    return problems
 
 
 class Bridges(dict[str, Bridge]):
@@ -19,18 +32,23 @@ class Bridges(dict[str, Bridge]):
         super().__init__()
         self._context = context
 
-    async def open(self, wanted: Mapping[str, Any], desk: Desk) -> None:
-        """Open the bridges that the configuration wants. Raises BridgeError: says which cannot be opened."""
-        for kind, options in wanted.items():
+    async def open(self, config: BenchConfig, desk: Desk) -> None:
+        """Open the bridges that the configuration wants. Raises BridgeError: says which cannot be opened, a
+        line for each."""
+        problems: list[str] = []
+        for kind, options in config.bridges.items():
             bridge = make_bridge(kind, options, desk)
             if isinstance(bridge, PortDoor):
                 ports = bridge.wanted_ports()
                 bridge.take_ports([make_door_port(port, self._context(port.name)) for port in ports])
             try:
                 await bridge.open()
+                self[kind] = bridge
             except BridgeError as error:
-                raise BridgeError(f"bridges.{kind}: {error}") from None
-            self[kind] = bridge
+                path = (BRIDGES, kind, *error.option)
+                problems.append(config.written.placed(path, str(error)))
+        if problems:
+            raise BridgeError("\n".join(problems))
 
     async def close(self) -> None:
         for bridge in self.values():

@@ -24,6 +24,7 @@ from hil.live.memory_commits import Commits
 from hil.live.places import Places
 from hil.live.refusals import Refused
 from hil.live.store import Loaded, NvmStore
+from hil.net.endpoint import LOOPBACK, has_port
 from hil.sim.bench import BenchRuntime
 from hil.sim.firmware_guard import Guard, Guarded, LoggedStops
 from hil.sim.input_log import InputLog
@@ -84,8 +85,8 @@ def _door(options: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(own.get("port"), int):
         own["port"] = 0
     match own.get("listen"):
-        case str():
-            own["listen"] = "127.0.0.1:0"
+        case str() as listen:
+            own["listen"] = LOOPBACK + ":0" * has_port(listen)
         case list():
             own["listen"] = ["tcp/127.0.0.1:0"]
     return own

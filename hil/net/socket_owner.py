@@ -45,17 +45,25 @@ def entry_remedy(path: Path) -> str:
 def others_sockets() -> Iterator[Path]:
     """Control sockets of the benches that run on this computer, wherever they are and whose ever they are: in
     folders called after hil, or this user's own."""
+    return (path for path in control_sockets().values() if "/hil" in str(path) or _is_own(path))
+
+
+def control_sockets() -> dict[str, Path]:
+    """Sockets with the name of a control socket at which a program of this computer listens, by their
+    inodes."""
     try:
         lines = _UNIX_SOCKETS.read_text(errors="replace").splitlines()
     except OSError:  # no /proc: nothing is known of others
-        return
+        return {}
+    found: dict[str, Path] = {}
     for line in lines:
         words = line.split(maxsplit=7)
         if len(words) < 8 or words[3] != _LISTENS or not words[7].isprintable():
             continue
         path = Path(words[7])
-        if path.is_absolute() and path.name == CONTROL_SOCKET and ("/hil" in words[7] or _is_own(path)):
-            yield path
+        if path.is_absolute() and path.name == CONTROL_SOCKET:
+            found[words[6]] = path
+    return found
 
 
 def _is_own(path: Path) -> bool:

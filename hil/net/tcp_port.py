@@ -1,7 +1,6 @@
 """Port behind a TCP listener: clients share it as terminals share a line. Each kind wraps bytes its way."""
 
 import asyncio
-import errno
 import logging
 import resource
 import socket
@@ -9,16 +8,18 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Protocol
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
+from hil.net.endpoint import authority, endpoint
 from hil.net.line_openings import tell_opened
+from hil.net.listen_option import ListenOptions
+from hil.net.listeners import AddressRefused, listeners_at
 from hil.net.traffic import Outgoing, Traffic
 from hil.net.visitors import Limit
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
 
 _READ_BYTES = 65536
-_BACKLOG = 128
 _LOOK_EVERY_S = 5.0
 RESERVED_FDS = 32
 """Last file descriptors, which no client gets: the boards' memories and the control socket need some."""
@@ -31,19 +32,9 @@ _TCP_INFO_BYTES = 4  # state, ca_state, retransmits, probes: the begin of struct
 log = logging.getLogger("hil")
 
 
-class TcpOptions(BaseModel):
+class TcpOptions(ListenOptions):
     """Address to listen at, and maximum number of clients."""
 
-    model_config = ConfigDict(strict=True, extra="forbid")
-
-    host: str = Field(
-        default="127.0.0.1",
-        min_length=1,
-        description="Address or name to listen on. Anybody who can reach it can command the device.",
-    )
-    port: int = Field(
-        default=0, ge=0, le=65535, description="TCP port number; 0 takes any free one, shown in the address."
-    )
     max_clients: int = Field(
         default=32, ge=1, le=1000, description="Clients at a time; one more is turned away (closed at once)."
     )
@@ -150,7 +141,7 @@ class TcpPort:
         self._codecs: dict[Client, Codec] = {}
         self._last_codec: Codec | None = None
         self._title = f"tcp port of {context.device}"
-        self._number = options.port
+        self._at, self._number = endpoint(options.listen)
         self._acceptor: Acceptor | None = None
         self._look_timer: asyncio.TimerHandle | None = None
         self._clients: dict[int, Client] = {}
@@ -159,44 +150,19 @@ class TcpPort:
 
     @property
     def address(self) -> str:
-        host = self._options.host
-        shown = f"[{host}]" if ":" in host else host
-        return f"{self._scheme}://{shown}:{self._number}"
+        return f"{self._scheme}://{authority(self._at, self._number)}"
 
     async def open(self, host: PortHost) -> None:
         self._host = host
         self._loop = asyncio.get_running_loop()
         try:
-            found = await self._loop.getaddrinfo(
-                self._options.host, self._options.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-            )
-            family, _, _, _, address = found[0]
-            listener = socket.create_server(address[:2], family=family, backlog=_BACKLOG)
-        except (OSError, UnicodeError) as error:
-            raise PortError(f"{self._title}: cannot listen on {self._where()}: {self._why(error)}") from error
+            (listener,) = await listeners_at(*endpoint(self._options.listen), most=1)
+        except AddressRefused as refused:
+            raise PortError(str(refused), "listen") from refused
         self._full = Limit(log.warning, self._loop)
         self._out_of_fds = Limit(log.warning, self._loop)
-        listener.setblocking(False)
         self._number = listener.getsockname()[1]
         self._acceptor = Acceptor(listener, self._loop, self._came, self._wait)
-
-    def _where(self) -> str:
-        return self.address.partition("://")[2]
-
-    def _why(self, error: OSError | UnicodeError) -> str:
-        number = self._options.port
-        if isinstance(error, (socket.gaierror, UnicodeError)):
-            return "no such host; use 127.0.0.1, or an address of this machine"
-        if error.errno == errno.EADDRINUSE:
-            return (
-                f"port {number} is in use (ss -ltnp 'sport = :{number}' shows by whom); "
-                "choose another port:, or 0 for any free one"
-            )
-        if error.errno == errno.EADDRNOTAVAIL:
-            return "this is no address of this machine; use 127.0.0.1, or one that 'ip address' shows"
-        if error.errno in (errno.EACCES, errno.EPERM):
-            return f"no permission for port {number}; choose another port: above 1023, or 0 for any free one"
-        return f"{error.strerror}; choose another host: or port:"
 
     def _wait(self, why: str) -> float:
         self._out_of_fds.reached(f"{self._title}: new clients have to wait: {why}")

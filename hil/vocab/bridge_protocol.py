@@ -31,7 +31,12 @@ class Bridge(Protocol):
 
 
 class BridgeError(Exception):
-    """Error of a bridge that cannot be opened: ``str(error)`` says why and what to do."""
+    """Error of a bridge that cannot be opened: ``str(error)`` says why and what to do. ``option``: path to
+    the one of its options that is in the way."""
+
+    def __init__(self, why: str, option: tuple[str | int, ...] = ()) -> None:
+        super().__init__(why)
+        self.option = option
 
 
 @dataclass(frozen=True)

@@ -207,5 +207,9 @@ class EchoPort(Protocol):
 
 
 class PortError(Exception):
-    """Error of a port that could not be opened: ``str(error)`` says which, why, and the remedy, in one
-    line."""
+    """Error of a port that could not be opened: ``str(error)`` says why, and the remedy, in one line.
+    ``option``: the one of its options that is in the way; without one the text says which port it is."""
+
+    def __init__(self, why: str, option: str = "") -> None:
+        super().__init__(why)
+        self.option = option

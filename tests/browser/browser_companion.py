@@ -393,7 +393,7 @@ def test_a_real_board_is_no_different(chromium: Browser) -> None:
 
 
 def test_lost_and_back_with_what_was_on_the_screen(chromium: Browser) -> None:
-    board, door = {"profile": "sac", "flash": {}}, {"web": {"port": free_port()}}
+    board, door = {"profile": "sac", "flash": {}}, {"web": {"listen": free_port()}}
     text = config(speed=SPEED, devices={"s1": board}, bridges=door)
     with served(chromium, json.loads(text)) as bench:
         page = bench.open("companion/s1")

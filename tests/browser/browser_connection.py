@@ -20,7 +20,7 @@ TIMES = 4
 
 @pytest.fixture(scope="module")
 def bench(chromium: Browser) -> Iterator[Bench]:
-    config = {"bench": "t", "devices": DEVICES, "bridges": {"web": {"port": free_port()}}}
+    config = {"bench": "t", "devices": DEVICES, "bridges": {"web": {"listen": free_port()}}}
     with served(chromium, config) as bench:
         bench.server.ready("m1", boot_ns=READY_NS)
         yield bench

@@ -115,7 +115,7 @@ def test_a_browser_that_keeps_nothing_says_so_once_and_works(pages: Bench) -> No
 @pytest.mark.thorough
 def test_another_bench_at_the_address_has_its_own_texts(chromium: Browser) -> None:
     """And undo does not bring those of the bench before."""
-    with served(chromium, CONTENT | {"bridges": {"web": {"port": 0}}}) as bench:
+    with served(chromium, CONTENT | {"bridges": {"web": {"listen": 0}}}) as bench:
         page = bench.open("runs")
         write(page, RUN, "run: typed\n")
         page.wait_for_function(WRITTEN, arg="run")
@@ -123,7 +123,7 @@ def test_another_bench_at_the_address_has_its_own_texts(chromium: Browser) -> No
         bench.server.stop()
         port = int(bench.url.rsplit(":", 1)[1].strip("/"))
         for name in ("other", "kept"):
-            text = json.dumps({**CONTENT, "bench": name, "bridges": {"web": {"port": port}}})
+            text = json.dumps({**CONTENT, "bench": name, "bridges": {"web": {"listen": port}}})
             server = bench.place.serve(text, bench=name)
             expect(page.locator(".bench-name")).to_have_text(name)
             page.wait_for_function("window.isBefore === undefined")

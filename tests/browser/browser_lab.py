@@ -19,7 +19,7 @@ def benches(chromium: Browser) -> Iterator[tuple[Bench, Bench]]:
     """Two benches at one router."""
     door = f"tcp/127.0.0.1:{free_port()}"
     router: zenoh.Session = opened(router_config([door], None, True))
-    joined = {"web": {"port": 0}, "zenoh": {"listen": [], "connect": [door]}}
+    joined = {"web": {"listen": 0}, "zenoh": {"listen": [], "connect": [door]}}
     with (
         served(chromium, {"bench": "mill", "devices": AXES, "bridges": joined}) as mill,
         served(chromium, {"bench": "lathe", "devices": AXES, "bridges": joined}) as lathe,

@@ -19,7 +19,7 @@ DEMO = Path(__file__).parents[2] / "examples/demo.yaml"
 def bench(chromium: Browser) -> Iterator[Bench]:
     """The demo as it is new, in a hurry: its servo was never calibrated."""
     demo = yaml.safe_load(DEMO.read_text())
-    with served(chromium, {**demo, "speed": 10, "bridges": {"web": {"port": 0}}}) as bench:
+    with served(chromium, {**demo, "speed": 10, "bridges": {"web": {"listen": 0}}}) as bench:
         bench.server.ready("m1")
         yield bench
 

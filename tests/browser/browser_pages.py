@@ -84,7 +84,7 @@ def address_of(server: Server) -> str:
 @contextmanager
 def served(chromium: Browser, bench: Mapping[str, Any]) -> Iterator[Bench]:
     """Serve a bench, with a web door if it has none."""
-    content = {"bridges": {"web": {"port": 0}}, **bench}
+    content = {"bridges": {"web": {"listen": 0}}, **bench}
     with Place() as place:
         made = Bench(place, json.dumps(content), chromium)
         yield made

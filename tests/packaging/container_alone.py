@@ -33,8 +33,8 @@ BENCH = f"""\
 bench: box
 speed: 20
 devices:
-  m1: {{profile: mechaduino, port: {{kind: tcp, host: 0.0.0.0, port: {TCP}}}}}
-  m2: {{profile: mechaduino, port: {{kind: rfc2217, host: 0.0.0.0, port: {RFC2217}}}}}
+  m1: {{profile: mechaduino, port: {{kind: tcp, listen: 0.0.0.0:{TCP}}}}}
+  m2: {{profile: mechaduino, port: {{kind: rfc2217, listen: 0.0.0.0:{RFC2217}}}}}
   m3: {{profile: mechaduino}}
 """
 WITHOUT_RIGHTS = (

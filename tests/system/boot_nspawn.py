@@ -234,7 +234,7 @@ def reached(address: str, port: int) -> bool:
 
 
 def test_the_network_drop_in_opens_it_to_others(lab: Lab, cable: str) -> None:
-    lab.write("/etc/hil/lab.yaml", LAB.replace("port: 7001", "host: 0.0.0.0, port: 7001"))
+    lab.write("/etc/hil/lab.yaml", LAB.replace("listen: 7001", "listen: 0.0.0.0:7001"))
     lab.run("systemctl", "restart", UNIT)
     closed = not reached(cable, 7001)
     with lab.with_drop_in("network"):

@@ -35,7 +35,7 @@ SITE = """\
 bench: site
 devices:
   r1: {profile: sac, at: /dev/ttyUSB0}
-  s1: {profile: sac, port: {kind: tcp, host: 0.0.0.0, port: 7001}}
+  s1: {profile: sac, port: {kind: tcp, listen: 0.0.0.0:7001}}
 """
 BUS = """\
 bench: bus

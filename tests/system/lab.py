@@ -22,8 +22,8 @@ bench: lab
 speed: 5
 devices:
   m1: {profile: mechaduino, flash: {table: identity}}
-  m2: {profile: mechaduino, flash: {table: identity}, port: {kind: tcp, port: 7001}}
-  m3: {profile: mechaduino, flash: {table: identity}, port: {kind: rfc2217, port: 7002}}
+  m2: {profile: mechaduino, flash: {table: identity}, port: {kind: tcp, listen: 7001}}
+  m3: {profile: mechaduino, flash: {table: identity}, port: {kind: rfc2217, listen: 7002}}
   s1: {profile: sac}
 bridges:
   zenoh: {}

@@ -102,7 +102,7 @@ def test_a_bus_with_all_there_is() -> None:
     )
     text = HEAD + (
         f"  can0: {{bit_rate: 1000000, nodes: {{m1: {{id: 5, switches: {switches}}}, s1: 127}},\n"
-        "         taps: {a: {}, b: {port: {kind: tcp, port: 5555}}}}\n  can1: {}\n"
+        "         taps: {a: {}, b: {port: {kind: tcp, listen: 5555}}}}\n  can1: {}\n"
     )
     config = parse(text, "b.yaml", CATALOGUE)
     bus = config.can["can0"]
@@ -120,7 +120,7 @@ def test_a_bus_with_all_there_is() -> None:
 
 
 def test_ports_of_taps_clash_as_others_do() -> None:
-    tap = "{port: {kind: tcp, port: 5555}}"
+    tap = "{port: {kind: tcp, listen: 5555}}"
     assert "device c.a has its port in the same place" in problem(f"  c: {{taps: {{a: {tap}, b: {tap}}}}}")
 
 

@@ -4,10 +4,11 @@ from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from hil.net.endpoint import endpoint, is_loopback
+from hil.net.listen_option import ADDRESS_SCHEMA, usual_at
 from hil.vocab.bridge_protocol import DoorPort, OptionProblem
 from hil.vocab.near_words import meant
 from hil.wire.address_keys import SERIAL_FORMS, is_serial_address
@@ -15,6 +16,8 @@ from hil.wire.address_keys import SERIAL_FORMS, is_serial_address
 if TYPE_CHECKING:
     from bridges.modbus.door.certificate_files import CertificateFiles
 
+USUAL_PORT = 1502
+"""Port that needs no rights, a thousand above that of Modbus."""
 UNITS = range(1, 248)
 """Numbers of units; those above are reserved (MODBUS over Serial Line V1.02, 2.2)."""
 UnitNumber = Annotated[int, Field(ge=UNITS[0], le=UNITS[-1])]
@@ -95,11 +98,11 @@ class Options(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
-    listen: str = Field(
-        default="127.0.0.1:1502",
+    listen: Annotated[str, usual_at(USUAL_PORT), ADDRESS_SCHEMA] = Field(
+        default=f"127.0.0.1:{USUAL_PORT}",
         description=(
-            "Address and port, as in `[::1]:1502`; port 0 takes a free one. Beyond this computer it needs"
-            " `tls`, or `insecure: true`."
+            'Address and port to listen at, as in `127.0.0.1:1502` or `"[::1]:1502"`; a port alone is of this'
+            " computer, and port 0 any free one. Beyond this computer it needs `tls`, or `insecure: true`."
         ),
     )
     units: dict[str, UnitNumber] | None = Field(
@@ -120,16 +123,6 @@ class Options(BaseModel):
     insecure: bool = Field(
         default=False, description="Let other computers in without `tls`; log and status say so again."
     )
-
-    @field_validator("listen")
-    @classmethod
-    def _has_the_form(cls, listen: str) -> str:
-        try:
-            endpoint(listen)
-        except ValueError as error:
-            remedy = "write an address and a port, as in 127.0.0.1:1502"
-            raise PydanticCustomError("listen", "{why}", {"why": str(error), "remedy": remedy}) from None
-        return listen
 
     @model_validator(mode="after")
     def _is_meant(self) -> Self:

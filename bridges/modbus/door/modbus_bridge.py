@@ -12,8 +12,8 @@ from bridges.modbus.door.tcp_client import CONNECTIONS, TcpConnections
 from bridges.modbus.protocol.identification import Identification
 from bridges.modbus.registers import layout
 from bridges.modbus.registers.registers_protocol import EXCEPTIONS, device_identity
-from hil.net.bridge_listeners import address_shown, open_listeners
 from hil.net.fair_share import SHARE
+from hil.net.listeners import address_shown, open_listeners
 from hil.vocab.bridge_protocol import BridgeError, DoorPort
 from hil.vocab.desk_protocol import Desk
 from hil.vocab.ports import Port, PortError

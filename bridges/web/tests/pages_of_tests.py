@@ -181,7 +181,7 @@ class Door(NamedTuple):
 async def opened(desk: PagesDesk | None = None, **options: Any) -> AsyncIterator[Door]:
     """Open a door at a free port; nothing is checked of certificates."""
     desk = desk or PagesDesk()
-    bridge = make(Options.model_validate({"port": 0, **options}, strict=False), desk)
+    bridge = make(Options.model_validate({"listen": 0, **options}, strict=False), desk)
     await bridge.open()
     try:
         connector = aiohttp.TCPConnector(ssl=False)

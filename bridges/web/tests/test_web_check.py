@@ -9,7 +9,7 @@ import pytest
 from bridges.web.bridge import Options, make
 from hil.testing import check_bridge
 
-OPTIONS = Options(port=0)
+OPTIONS = Options(listen="127.0.0.1:0")
 
 
 async def ask(status: Mapping[str, Any]) -> bytes:

@@ -1,6 +1,7 @@
 """``hil web user``, whose lines the door reads, and the ports at which the door listens."""
 
 import asyncio
+import os
 import socket
 from contextlib import ExitStack
 
@@ -53,10 +54,12 @@ def test_without_a_port_the_next_free_one_is_taken(monkeypatch: pytest.MonkeyPat
         monkeypatch.setattr(web_bridge, "LAST_PORT", first)
 
         async def use() -> None:
-            with pytest.raises(BridgeError, match=f"port: {first} to {first} are taken; choose another"):
+            with pytest.raises(
+                BridgeError, match=f"ports {first} to {first} of 127.0.0.1 are in use; choose"
+            ):
                 await make(Options(), PagesDesk()).open()
             monkeypatch.setattr(web_bridge, "LAST_PORT", first + 20)
-            async with opened(port=None) as one, opened(port=None) as other:
+            async with opened(listen="127.0.0.1") as one, opened(listen="127.0.0.1") as other:
                 ports = [int(each.url[:-1].rpartition(":")[2]) for each in (one, other)]
                 assert first < ports[0] < ports[1] <= first + 20
                 async with one.page(), other.page():
@@ -69,12 +72,12 @@ def test_a_port_that_was_named_is_that_one_or_none() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(BridgeError) as refused:
-            asyncio.run(make(Options(port=port), PagesDesk()).open())
-    assert (
-        str(refused.value) == f"port: {port} is taken; choose another, or leave it out for the next free one"
-    )
-    with pytest.raises(BridgeError, match=r"host: 192\.0\.2\.1:0: "):
-        asyncio.run(make(Options(host="192.0.2.1", port=0, insecure=True), PagesDesk()).open())
+            asyncio.run(make(Options(listen=f"127.0.0.1:{port}"), PagesDesk()).open())
+    assert str(refused.value).startswith(f"127.0.0.1:{port} is in use by ")
+    assert f"(process {os.getpid()}); choose another port, or end it" in str(refused.value)
+    assert refused.value.option == ("listen",)
+    with pytest.raises(BridgeError, match=r"192\.0\.2\.1:0 is no address of this computer"):
+        asyncio.run(make(Options(listen="192.0.2.1:0", insecure=True), PagesDesk()).open())
 
 
 @pytest.mark.parametrize(
@@ -89,7 +92,7 @@ def test_a_port_that_was_named_is_that_one_or_none() -> None:
 )
 def test_the_address_is_one_that_a_browser_can_open(host: str, names: list[str], root: str) -> None:
     async def use() -> None:
-        async with opened(host=host, names=names, insecure=True) as door:
+        async with opened(listen=f"{host}:0", names=names, insecure=True) as door:
             status = door.bridge.status()
             assert status["root"] == root.format(status["listen"][0].rpartition(":")[2])
             assert status["insecure"] is (host == "0.0.0.0")

@@ -26,7 +26,7 @@ devices:
   # A Mechaduino, a servo motor with a terminal. Its port is a pseudo-terminal; hil list says where.
   m1:
     profile: mechaduino # hil profile list names all kinds of boards
-    # port: {kind: tcp, port: 7001} # a TCP port instead, for socket://127.0.0.1:7001
+    # port: {kind: tcp, listen: 7001} # a TCP port instead, for socket://127.0.0.1:7001
     # flash: {table: identity} # calibrated from the start
     # axis: {load_torque_Nm: 0.02} # what is at its shaft; hil docs reference has all keys
 
@@ -96,8 +96,9 @@ def check(
         for axis, line in _what_motors_follow(bench).items():
             said.setdefault(axis, []).append(line)
         answer = {"bench": bench.bench, "devices": list(bench.devices), "problems": [], "said": said}
+        old = answer["old_keys"] = [str(problem) for problem in bench.written.old_keys]
         said |= _what_lines_say(bench)
-        lines = [f"{axis}: {line}" for axis, each in said.items() for line in each]
+        lines = [*old, *(f"{axis}: {line}" for axis, each in said.items() for line in each)]
         return CommandAnswer(answer, "\n".join([text, *lines]))
     from hil.config import diff as difference
 

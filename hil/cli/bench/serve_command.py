@@ -69,6 +69,7 @@ def serve(
         words += [flag for flag, is_on in {"--require-rt": require_rt, "--no-log": no_log}.items() if is_on]
         _detach(config, words, state_dir, as_json)
         return
+    import logging
     import os
 
     from hil.cli.bench.served_until_stopped import serve_until_stopped
@@ -84,6 +85,8 @@ def serve(
     except typer.Exit:
         notifier.status(f"{config} has problems; the log lists them")
         raise
+    for problem in bench.written.old_keys:
+        logging.getLogger("hil").warning("%s", problem)
     runtime = runtime_base(runtime_dir, bench.runtime_dir, os.environ, bench.bench)
     daemon = Daemon(
         bench,

@@ -1,6 +1,7 @@
 """A daemon that serves as long as its command runs."""
 
 import asyncio
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,4 +45,5 @@ def serve_until_stopped(
             writer.close()
     except StartError as error:
         notifier.status(str(error))
-        raise fail(f"hil: {error}", 2) from None
+        has_place = re.match(r"[^\n:]+:[1-9]\d*:[1-9]\d*: ", str(error))
+        raise fail(str(error) if has_place else f"hil: {error}", 2) from None

@@ -1,6 +1,5 @@
 """``hil sketch gdb``: a port at which GDB debugs a program in a running bench."""
 
-import os
 import select
 import socket
 from contextlib import suppress
@@ -52,8 +51,10 @@ def _listening(port: int) -> socket.socket:
     try:
         return socket.create_server((LOOPBACK, port), backlog=1)
     except OSError as error:
-        why = f"hil: port {port}: {os.strerror(error.errno or 0)}; choose another with --port, 0 for any"
-        raise fail(why, Exit.MISTAKE) from None
+        from hil.net.listeners import refusal
+
+        why = refusal(error, f"{LOOPBACK}:{port}", LOOPBACK, port)
+        raise fail(f"hil: --port: {why}", Exit.MISTAKE) from None
 
 
 def _serve(bench: BenchOptions, device: str, gdb: socket.socket) -> None:

@@ -27,11 +27,10 @@ FACTS: dict[str, set[float]] = {
     "homing_method": {21},  # the value where it is never written
     "identity": {43, 14},  # function of Modbus
     "like": {402},  # a profile of CiA
-    "listen": {0},  # a port that is free
+    "listen": {0, 8080, 8099},  # one that is free; the door's constants, which the text is made of
     "microstep_exponent": {2},  # its base
     "modbus_map": {1, 2},  # the versions, of which none is a default
     "on_write": {1},
-    "port": {0, 8080, 8099},  # one that is free; the door's constants, which the text is made of
     "response_ms": {3.5},  # characters of silence
     "rows": {0, 1, 2},  # shares of a mean speed
     "table": {360, 16384},

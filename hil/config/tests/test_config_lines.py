@@ -62,7 +62,7 @@ faults:
         ({"at": "/dev/ttyUSB0", "axis": {"start_deg": 3}}, "a real board"),
         ({"at": "/dev/ttyUSB0", "network": "pty"}, "a real board"),
         ({"network": "ptty"}, 'there is no kind of port "ptty" (did you mean "pty"?'),
-        ({"network": {"kind": "tcp", "prt": 1}}, 'unknown key (did you mean "port"?'),
+        ({"network": {"kind": "tcp", "lsten": 1}}, 'unknown key (did you mean "listen"?'),
     ],
 )
 def test_a_device_that_cannot_be(device, problem):

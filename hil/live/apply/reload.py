@@ -88,6 +88,8 @@ class Reloader:
         plan = await asyncio.to_thread(
             plan_reload, self.path, self.folder, configured.catalogue, configured.config, self.files
         )
+        for problem in plan.config.written.old_keys:
+            log.warning("%s", problem)
         if plan.named("add", "remove", "restart"):
             self._check(plan)
             await self.apply.carry_out(plan)

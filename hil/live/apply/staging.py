@@ -1,6 +1,5 @@
 """Preparation of a plan beside the bench that runs: devices that do nothing yet, ports that are open."""
 
-import errno
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -9,6 +8,7 @@ from typing import Any
 from hil.compose.build import axis_seed, joined_devices, make_device
 from hil.compose.find import make_port, serial_port_config
 from hil.config import Catalogue, DeviceConfig, PortConfig
+from hil.config.port_kinds import port_path
 from hil.drives.drive_control import DriveControl
 from hil.drives.drive_link import SharedLines
 from hil.drives.real_drive import DrivePace
@@ -21,6 +21,7 @@ from hil.live.places import Places
 from hil.live.port_link import PortLink
 from hil.live.program_watch import ProgramWatch
 from hil.live.refusals import Refused
+from hil.net.listeners import AddressRefused
 from hil.sim.bench import BenchRuntime
 from hil.sim.group import Group
 from hil.sim.twin import Twin
@@ -92,10 +93,10 @@ class Stage:
             for uart, config in plan.config.devices[name].ports_by_uart().items():
                 if not self.keeps_port(plan, name, uart):
                     context = self._twin_context(plan, name, uart)
-                    await self._open(staged, context, config, problems)
+                    await self._open(plan, staged, context, config, problems)
         if plan.is_start:
             for label, port in plan.config.tap_ports().items():
-                await self._open(staged, self.context(label), port, problems)
+                await self._open(plan, staged, self.context(label), port, problems)
         for name in (each for each in plan.begun() if each not in plan.tables):
             device, speed = plan.config.devices[name], plan.config.speed
             if drive := make_drive(name, device, self.configured.catalogue, lambda: self.bench.now_ns):
@@ -105,7 +106,7 @@ class Stage:
             staged.makers[name] = partial(self._board, name, device, speed)
             staged.lines[name] = make_port(serial_port_config(device), self.context(name))
             if device.port and not self.keeps_port(plan, name, ""):
-                await self._open(staged, self.context(name), device.port, problems)
+                await self._open(plan, staged, self.context(name), device.port, problems)
         if problems:
             raise Refused("\n".join(problems))
 
@@ -165,7 +166,12 @@ class Stage:
         return replace(self.context(str(Address(name, uart))), usb=identity)
 
     async def _open(
-        self, staged: Staged, context: PortContext, config: PortConfig, problems: list[str]
+        self,
+        plan: BenchPlan,
+        staged: Staged,
+        context: PortContext,
+        config: PortConfig,
+        problems: list[str],
     ) -> None:
         """Open a port beside those that run, and if one of them is in its way, say so."""
         label = context.device
@@ -174,18 +180,22 @@ class Stage:
             await link.port.open(link)
             staged.links[label] = link
         except PortError as error:
-            problems.append(f"{error}{self._in_the_way(label, config, error)}")
+            path = (*port_path(plan.config, label), *([error.option] if error.option else []))
+            what = self._in_the_way(label, config, error) or str(error)
+            problems.append(plan.config.written.placed(path, what))
 
     def _in_the_way(self, label: str, config: PortConfig, error: PortError) -> str:
-        if getattr(error.__cause__, "errno", None) != errno.EADDRINUSE:
+        """Words for an address that another port of this bench has; empty if none has it."""
+        if not (isinstance(error.__cause__, AddressRefused) and error.__cause__.is_taken):
             return ""
-        end = f":{getattr(config.options, 'port', None)}"
+        listen = str(getattr(config.options, "listen", ""))
+        end = f":{listen.rpartition(':')[2]}"
         addresses = self.places.addresses()
         holders = [name for name, address in addresses if "://" in address and address.endswith(end)]
         if not holders:
             return ""
         holder = f"{label} itself" if label in holders else holders[0]
         return (
-            f"; {holder} has this number, and a reload opens new ports before it closes old ones:"
-            " take another number, or restart the daemon"
+            f"{listen} is in use by {holder}, and a reload opens new ports before it closes old ones; choose"
+            " another port, or restart the daemon"
         )

@@ -29,8 +29,10 @@ def test_a_memory_that_is_no_boards_stays_where_it_is_when_a_port_cannot_be_open
     memory.parent.mkdir(parents=True)
     memory.write_bytes(b"what the operator may still need")
     with socket.create_server(("127.0.0.1", 0)) as holder:
-        port = {"kind": "tcp", "port": holder.getsockname()[1]}
-        assert "tcp" in refusal(tmp_path, {"m1": {"profile": "mechaduino", "port": port}})
+        port = {"kind": "tcp", "listen": holder.getsockname()[1]}
+        assert "devices.m1.port.listen: " in refusal(
+            tmp_path, {"m1": {"profile": "mechaduino", "port": port}}
+        )
     assert os.listdir(memory.parent) == ["m1.nvm"]
     assert memory.read_bytes() == b"what the operator may still need"
     assert not (tmp_path / "run").exists()

@@ -11,6 +11,7 @@ import pytest
 import serial
 from pydantic import ValidationError
 
+from hil.net.endpoint import authority
 from hil.net.traffic import QUEUE_BYTES
 from hil.testing.ports import DEADLINE_S, RecordingHost, Scenario, accounted, open_fds, run_port, until
 from hil.vocab.ports import Port, PortContext, PortError
@@ -58,7 +59,7 @@ def run(scenario: Scenario, host: str = "127.0.0.1", max_clients: int = 32) -> N
         await port.close()  # run_port closes once more
         assert len(open_fds()) == without_listener
 
-    options = Options(host=host, max_clients=max_clients)
+    options = Options(listen=authority(host, 0), max_clients=max_clients)
     run_port(make(options, PortContext("b", "m1", Path("/nowhere"))), leaving_nothing)
 
 
@@ -275,7 +276,7 @@ def test_close_ends_the_clients_and_frees_the_number() -> None:
         with await connected(port) as connection:
             await port.close()
             assert await asyncio.get_running_loop().sock_recv(connection, 1) == b""
-            again, board = made(Options(port=number))
+            again, board = made(Options(listen=f"127.0.0.1:{number}"))
             await again.open(board)
             await again.close()
 
@@ -294,7 +295,6 @@ def refused(options: Options) -> str:
 
     text = asyncio.run(main())
     assert open_fds() == fds
-    assert text.startswith("tcp port of m1: cannot listen on ")
     assert "\n" not in text
     return text
 
@@ -302,22 +302,25 @@ def refused(options: Options) -> str:
 def test_a_number_in_use_is_refused() -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         number = other.getsockname()[1]
-        text = refused(Options(port=number))
-    assert f"127.0.0.1:{number}: port {number} is in use (ss -ltnp 'sport = :{number}' shows" in text
-    assert "choose another port:, or 0 for any free one" in text
+        text = refused(Options(listen=f"127.0.0.1:{number}"))
+    assert f"127.0.0.1:{number} is in use by " in text
+    assert f"(process {os.getpid()}); choose another port, or end it" in text
 
 
 def test_an_address_that_is_not_ours_is_refused() -> None:
-    text = refused(Options(host="192.0.2.1", port=5000))  # RFC 5737: nobody's
-    assert "192.0.2.1:5000: this is no address of this machine; use 127.0.0.1" in text
+    text = refused(Options(listen="192.0.2.1:5000"))  # RFC 5737: nobody's
+    assert "192.0.2.1:5000 is no address of this computer; write 127.0.0.1" in text
 
 
 def test_a_host_that_does_not_exist_is_refused() -> None:
-    assert "no such host; use 127.0.0.1" in refused(Options(host="no-such-host.invalid"))
-    assert "no such host; use 127.0.0.1" in refused(Options(host="x" * 70))
+    said = "there is no computer 'no-such-host.invalid'; write 127.0.0.1"
+    assert said in refused(Options(listen="no-such-host.invalid:0"))
 
 
-@pytest.mark.parametrize("options", [{"port": "5000"}, {"port": 65536}, {"host": ""}, {"baud": 9600}])
+@pytest.mark.parametrize(
+    "options",
+    [{"port": "5000"}, {"port": 65536}, {"host": ""}, {"listen": "x" * 70}, {"listen": ":1"}, {"baud": 9600}],
+)
 def test_options_that_mean_nothing_are_refused(options: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
         Options.model_validate(options)

@@ -16,7 +16,7 @@ def bench_of(profile: str, port: Any) -> Bench:
     return made
 
 
-RFC2217 = {"kind": "rfc2217", "port": 0}
+RFC2217 = {"kind": "rfc2217", "listen": 0}
 
 
 def test_a_pty_has_no_lines_and_no_break() -> None:
@@ -110,7 +110,7 @@ def test_xoff_stops_what_is_sent() -> None:
 
 
 @pytest.mark.parametrize(
-    ("port", "openings"), [("pty", 2), ({"kind": "tcp", "port": 0}, 2), ("usb", 3), (RFC2217, 3)]
+    ("port", "openings"), [("pty", 2), ({"kind": "tcp", "listen": 0}, 2), ("usb", 3), (RFC2217, 3)]
 )
 def test_a_line_is_opened_by_its_first_client_and_by_dtr(port: Any, openings: int) -> None:
     with bench_of("uno", port) as b:
