@@ -60,7 +60,7 @@ def test_a_refused_reload_leaves_the_memories_where_they_are(place: Place) -> No
         before = memory_files(place)
         assert list(before) == ["b1.nvm"]
         unusable = {"port": {"kind": "tcp", "listen": taken.getsockname()[1]}}
-        assert "cannot listen" in refused(place, server, {"b1": {}, "m2": unusable}, speed=5)
+        assert "is in use by" in refused(place, server, {"b1": {}, "m2": unusable}, speed=5)
         assert memory_files(place) == before
     server.kill()
     server = place.serve(config(speed=5, devices={"b1": SAC}))
