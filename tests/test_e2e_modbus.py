@@ -266,7 +266,7 @@ def test_the_map_of_a_running_bench(place: Place, server: Server) -> None:
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "listen": ({"listen": "nowhere"}, "is no address and port"),
+    "listen": ({"listen": "no where"}, "is no address and no name of a computer"),
     "open": ({"listen": "0.0.0.0:1502"}, "is reached from other computers"),
     "number": ({"units": {"m1": 248}}, "247"),
     "twice": ({"units": {"m1": 1, "s1": 1}}, "unit 1 is m1 and s1"),

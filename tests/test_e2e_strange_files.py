@@ -14,7 +14,7 @@ from hil.net.control_client import ask
 NUL = {
     "path": {"port": {"kind": "pty", "path": "a\0b"}},
     "group": {"port": {"kind": "pty", "group": "a\0b"}},
-    "host": {"port": {"kind": "tcp", "listen": "a\0b"}},
+    "listen": {"port": {"kind": "tcp", "listen": "a\0b"}},
     "table": {"flash": {"table": "./a\0b"}},
     "at": {"at": "/dev/tty\0"},
 }
