@@ -34,7 +34,7 @@ def board() -> Iterator[tuple[int, str]]:
 
 def run(path: str, use: Callable[[Door], Awaitable[None]], kind: str = "pty") -> None:
     async def main() -> None:
-        tap = {"tap": "bus0.t", "kind": kind, "listen": path, "clients": 0}
+        tap = {"tap": "bus0.t", "kind": kind, "port": path, "clients": 0}
         answers = {"list": {**LISTED, "devices": [{**ROW, "address": path}], "taps": [tap]}}
         async with opened(PagesDesk(answers)) as door:
             await use(door)

@@ -18,7 +18,7 @@ def listed() -> dict[str, Any]:
     row = {"device": NAME, "profile": "mechaduino", "hardware": "0.1", "port": "pty", "address": PATH}
     network = {"kind": "rfc2217", "address": URL, "clients": 2}
     row |= {"clients": 0, "ports": {f"{NAME}.network": network}, "failed": None}
-    taps = [{"tap": f"{NAME}.master", "kind": "tcp", "listen": PATH, "clients": 0}]
+    taps = [{"tap": f"{NAME}.master", "kind": "tcp", "port": PATH, "clients": 0}]
     return {"bench": NAME, "pid": 7, "devices": [row], "taps": taps, "nodes": []}
 
 

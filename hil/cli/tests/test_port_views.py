@@ -31,7 +31,7 @@ LISTED: dict[str, Any] = {
         {"device": "x1", "port": "carrier_pigeon", "address": "coop://1", "ports": {}},
         {"device": "d1", "port": None, "address": None, "ports": {}},
     ],
-    "taps": [{"tap": "bus0.master", "kind": "tcp", "listen": "socket://127.0.0.1:1", "clients": 0}],
+    "taps": [{"tap": "bus0.master", "kind": "tcp", "port": "socket://127.0.0.1:1", "clients": 0}],
 }
 
 
