@@ -4,7 +4,8 @@
 start, ``serve_command.py`` is the start, ``ready.py`` and ``started.py`` say that the boards answer.
 ``seeds_command.py`` joins the results of tests.
 ``stop_command.py`` ends a bench, ``lease_commands.py`` reserves one.
-``bench_commands.py`` asks a bench that runs; ``views.py`` and ``port_views.py`` show it.
+``bench_commands.py`` asks a bench that runs; ``views.py`` and ``port_views.py`` show it. ``top_command.py``
+shows it as it goes on, by ``top_view.py`` with the plots of ``braille_plot.py``.
 ``log_commands.py`` reads who commanded what.
 ``doctor_benches.py`` and ``doctor_usb.py`` look at what is left, and at USB. ``arduino_commands.py`` shows
 the boards to an IDE.

@@ -237,12 +237,13 @@ def _histogram(buckets: list[int]) -> str:
     shown = buckets[used[0] : used[-1] + 1]
     bars = "".join(_BAR[-(-7 * count // peak)] if count else " " for count in shown)
     return (
-        f"{_duration(used[0] - 1)} {bars} {_duration(used[-1])}"
-        f"  p50 < {_duration(_percentile(buckets, 0.5))}, p99 < {_duration(_percentile(buckets, 0.99))}"
+        f"{duration(used[0] - 1)} {bars} {duration(used[-1])}"
+        f"  p50 < {duration(percentile(buckets, 0.5))}, p99 < {duration(percentile(buckets, 0.99))}"
     )
 
 
-def _percentile(buckets: list[int], part: float) -> int:
+def percentile(buckets: list[int], part: float) -> int:
+    """Bucket of a histogram in which a part of the counts has been passed."""
     limit, seen = sum(buckets) * part, 0
     for index, count in enumerate(buckets):
         seen += count
@@ -251,7 +252,8 @@ def _percentile(buckets: list[int], part: float) -> int:
     return len(buckets) - 1
 
 
-def _duration(power: int) -> str:
+def duration(power: int) -> str:
+    """Format the upper bound of a bucket: a power of two of nanoseconds."""
     ns = float(2 ** max(power, 0))
     for unit in ("ns", "us", "ms"):
         if ns < 1000:

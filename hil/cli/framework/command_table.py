@@ -38,6 +38,7 @@ _ROWS = (
     CommandRow("serve", BENCH, "bench.serve_command:serve"),
     CommandRow("stop", BENCH, "bench.stop_command:stop"),
     CommandRow("list", BENCH, "bench.bench_commands:list_benches"),
+    CommandRow("top", BENCH, "bench.top_command:top"),
     CommandRow("status", BENCH, "bench.bench_commands:status"),
     CommandRow("pause", BENCH, "bench.bench_commands:pause"),
     CommandRow("resume", BENCH, "bench.bench_commands:resume"),
@@ -239,6 +240,7 @@ VALUES = {
     "mother gcode machine": ValueRow(FILE),
     "shell": ValueRow("shells"),
     "topic": ValueRow("pages"),
+    "top fields": ValueRow("", "AXIS.FIELD"),
 }
 """Values by the parameter's name, or by the command's and its. A parameter with a completion of its own has
 no names here."""
