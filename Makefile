@@ -9,7 +9,7 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(if $(PYTHONDONTWRITEBYTECODE),$(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES),:)
 
-.PHONY: demo abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint site reference keywords deb test-deb test-container test-hosts soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
+.PHONY: demo kit abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint site reference keywords deb test-deb test-container test-hosts soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -79,6 +79,11 @@ site: $(VENV)/.dev
 # What the wheel has for others than Python: where each looks for it below PREFIX/share.
 SHARED := man/man1/hil.1 bash-completion/completions/hil.bash zsh/site-functions/_hil fish/vendor_completions.d/hil.fish
 
+# hil with its test kit for another project: a wheel in dist, or VENV=FOLDER installs it in that venv. Taken from .venv's build.
+kit:
+	@$(MAKE) -s --no-print-directory VENV=.venv .venv/.base
+	@packaging/kit .venv $(if $(filter-out .venv,$(VENV)),"$(VENV)")
+
 # Wheels as users get them, one for each CPython here: built, installed without a compiler, the main job run from each.
 wheels:
 	packaging/build-wheels
@@ -135,15 +140,18 @@ PREFIX ?= /usr/local
 install-service:
 	@case "$$($(PYTHON) -c 'import sys; print(sys.base_prefix)')" in /home/*|/root/*) \
 	  echo "$(PYTHON) is below a home, which a service does not see: PYTHON=/usr/bin/python3 make install-service"; exit 1;; esac
-	$(PYTHON) -m venv --clear $(DESTDIR)$(PREFIX)/lib/hil
-	$(DESTDIR)$(PREFIX)/lib/hil/bin/pip install -q --disable-pip-version-check $(or $(WHEEL),.)
-	grep -Il '^#!$(DESTDIR)' $(DESTDIR)$(PREFIX)/lib/hil/bin/* | xargs sed -i '1s|^#!$(DESTDIR)|#!|'
-	install -d $(DESTDIR)$(PREFIX)/bin
-	ln -sfn $(PREFIX)/lib/hil/bin/hil $(DESTDIR)$(PREFIX)/bin/hil
-	for file in $(SHARED); do \
+	@echo "[1/3] a venv in $(DESTDIR)$(PREFIX)/lib/hil"
+	@$(PYTHON) -m venv --clear $(DESTDIR)$(PREFIX)/lib/hil
+	@echo "[2/3] hil$(if $(WHEEL),, and its C: what \`make demo\` has compiled for this Python is taken), and the packages that it needs"
+	@$(DESTDIR)$(PREFIX)/lib/hil/bin/pip install -q --disable-pip-version-check --prefer-binary $(or $(WHEEL),.)
+	@grep -Il '^#!$(DESTDIR)' $(DESTDIR)$(PREFIX)/lib/hil/bin/* | xargs sed -i '1s|^#!$(DESTDIR)|#!|'
+	@echo "[3/3] the command $(PREFIX)/bin/hil, its man page and completions, the units of systemd"
+	@install -d $(DESTDIR)$(PREFIX)/bin
+	@ln -sfn $(PREFIX)/lib/hil/bin/hil $(DESTDIR)$(PREFIX)/bin/hil
+	@for file in $(SHARED); do \
 	  install -d "$(DESTDIR)$(PREFIX)/share/$${file%/*}"; \
 	  ln -sfn $(PREFIX)/lib/hil/share/$$file $(DESTDIR)$(PREFIX)/share/$$file; done
-	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh
+	@PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh
 
 uninstall-service:
 	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh --uninstall
@@ -210,23 +218,22 @@ clean:
 	find $(TREES) -name '*.so' -delete
 	$(MAKE) -s --no-print-directory -C hil/core/native/tests clean
 
-# What a compiler would say of it is pages long.
-$(VENV)/bin/python:
-	@command -v gcc >/dev/null || { echo "gcc is missing: sudo apt install gcc"; exit 1; }
-	@$(PYTHON) -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
-	  || { echo "the headers of Python are missing: sudo apt install python3-dev"; exit 1; }
-	@$(PYTHON) -m venv $(VENV)
+# One build for all: `make test` adds packages to that of `make demo`, and the service, wheels of the kit and the Debian
+# package take what it has compiled, where they are for the same Python.
+BUILT_OF = pyproject.toml setup.py $(NATIVE)
 
-$(VENV)/.base: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
-	@$(call install,hil,,25 s)
+$(VENV)/.base: $(BUILT_OF)
+	@echo "Building hil in $(VENV): about 25 s on two idle cores; longer on busy ones or over a slow network."
+	@$(call build,)
+	@$(BYTECODE)
 	@touch $@
 
-$(VENV)/.dev: $(VENV)/bin/python pyproject.toml setup.py $(NATIVE)
-	@$(call install,hil and what its tests need,dev,1 minute)
+$(VENV)/.dev: $(BUILT_OF)
+	@echo "Building what the tests need in $(VENV): about 1 minute on two idle cores, with hil itself."
+	@$(call build,$(IF_BUILT)) dev
+	@$(BYTECODE)
 	@touch $@ $(VENV)/.base
 
-# What is installed, from where, and how long that takes on two cores.
-define install
-echo "Building $(1) in $(VENV): Python packages are installed, C is compiled. About $(3) on two idle cores; longer on busy ones or over a slow network."; \
-$(BYTECODE) & $(BIN)/python packaging/build_venv.py $(2) && wait
-endef
+# Where hil itself is built already.
+IF_BUILT = $(if $(shell $(MAKE) -q $(VENV)/.base 2>/dev/null && echo built),--packages)
+build = $(or $(wildcard $(BIN)/python),$(PYTHON)) packaging/build_venv.py $(1) $(VENV)

@@ -5,6 +5,7 @@ CPUs, and that packages are made of what git tracks."""
 import os
 import shutil
 import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -24,6 +25,9 @@ PLANNER = [f"{NATIVE}/motion/{name}.c" for name in ("course", "shape", "spline",
 LINES = "hil.host.libhil_lines"
 """Library that is loaded into other programs, and no module of Python: its file has no tag of a Python."""
 ROOT = Path(__file__).parent
+COMPILED_BY = ROOT / "build" / f"compiled-by-{sys.implementation.cache_tag}"
+"""Tells which Python the modules beside their sources are compiled for: another of this version may have been
+built with other flags."""
 CORE_FLAGS = (
     "-std=gnu11",
     "-O3",
@@ -96,9 +100,10 @@ class BuildOnAllCpus(build_ext):
         return f"{fullname.replace('.', '/')}.so" if is_ours else str(super().get_ext_filename(fullname))
 
     def build_extension(self, ext: Extension) -> None:
-        """Build an extension; below an editable install only where its sources have changed since."""
+        """Build an extension, or take what is beside its sources and newer than they are: what an editable
+        install has compiled is there for its next one, a wheel, a package and the service."""
         built = Path(self.get_ext_filename(ext.name))
-        if self.editable_mode and not self.force and built.exists():
+        if self._is_taken and built.exists():
             changed = max(os.path.getmtime(file) for file in ("setup.py", *self._written[ext.name]))
             if changed < built.stat().st_mtime:
                 made = Path(self.get_ext_fullpath(ext.name))
@@ -109,12 +114,16 @@ class BuildOnAllCpus(build_ext):
 
     def build_extensions(self) -> None:
         self._written = {each.name: (*each.sources, *each.depends) for each in self.extensions}
+        is_ours = COMPILED_BY.exists() and COMPILED_BY.read_text() == sys.version
+        self._is_taken = is_ours and not self.force and "SOURCE_DATE_EPOCH" not in os.environ
         from Cython.Build import cythonize  # metadata is made without it
 
         cpus = len(os.sched_getaffinity(0))
         cythonize(self.extensions, nthreads=cpus, force=self.force, quiet=True)
         for extension in self.extensions:
             extension.extra_compile_args.append("-g1")  # lines for debuggers; -g takes twice as long
+            if "SOURCE_DATE_EPOCH" in os.environ:  # a release: the same bytes from any folder
+                extension.extra_compile_args.append(f"-ffile-prefix-map={ROOT.resolve()}=.")
         compile_one_by_one, progress = self.compiler.compile, Progress(self.extensions)
         begun: dict[str, Future[list[str]]] = {}  # a source of two extensions is compiled once
         begins = threading.Lock()
@@ -139,6 +148,9 @@ class BuildOnAllCpus(build_ext):
             self.compiler.compile = compile
             self.parallel = len(self.extensions)  # those wait; the pool has the work
             super().build_extensions()
+        if self.editable_mode and not is_ours:
+            COMPILED_BY.parent.mkdir(exist_ok=True)
+            COMPILED_BY.write_text(sys.version)
 
 
 class BuildOfTracked(build_py):
