@@ -389,7 +389,7 @@ def _(session: Session, command: str) -> str:
     return said
 
 
-@carries_out("runs", "hil runs cancel --at-once")
+@carries_out("runs", "hil run cancel --at-once")
 def _(session: Session, command: str) -> str:
     said = session.run(command)
     run_ended(session.servers[-1], "far")

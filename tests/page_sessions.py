@@ -234,7 +234,7 @@ def captured(session: Session, command: str, talk: Callable[[], None], lines: in
 
     def is_shown(said: str) -> bool:
         nonlocal has_talked
-        if ("capturing" in said or "mother watch" in command) and (is_counting or not has_talked):
+        if ("capturing" in said or "line watch" in command) and (is_counting or not has_talked):
             talk()
             has_talked = True
         elif has_talked and file:

@@ -138,7 +138,7 @@ def test_two_of_a_name_and_one_of_an_older_version_are_listed(light: LightBenche
     assert shown.count("mill: 2 benches have this name: end all but one") == 2
     assert f"newer: it speaks protocol {PROTOCOL_VERSION + 1} between benches" in shown
     assert "update this computer" in shown
-    listed = CliRunner().invoke(app, ["benches", "--connect", light.door, "--json"])
+    listed = CliRunner().invoke(app, ["list", "--connect", light.door, "--json"])
     assert [row["bench"] for row in json.loads(listed.output)] == [row["bench"] for row in rows]
 
 
@@ -253,13 +253,13 @@ def test_a_router_with_the_certificate_of_a_bench_is_no_other_site(tmp_path: Pat
 
 
 def test_the_command_line_says_it_too() -> None:
-    done = CliRunner().invoke(app, ["benches", "--connect", f"tcp/127.0.0.1:{free_port()}"])
+    done = CliRunner().invoke(app, ["list", "--connect", f"tcp/127.0.0.1:{free_port()}"])
     assert done.exit_code == 1
     assert "no router and no bench listens there" in done.output
     for words, why in (
         (["--label", "rig=press"], "name the lab with --connect or --config"),
         (["--connect", "tcp/127.0.0.1:1", "--label", "rig"], "is no label; write NAME=VALUE"),
     ):
-        done = CliRunner().invoke(app, ["benches", *words])
+        done = CliRunner().invoke(app, ["list", *words])
         assert done.exit_code == 2
         assert why in done.output

@@ -149,19 +149,19 @@ def test_waiting_for_the_end_of_a_motion(bench: Bench) -> None:
         assert ask(server.control, "do", device="m-1", name=verb, parameters={"position_deg": 44})
     assert "done: True" in place.cli("axis", "m-1", "move-abs", "-45", "--wait")
     assert abs(snapshot(server)["position_deg"] + 45) < 0.5
-    state = json.loads(place.cli("state", "m-1", "--json"))
+    state = json.loads(place.cli("status", "m-1", "--json"))["m-1"]
     assert abs(state["position_deg"] + 45) < 0.5
-    assert re.search(r"^position_deg +-4[45][0-9.]*$", place.cli("state", "m-1"), re.M)
+    assert re.search(r"^position_deg +-4[45][0-9.]*$", place.cli("status", "m-1"), re.M)
 
 
 def test_the_bench_of_the_environment(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     place, _ = bench
     monkeypatch.setenv("HIL_BENCH", "nowhere")
-    assert "bench 'nowhere' is not running" in place.cli("state", "m-1", code=1)
-    assert "position_deg" in place.cli("state", "m-1", "-b", "t")
+    assert "bench 'nowhere' is not running" in place.cli("status", "m-1", code=1)
+    assert "position_deg" in place.cli("status", "m-1", "-b", "t")
     assert "position_deg" in place.cli("--runtime-dir", str(place.runtime), "-b", "t", "state", "m-1")
     monkeypatch.setenv("HIL_BENCH", "t")
-    assert "position_deg" in place.cli("state", "m-1")
+    assert "position_deg" in place.cli("status", "m-1")
 
 
 def test_pins_and_power(bench: Bench) -> None:

@@ -162,7 +162,7 @@ def test_what_cannot_be_is_listed_before_anything_moves(site: Site) -> None:
     path.write_text(path.read_text().replace("nowhere/m1: {}, third/m1: {}, third/s1: {}", ""))
     said = site.place.cli("run", str(path), "-b", "mill", *where, code=2)
     assert "r.yaml:2:16: axes.'lathe/m9': there is no device 'lathe/m9'" in said
-    assert "third: hil " in site.place.cli("benches", "-b", "mill", *where)
+    assert "third: hil " in site.place.cli("list", "--joined", "-b", "mill", *where)
     fast.stop()
 
     submit(lathe, json.dumps({"run": "mine", "axes": {"m1": {}}, "steps": [{"move": {"m1": 720.0}}]}))

@@ -1,4 +1,4 @@
-"""``hil serve --detach`` and ``hil stop``: a bench that goes on when the command has ended."""
+"""``hil serve --detach`` and ``hil shutdown``: a bench that goes on when the command has ended."""
 
 import json
 import os
@@ -35,7 +35,7 @@ def command(tmp_path: Path) -> Iterator[Command]:
         )
 
     yield run
-    run("stop")
+    run("shutdown")
 
 
 def test_a_bench_goes_on_until_it_is_stopped(command: Command, tmp_path: Path) -> None:
@@ -44,12 +44,12 @@ def test_a_bench_goes_on_until_it_is_stopped(command: Command, tmp_path: Path) -
     said = begun.stdout.splitlines()
     assert said[0].startswith("bench desk runs: process ")
     assert said[1] == f"  m1 at {tmp_path}/run/hil/desk/m1"
-    assert said[2] == f"Its log is {tmp_path}/state/hil/desk/serve.log. `hil stop` ends it."
+    assert said[2] == f"Its log is {tmp_path}/state/hil/desk/serve.log. `hil shutdown` ends it."
     assert "Angle" in command("type", "m1", "p", "--until", "raw encoder").stdout
-    stopped = command("stop")
+    stopped = command("shutdown")
     assert (stopped.returncode, stopped.stdout) == (0, "bench desk has ended\n")
     assert '"end"' in (tmp_path / "bench.log").read_text().splitlines()[-1]  # it was closed before
-    none = command("stop")
+    none = command("shutdown")
     assert none.returncode == Exit.FAILED
     assert none.stderr.startswith("hil: no bench is running here")
 
@@ -59,7 +59,7 @@ def test_the_report_for_programs_has_the_log(command: Command, tmp_path: Path) -
     report = json.loads(command("--json", "serve", "--detach", "bench.yaml").stdout)
     assert report["ports"] == {"m1": f"{tmp_path}/run/hil/desk/m1"}
     assert report["log"] == f"{tmp_path}/state/hil/desk/serve.log"
-    assert json.loads(command("stop", "--json").stdout) == {"bench": "desk", "stopped": True}
+    assert json.loads(command("shutdown", "--json").stdout) == {"bench": "desk", "stopped": True}
     assert not Path(report["control"]).exists()
 
 
@@ -103,5 +103,5 @@ def test_ctrl_c_while_it_starts_leaves_nothing(command: Command, tmp_path: Path)
         until(socket.exists, "a bench that starts")
         starting.send_signal(signal.SIGINT)
         assert starting.wait(PATIENCE_S) == Exit.INTERRUPTED
-    assert command("stop").returncode == Exit.FAILED
+    assert command("shutdown").returncode == Exit.FAILED
     assert not [*(tmp_path / "state").glob("hil/desk/serve.log*")]

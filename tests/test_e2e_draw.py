@@ -41,7 +41,7 @@ def test_step_plot_and_drive(place: Place, tmp_path: Path) -> None:
     assert {round(b["at_ns"] - a["at_ns"]) for a, b in itertools.pairwise(rows)} == {250_000}
 
     text = place.hil(
-        *("drive", "m1", "--steps", "-3200", "--rate", "200000", "-o", str(tmp_path / "drive.csv"))
+        *("pulses", "m1", "--steps", "-3200", "--rate", "200000", "-o", str(tmp_path / "drive.csv"))
     )
     assert "3,200 steps in 0.016 s" in text
     rows = numbers(tmp_path / "drive.csv")
@@ -50,8 +50,8 @@ def test_step_plot_and_drive(place: Place, tmp_path: Path) -> None:
 
     train = tmp_path / "train.csv"
     train.write_text("at_s,steps,duration_s\n0,32,0.01\n0.02,-32,0.01\n")
-    assert "64 steps in 0.03 s" in place.hil("drive", "m1", "--file", str(train))
-    assert "no train" in place.hil("drive", "m1", "--stop")
+    assert "64 steps in 0.03 s" in place.hil("pulses", "m1", "--file", str(train))
+    assert "no train" in place.hil("pulses", "m1", "--stop")
     for name in ("p.png", "p.svg"):
         place.hil("plot", "m1", "--signals", "e,current_a_A", "--seconds", "0.1", "-o", str(tmp_path / name))
         assert (tmp_path / name).stat().st_size > 5000
@@ -85,9 +85,11 @@ def test_what_swings_is_drawn_as_it_is(place: Place, tmp_path: Path) -> None:
 def test_a_step_into_a_pulse_train_is_no_success(place: Place) -> None:
     place.serve(config(speed=2)).ready()
     place.hil("axis", "m1", "enable")
-    place.hil("drive", "m1", "--steps", "100000", "--rate", "100")
+    place.hil("pulses", "m1", "--steps", "100000", "--rate", "100")
     text = place.hil("step", "m1", "45", code=1)
-    assert f"another motion is under way; end it (`hil --runtime-dir {place.runtime} drive m1 --stop`" in text
+    assert (
+        f"another motion is under way; end it (`hil --runtime-dir {place.runtime} pulses m1 --stop`" in text
+    )
     assert "settled" not in text
 
 
@@ -104,17 +106,17 @@ def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     assert "write a name that ends in" in place.hil("plot", "m1", "-o", "x.gif", code=2)
     assert "there is no folder" in place.hil("plot", "m1", "-o", str(tmp_path / "no" / "x.csv"), code=2)
     assert "write 50000 or more" in place.hil("plot", "m1", "--interval", "0.001", code=2)
-    assert "give one of" in place.hil("drive", "m1", code=2)
-    assert "a rate of 1000000 Hz" in place.hil("drive", "m1", "--steps", "1", "--rate", "1e6", code=2)
+    assert "give one of" in place.hil("pulses", "m1", code=2)
+    assert "a rate of 1000000 Hz" in place.hil("pulses", "m1", "--steps", "1", "--rate", "1e6", code=2)
     train = tmp_path / "train.csv"
     train.write_text("at_s,steps,duration_s\n1,1,1\n1.5,1,1\n2,0.5,1\n")
-    text = place.hil("drive", "m1", "--file", str(train), code=2)
+    text = place.hil("pulses", "m1", "--file", str(train), code=2)
     assert [line.split(": ")[0] for line in text.splitlines()] == [f"{train}:3", f"{train}:4"]
     said = place.hil("step", "m1", "90", code=1)  # and no drawing
     assert said == "hil: the look-up table is empty; calibrate it first\n"
 
 
-@pytest.mark.parametrize("words", [["plot", "m1"], ["step", "m1", "9"], ["drive", "m1", "--stop"]])
+@pytest.mark.parametrize("words", [["plot", "m1"], ["step", "m1", "9"], ["pulses", "m1", "--stop"]])
 def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_moves(
     words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

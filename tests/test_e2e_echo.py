@@ -105,7 +105,7 @@ def test_a_twin_is_not_taken_for_a_real_node_by_its_own_echo(place: Place) -> No
     wire = segment(place, 38400, {"stations": ["s"]})
     server = place.serve(config(speed=1, devices={"s": SAC}, segments=wire)).ready("s", boot_ns=SAC_READY_NS)
     for command in ("v100", "m200", "m200"):
-        words = ("mother", "send", "bus0.master", "85", command, "--runtime-dir", str(place.runtime))
+        words = ("line", "send", "bus0.master", "85", command, "--runtime-dir", str(place.runtime))
         assert ": done, " in place.cli(*words)
     until(lambda: echo(place, server, "bus0.line")["bytes"] == len(line.sent), "the echoes")
     (row,) = server.ask("segments")

@@ -68,9 +68,9 @@ def test_only_what_asks_a_bench_has_options() -> None:
         "hil fault", "hil -b u fault"
     )
     assert pasteable(text, []) == text
-    row = {"failed": "see `hil runs`", "clients": 0, "ports": [None, "`hil status`"]}
+    row = {"failed": "see `hil run list`", "clients": 0, "ports": [None, "`hil status`"]}
     assert all_pasteable(row, words) == {
-        "failed": "see `hil -b u runs`", "clients": 0, "ports": [None, "`hil -b u status`"]
+        "failed": "see `hil -b u run list`", "clients": 0, "ports": [None, "`hil -b u status`"]
     }  # fmt: skip
 
 

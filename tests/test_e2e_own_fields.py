@@ -106,7 +106,7 @@ def test_a_served_bench_has_them_at_all_doors(place: Place, boards: Path) -> Non
     assert "x: starts 3, winding_degC 60\n" in place.cli("status")
     place.cli("set", "supply", "load_ohm", "8")
     place.cli("wait", "supply", "output_A == 0.25", "--within", "5s")
-    assert json.loads(place.cli("state", "x", "--json"))["winding_degC"] == 60
+    assert json.loads(place.cli("status", "x", "--json"))["x"]["winding_degC"] == 60
 
     rows = {row["name"]: row["address"] for row in server.ask("registers", device="supply")["rows"]}
     bridges = server.ask("status")["bridges"]

@@ -115,23 +115,23 @@ def test_with_a_name_a_file_is_carried_out_at_most_once(place: Place) -> None:
 def test_runs_are_listed_shown_and_cancelled(place: Place) -> None:
     server, _ = serve(place, speed=1)
     where = ("--runtime-dir", str(place.runtime))
-    assert place.cli("runs", *where) == "no run was submitted to this bench\n"
+    assert place.cli("run", "list", *where) == "no run was submitted to this bench\n"
     far = place.write(run("far", {"move": {"m1": 72000.0}}), "far.yaml")
     assert place.cli("run", str(far), "--detach", *where).startswith("far: ")
     assert place.cli("run", str(far), "--detach", *where) == "far-2: queued\n"
     until(lambda: server.ask("runs", name="far")[0]["left_s"], "its plan")
-    lines = place.cli("runs", *where).splitlines()
+    lines = place.cli("run", "list", *where).splitlines()
     assert re.fullmatch(r"far: running, step [01] of 1, \d+ s left", lines[0])
     assert lines[1:] == ["far-2: queued"]
-    (row,) = json.loads(place.cli("runs", "show", "far", "--json", *where))["axes"].values()
+    (row,) = json.loads(place.cli("run", "show", "far", "--json", *where))["axes"].values()
     assert row["target_deg"] == 72000
-    assert "\n  m1: at " in place.cli("runs", "show", "far", *where)
+    assert "\n  m1: at " in place.cli("run", "show", "far", *where)
     status = place.cli("status")
     assert re.search(r"^run far: running, step [01] of 1, \d+ s left\s*\nrun far-2: queued\s*$", status, re.M)
-    assert place.cli("runs", "cancel", "far-2", *where).startswith("far-2: cancelled: ")
-    place.cli("runs", "cancel", "far", "--at-once", *where)
+    assert place.cli("run", "cancel", "far-2", *where).startswith("far-2: cancelled: ")
+    place.cli("run", "cancel", "far", "--at-once", *where)
     assert ended(server, "far")["why"] == "it was cancelled with an immediate stop"
-    said = place.cli("runs", "cancel", "fa", *where, code=2)
+    said = place.cli("run", "cancel", "fa", *where, code=2)
     assert said.startswith("hil: there is no run 'fa'; did you mean \"far\"? there are far, far-2; `hil ")
     assert said.endswith(" runs` lists them\n")
     assert json.loads(place.cli("status", "--json"))["runs"] == []

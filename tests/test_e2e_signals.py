@@ -31,7 +31,7 @@ LONG = {
     "status": ("status", "--watch"),
     "plot": ("plot", "m1", "--seconds", "3600", "-o", "{folder}/out.csv"),
     "step": ("step", "m1", "90", "--seconds", "3600"),
-    "drive": ("drive", "m1", "--steps", "3600", "--rate", "1", "--plot"),
+    "drive": ("pulses", "m1", "--steps", "3600", "--rate", "1", "--plot"),
     "run": ("run", "{folder}/far.yaml"),
     "monitor": ("monitor", "m1"),
     "command": ("sac", "calibrate", "100", "--device", "s1"),
@@ -101,7 +101,7 @@ def test_a_command_that_goes_on_ends(bench: tuple[Place, Server], name: str, num
     if name == "run":
         assert b": cancelled: it was cancelled with a controlled stop" in said
     if name == "drive":
-        assert b" drive m1 --stop` ends it" in said
+        assert b" pulses m1 --stop` ends it" in said
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -205,6 +205,6 @@ def test_a_train_that_was_just_taken_goes_on_and_the_command_says_so(
             "unwatch": {},
         }[asked[-1]]
 
-    code, asked, said = interrupted(number, "drive", verbs[-1], results, ("drive", "m1", *words))
+    code, asked, said = interrupted(number, "drive", verbs[-1], results, ("pulses", "m1", *words))
     assert (code, asked) == (130, verbs), said
-    assert (b" drive m1 --stop` ends it" in said) == is_played, said
+    assert (b" pulses m1 --stop` ends it" in said) == is_played, said

@@ -41,4 +41,5 @@ def test_all_benches_stop_by_a_door_and_by_a_bench(site: Site) -> None:
     assert [(row["bench"], row["state"]) for row in alone] == [("mill", "confirmed")]
     said = site.place.cli("stop", "--site", "--connect", site.addresses["mill"], "--timeout", "0.3", code=1)
     assert said.startswith("hil: ")
-    assert "are of --site" in site.place.cli("stop", "--at-once", code=2)
+    assert "are of --site" in site.place.cli("stop", "--config", "a.json", code=2)
+    assert "leave out the axes" in site.place.cli("stop", "m1", "--site", code=2)

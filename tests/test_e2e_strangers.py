@@ -28,9 +28,9 @@ RUN = '{"run": "r", "axes": {"m1": {}}, "steps": [{"dwell_s": 0.1}]}'
 ASKING = (
     ("list",), ("status",), ("status", "--json"), ("monitor", "m1"), ("reset", "m1"),
     ("pin", "m1", "D0", "1"), ("set", "m1", "errfl", "0"), ("plot", "m1", "--seconds", "0.01"),
-    ("step", "m1", "1", "--seconds", "0.01"), ("drive", "m1", "--steps", "1"), ("axis", "m1"),
-    ("axis", "m1", "state"), ("run", "{folder}/run.yaml"), ("benches",), ("reload",), ("fault", "list"),
-    ("fault", "clear"), ("fault", "inject", "noise", "m1"), ("capture", "m1", "-w", "-"),
+    ("step", "m1", "1", "--seconds", "0.01"), ("pulses", "m1", "--steps", "1"), ("axis", "m1"),
+    ("axis", "m1", "state"), ("run", "{folder}/run.yaml"), ("list", "--joined"), ("reload",),
+    ("fault", "list"), ("fault", "clear"), ("fault", "inject", "noise", "m1"), ("capture", "m1", "-w", "-"),
     ("capture", "m1", "-c", "1"),
     ("sac", "save", "{folder}/q.txt"),
 )  # fmt: skip

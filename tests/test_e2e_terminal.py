@@ -67,7 +67,7 @@ def hostile_node() -> str:
 @pytest.mark.parametrize("words", [("watch", "-c", "3"), ("nodes", "--addresses", "80-84")])
 def test_a_node_does_nothing_to_the_terminal(hostile_node: str, words: tuple[str, ...]) -> None:
     verb, *options = words
-    said = on_terminal("mother", verb, hostile_node, *options)
+    said = on_terminal("line", verb, hostile_node, *options)
     assert "85" in said
     assert said.replace("\r\n", "").isprintable()
     assert "\nhil: all is well" not in said

@@ -109,7 +109,7 @@ def test_wait_sees_what_is_over_before_anybody_could_ask(place: Place) -> None:
 
 def test_wait_exits_with_1_and_the_last_state(place: Place) -> None:
     both(place)
-    begin_ns = json.loads(place.cli("state", "m1", "--json"))["at_ns"]
+    begin_ns = json.loads(place.cli("status", "m1", "--json"))["m1"]["at_ns"]
     answer = json.loads(place.hil("wait", "m1", "position_deg > 1e6", "--within", "10s", "--json", code=1))
     assert (answer["holds"], answer["after_s"]) == (False, 10)
     assert answer["state"]["at_ns"] - begin_ns > 10e9

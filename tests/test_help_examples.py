@@ -62,7 +62,7 @@ FILES = {
     "sketches/blink/blink.ino": "void setup() { pinMode(13, 1); }\nvoid loop() { PINB = 32; delay(5); }\n",
     "commands.txt": "xm1200v160\r\n" + "\r\n" * 99,
 }
-LAST = ("sac command", "stop", "replay", "find", "export", "diff", "bundle")
+LAST = ("sac command", "shutdown", "replay", "find", "export", "diff", "bundle")
 """Examples that come last: they take the board's address, and the log of a bench that has ended."""
 ELSEWHERE = {
     "serve": "this bench",
@@ -113,14 +113,14 @@ def asked_at_its_door(session: Session, command: str) -> str:
 
 
 GO_ON: dict[str, Callable[[Session, str], str]] = {
-    "benches": asked_at_its_door,
+    "list": asked_at_its_door,
     "status": lambda session, command: interrupted(session, command, lambda said: said.count("ticks") > 1),
     "capture": lambda session, command: captured(session, command, lambda: talk(session), 2),
     # Where masters of a CAN bus count by the angle, it is refused.
     "zero": lambda session, command: carried_out(session, command.replace("m1", "m2")),
     "wait": moved,
     "lease break": lambda session, command: carried_out(session, f"hil lease take --why example; {command}"),
-    "mother watch": lambda session, command: captured(session, command, lambda: greet(session), 1),
+    "line watch": lambda session, command: captured(session, command, lambda: greet(session), 1),
     "web user": lambda session, command: carried_out(session, f"echo a long password | {command}"),
     "zenoh router": lambda session, command: interrupted(session, command, lambda said: "Ctrl-C" in said),
 }
@@ -143,7 +143,7 @@ def test_examples_work(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
         order = sorted(EXAMPLES, key=lambda each: LAST.index(each) if each in LAST else -1)
         for name, line in ((each, line) for each in order for line in EXAMPLES[each]):
             assert line.split()[1 : 1 + len(name.split())] == name.split()
-            if name in ("axis", "drive"):
+            if name in ("axis", "pulses"):
                 session.run("hil axis m1 enable")
             if name == "reset":
                 since_ns = server.ask("status")["sim_ns"]

@@ -256,7 +256,7 @@ def test_a_reset_and_another_program_are_told_in_gdb(bench: tuple[Place, Server]
         gdb.sendall(b"$QStartNoAckMode#b0+$c#63")
         until(lambda: server.ask("status")["is_paused"] is False, "time")
         said = bytearray(gdb.recv(4096))
-        place.cli("sketch", "reset", "u1", "--runtime-dir", str(place.runtime))
+        place.cli("reset", "u1", "--runtime-dir", str(place.runtime))
         load(place)
         while b"another program".hex().encode() not in said:
             said += gdb.recv(4096)

@@ -168,7 +168,11 @@ class CommandHandler:
 
     def _note_stop(self, command: Command, number: int) -> None:
         if command.is_stop:
-            self._stopped[command.target] = number
+            axes = command.given.get("axes")
+            for target in axes if command.operation == HALT and isinstance(axes, list) and axes else ():
+                self._stopped[target] = number
+            if command.operation != HALT or not axes:
+                self._stopped[command.target] = number
 
     def _carry_out(self, source: Source, key: str, command: Command, query: zenoh.Query | None) -> None:
         answer = self._desk.ask(source, command.operation, command.target, command.given)

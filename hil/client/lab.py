@@ -106,7 +106,7 @@ class Lab:
         if not answers:
             raise ClientError(
                 f"{self.door}: nobody answers for the bench {bench!r}: it is not there, or your role does not"
-                " let you do this; `hil benches` lists who is there"
+                " let you do this; `hil list --joined` lists who is there"
             )
         if answers[0].refusal:
             raise CommandError(*answers[0].refusal)

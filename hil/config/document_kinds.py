@@ -20,7 +20,7 @@ BENCH = DocumentKind(
 )
 RUN = DocumentKind("a run", frozenset({"run", "steps"}), "`hil run FILE` carries it out")
 MACHINE = DocumentKind(
-    "a machine", frozenset({"machine"}), "`hil mother gcode PROGRAM --machine FILE` draws with it"
+    "a machine", frozenset({"machine"}), "`hil gcode PROGRAM --machine FILE` draws with it"
 )
 DRIVE_MAP = DocumentKind(
     "a map of a Modbus drive", frozenset({"modbus_map"}), "`map: FILE` at a device uses it"

@@ -24,6 +24,6 @@ Labels = Annotated[
     Field(
         max_length=MOST_LABELS,
         description='Words by which benches of a lab are chosen, as in `{rig: press, floor: "2"}`:'
-        " `hil benches --label rig=press`. A change takes effect with a reload.",
+        " `hil list --label rig=press`. A change takes effect with a reload.",
     ),
 ]

@@ -12,6 +12,7 @@ from hil.vocab.address import address_of
 from hil.vocab.axis import CONTROL_MODES, TURNS_RPM, How
 from hil.vocab.desk_protocol import Done
 from hil.vocab.device import Device, Doing
+from hil.vocab.near_words import meant as meant_word
 from hil.vocab.operation import OFF_VERB, STOP_VERB
 from hil.vocab.verbs import HOW_TO_STOP, VerbRefused
 
@@ -30,9 +31,17 @@ class HaltOperation:
     devices: Devices
     queue: RunQueue
 
-    def halt(self, asked: Asked, how: How) -> Any:
-        """End all runs and stop all axes that move, or do not tell; answers what was stopped."""
+    def halt(self, asked: Asked, how: How, axes: list[str] | None = None) -> Any:
+        """End all runs and stop all axes that move, or do not tell; answers what was stopped. ``axes``: only
+        these, of a device all; and only the runs that have one of them.
+
+        Raises:
+            VerbRefused: one of them is not there; nothing is stopped.
+        """
+        meant = self._meant(axes) if axes else None
         runs = [name for name, progress in list(self.queue.progress.items()) if not progress.is_over]
+        if meant is not None:
+            runs = [name for name in runs if not meant.isdisjoint(self.queue.devices_of(name))]
         held = {device for name in runs for device in self.queue.devices_of(name)}
         stopped, refused = list[str](), dict[str, str]()
         waits: dict[str, Coroutine[Any, Any, Done]] = {}
@@ -41,6 +50,8 @@ class HaltOperation:
         for address, device, part in self._axes():
             if address in held:
                 stopped.append(address)  # by its run, on its path
+                continue
+            if meant is not None and address not in meant:
                 continue
             try:
                 if isinstance(doing := _stopped(device, part, how), Done):
@@ -51,6 +62,17 @@ class HaltOperation:
                 refused[address] = str(refusal)
         answer = {"stopped": stopped, "runs": runs, "refused": refused}
         return _confirmed(waits, answer) if waits else answer
+
+    def _meant(self, names: list[str]) -> set[str]:
+        """Find addresses of axes by their names, of a device by its own. Raises VerbRefused."""
+        own: dict[str, list[str]] = {}
+        for address, device, _ in self._axes():
+            own.setdefault(device.name, []).append(address)
+            own[address] = own.get(address, [address])
+        if wrong := [name for name in names if name not in own]:
+            whys = [f"there is no axis {name!r}; {meant_word(name, list(own))}" for name in wrong]
+            raise VerbRefused("no_device", "; ".join(whys))
+        return {address for name in names for address in own[name]}
 
     def _axes(self) -> Iterator[tuple[str, Device, str]]:
         for device in list(self.devices.values()):

@@ -313,7 +313,10 @@ _ROWS = (
     _asked("halt", BENCH, OPERATOR,
            "stop all axes that move, and end all runs; answers what was stopped, and what was not, with why."
            " It overtakes what waits",
-           HOW_TO_STOP, takes_time=True),
+           HOW_TO_STOP,
+           Parameter("axes", "only these, of a device all of its axes, and only runs that have one of them",
+                     form=NAMES, is_optional=True),
+           takes_time=True),
     _asked("events", BENCH, VIEWER,
            "what happened to the bench, and who asked for it, the oldest first",
            replace(_number("after", "the revision after which; 0: all that is kept"), default=0)),

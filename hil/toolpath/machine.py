@@ -350,7 +350,7 @@ def machine_reference() -> str:
     parts = schema["$defs"]
     sections = [
         "## Machines",
-        "A machine is YAML, for `hil mother gcode`.",
+        "A machine is YAML, for `hil gcode`.",
         keys_table(schema),
         "### Axes `x`, `y`, `z`, `u`, `v`, `w`: `axes.<letter>`",
         keys_table(parts["LinearText"]),

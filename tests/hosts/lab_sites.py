@@ -121,7 +121,7 @@ def test_a_site_from_nothing(lab: Lab) -> None:
         assert vera.axis("m1").state().at_ns > 0
 
     # What a viewer's computer sees of all benches.
-    seen = json.loads(lab.hil("benches", "--config", str(lab.copy("vera") / "zenoh.json"), "--json"))
+    seen = json.loads(lab.hil("list", "--config", str(lab.copy("vera") / "zenoh.json"), "--json"))
     assert {row["bench"]: (row["why"], row["version"]) for row in seen} == dict.fromkeys(
         BENCHES, (None, __version__)
     )

@@ -4,13 +4,15 @@ import json
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from hil.cli.bench.serve_command import StateDir
 from hil.cli.framework.ask import ANY_BENCH, Bench, BenchOptions, RuntimeDir, benches_meant, fail, found
-from hil.cli.framework.command_answers import AsJson, CommandAnswer
+from hil.cli.framework.command_answers import AsJson, CommandAnswer, pasteable
+from hil.cli.lab.lab_options import NO_LAB, EverySeconds, LabelWords, LabOptions, PrometheusFile
 
 RELOAD_S = 60.0
 
@@ -20,13 +22,37 @@ def list_benches(
     programs: Annotated[
         bool, typer.Option("--programs", help="Which programs can use each port, and what helps the others.")
     ] = False,
+    joined: Annotated[
+        bool, typer.Option("--joined", help="The benches that are joined to this one instead.")
+    ] = False,
+    lab: LabOptions = NO_LAB,
+    label: LabelWords = None,
+    prometheus: PrometheusFile = None,
+    every_s: EverySeconds = None,
     runtime_dir: RuntimeDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """List running benches with their ports; with --bench that one alone.
+    """List running benches with their ports; or those that are joined, or a lab's.
+
+    With --bench that one alone. With --joined: those joined to it, with the offsets of their clocks. With
+    --connect or --config, from any computer: health with its reason, runs, who commands, versions, labels.
 
     Example: hil list
+
+    Example: hil list --connect tcp/127.0.0.1:7447 --label rig=press
     """
+    if joined or lab.are_given or label or prometheus or every_s:
+        from hil.cli.lab.benches_command import benches as elsewhere
+
+        told = elsewhere(lab, label, prometheus, every_s, BenchOptions(bench, runtime_dir))
+        if as_json or told.text:
+            typer.echo(json.dumps(told.answer) if as_json else pasteable(told.text))
+        return
+    _list_here(bench, programs, runtime_dir, as_json)
+
+
+def _list_here(bench: str | None, programs: bool, runtime_dir: Path | None, as_json: bool) -> None:
+    """List the benches that run on this computer."""
     import os
 
     from hil.cli.bench.port_views import as_json as programs_as_json
@@ -77,31 +103,39 @@ def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], progr
 
 
 def status(
+    axes: Annotated[
+        list[str] | None,
+        typer.Argument(help="Show all fields of these axes instead, with their units.", show_default=False),
+    ] = None,
     watch: Annotated[bool, typer.Option("--watch", "-w", help="Redraw twice a second until Ctrl-C.")] = False,
     bench: BenchOptions = ANY_BENCH,
     as_json: AsJson = False,
 ) -> None:
-    """Show the state of a bench: time, clients, lost bytes.
+    """Show the state of a bench, or all fields of axes.
 
-    Ticks and missed wakes, histograms of wake latency and firmware lag, and the state of each device.
+    Of a bench: time, clients, lost bytes, ticks and missed wakes, histograms of wake latency and firmware
+    lag, and the state of each device.
 
     Example: hil status --watch
     """
     import time
 
-    from hil.cli.bench.views import status_view
+    from hil.cli.bench.views import fields_view, status_view
     from hil.cli.framework import interrupts as signals
     from hil.cli.framework.command_answers import all_pasteable
     from hil.cli.framework.shown_view import ShownView, is_terminal
 
+    def asked() -> dict[str, Any]:
+        return {axis: bench.ask("state", device=axis) for axis in axes} if axes else bench.ask("status")
+
     def answers() -> Iterator[dict[str, Any]]:
-        yield bench.ask("status")
+        yield asked()
         while watch and not signals.came:
             time.sleep(0.5)
-            yield bench.ask("status")
+            yield asked()
 
     def shown(answer: dict[str, Any]) -> ShownView:
-        return status_view(all_pasteable(answer))
+        return fields_view(answer) if axes else status_view(all_pasteable(answer))
 
     with suppress(KeyboardInterrupt):
         if as_json or not watch or not is_terminal():

@@ -65,7 +65,7 @@ def report_lines(report: dict[str, Any]) -> list[str]:
     lines += [f"  {name} at {address}" for name, address in report["ports"].items()]
     lines += [f"  {kind} at {', '.join(places)}" for kind, places in report["bridges"].items()]
     lines += [f"  {name} has stopped: {why}" for name, why in report["failed"].items()]
-    return [*lines, f"Its log is {report['log']}. `hil stop` ends it."]
+    return [*lines, f"Its log is {report['log']}. `hil shutdown` ends it."]
 
 
 def _report(process: "subprocess.Popen[bytes]", told: int, log: Path) -> dict[str, Any]:

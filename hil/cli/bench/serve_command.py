@@ -45,7 +45,7 @@ def serve(
     ] = False,
     detached: Annotated[
         bool,
-        typer.Option("--detach", help="End when the boards answer; the bench goes on until `hil stop`."),
+        typer.Option("--detach", help="End when the boards answer; the bench goes on until `hil shutdown`."),
     ] = False,
 ) -> None:
     """Run a bench until Ctrl-C or SIGTERM.

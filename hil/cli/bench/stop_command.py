@@ -1,70 +1,63 @@
-"""``hil stop``: the end of a running bench, or the stop of all that moves on a site."""
+"""``hil stop``: the stop of axes, of all that moves on a bench, or on a site."""
 
-import os
-from contextlib import ExitStack, suppress
-from pathlib import Path
-from select import select
+import sys
 from typing import Annotated
 
 import typer
 
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
-from hil.cli.framework.command_answers import CommandAnswer
+from hil.cli.framework.command_answers import CommandAnswer, pasteable, wants_json
+from hil.cli.framework.exit_codes import Exit
 from hil.cli.lab.lab_options import NO_LAB, LabOptions
 from hil.cli.lab.site_stop_view import stop_site
-from hil.net.control_client import listener
+from hil.host.journal import say
 
-END_S = 60.0
-"""Maximum time in which a bench has to end: it writes what its boards have in flash."""
+STOP_S = 15.0
+"""Maximum wait for the answer: real boards have five seconds to confirm."""
 
 
 def stop(
+    axes: Annotated[
+        list[str] | None,
+        typer.Argument(help="Devices, or axes as arm.elbow; left out: all that moves.", show_default=False),
+    ] = None,
+    at_once: Annotated[
+        bool, typer.Option("--at-once", help="Stop the axes immediately, not on their ramps.")
+    ] = False,
     site: Annotated[
-        bool,
-        typer.Option("--site", help="Stop all that moves on all benches that are joined, and end none."),
+        bool, typer.Option("--site", help="Stop all that moves on all benches that are joined.")
     ] = False,
     timeout_s: Annotated[
         float,
-        typer.Option(
-            "--timeout",
-            metavar="S",
-            min=0.05,
-            max=60,
-            help="With --site: seconds to confirm in.",
-        ),
+        typer.Option("--timeout", metavar="S", min=0.05, max=60, help="With --site: seconds to confirm in."),
     ] = 1.0,
-    at_once: Annotated[
-        bool,
-        typer.Option("--at-once", help="With --site: stop the axes immediately, not on their ramps."),
-    ] = False,
     lab: LabOptions = NO_LAB,
     bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
-    """End a running bench as SIGTERM does, and wait until it has ended.
+    """Stop axes, or all that moves: end its runs and drawings.
 
-    What its boards keep in flash, and its logs, are written then. With --site no bench ends: on each all runs
-    end and all axes stop, as by `hil halt`, and the command lists which benches have confirmed. Its exit code
-    is 0 if all have.
+    It comes before all that waits at the bench. Does not wait until the axes stand. A run that has one of the
+    axes ends, and its other axes stop, too. Exits with 1 if one is not stopped. The bench goes on; `hil
+    shutdown` ends it.
+
+    With --site it lists which benches have confirmed. Its exit code is 0 if all have.
 
     Example: hil stop
     """
+    how = "prejudice" if at_once else "grace"
     if site:
-        return stop_site(bench, lab, timeout_s, "prejudice" if at_once else "grace")
-    if lab.are_given or at_once:
-        raise fail("hil: --connect, --config and --at-once are of --site; `hil halt` stops this bench", 2)
-    here = bench.meant()
-    with ExitStack() as stack:
-        process = _process(here.socket)
-        if process is not None:
-            stack.callback(os.close, process)
-        bench.ask("stop")
-        if process is not None and not select([process], [], [], END_S)[0]:
-            raise fail(f"hil: bench {here.name} still runs after {END_S:g} s: {here.line()}")
-    return CommandAnswer({"bench": here.name, "stopped": True}, f"bench {here.name} has ended")
-
-
-def _process(socket: Path) -> int | None:
-    """Descriptor of the process behind a control socket; None: it has ended, or is that of a container."""
-    with suppress(OSError):
-        return os.pidfd_open(listener(socket))
-    return None
+        if axes:
+            raise fail("hil: --site stops all that moves there; leave out the axes", Exit.MISTAKE)
+        return stop_site(bench, lab, timeout_s, how)
+    if lab.are_given:
+        raise fail("hil: --connect and --config are of --site; without them this bench stops", Exit.MISTAKE)
+    only = {"axes": axes} if axes else {}
+    answer = bench.ask("halt", how=how, timeout_s=STOP_S, **only)
+    lines = [f"{name}: cancelled" for name in answer["runs"]]
+    lines += [f"{name}: stops" for name in answer["stopped"]]
+    lines += [f"{name}: not stopped: {why}" for name, why in answer["refused"].items()]
+    if not (axes or wants_json()) and (not lines or sys.stderr.isatty()):  # who typed it may mean the end
+        say(pasteable("hil: the bench runs on; `hil shutdown` ends it"), sys.stderr)
+    code = Exit.FAILED if answer["refused"] else Exit.DONE
+    stands = f"{', '.join(axes)}: nothing moves" if axes else "nothing moves"
+    return CommandAnswer(answer, "\n".join(lines or [stands]), code)

@@ -102,7 +102,7 @@ def status_view(status: dict[str, Any]) -> ShownView:
     remarks += [(row["target"], [f"fault {row['number']}: {row['kind']}"]) for row in status["faults"]]
     under_way = [line(f"run {run_line(row)}") for row in status["runs"][:RUNS]]
     if (more := len(status["runs"]) - RUNS) > 0:
-        under_way.append(line(pasteable(f"and {more} more runs wait; see `hil runs`")))
+        under_way.append(line(pasteable(f"and {more} more runs wait; see `hil run list`")))
     doors = [
         line(f"{kind}: {_bridge_line(row)}", "red" if row["insecure"] else "")
         for kind, row in status["bridges"].items()
@@ -275,6 +275,15 @@ def field_lines(fields: dict[str, float | None]) -> Iterator[str]:
         unit = field.unit if field and not name.endswith(f"_{field.unit}") else ""
         yield f"{name:{width}}  {said} {unit}".rstrip()
     yield from ("\n" + said for field, said in _ANGLES.items() if field in fields)
+
+
+def fields_view(axes: dict[str, dict[str, float | None]]) -> ShownView:
+    """Show the fields of axes by their names; several have a heading each."""
+    lines: list[str] = []
+    for name, fields in axes.items():
+        lines += [*([""] if lines else []), f"{name}:"] if len(axes) > 1 else []
+        lines += field_lines(fields)
+    return ShownView(line("\n".join(lines)))
 
 
 def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:

@@ -1,4 +1,4 @@
-"""``hil state``, ``hil reset``, ``hil pin``, ``hil set`` and ``hil zero``: one device."""
+"""``hil status``, ``hil reset``, ``hil pin``, ``hil set`` and ``hil zero``: one device."""
 
 import os
 import signal
@@ -79,7 +79,7 @@ def set_field(
 def state(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """Show all fields of an axis, with their units.
 
-    Example: hil state m1
+    Example: hil status m1
     """
     from hil.cli.bench.views import field_lines
 

@@ -1,4 +1,4 @@
-"""``hil plot``, ``hil step`` and ``hil drive``: drawings of an axis."""
+"""``hil plot``, ``hil step`` and ``hil pulses``: drawings of an axis."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -157,7 +157,7 @@ def step(
     shown.rows = [row[:4] for row in recording.rows if first_ns <= row[0] <= end_ns]
     if other := other_motion(shown, degrees):
         _tell(shown_recording(shown, output, _title(bench, device, f"not a step of {degrees:g} deg", shown)))
-        raise fail(f"hil: {device}: {other}; end it (`hil drive {device} --stop` a pulse train) and repeat")
+        raise fail(f"hil: {device}: {other}; end it (`hil pulses {device} --stop` a pulse train) and repeat")
     try:
         figures = step_response(shown)
     except ValueError as error:
@@ -170,7 +170,7 @@ def step(
     return CommandAnswer({"step_deg": degrees, **asdict(figures)}, text, is_harmless=True)
 
 
-def drive(
+def pulses(
     device: DeviceName,
     steps: Annotated[
         int | None,
@@ -199,7 +199,7 @@ def drive(
 
     A Mechaduino has to be in x mode with its loop on to follow.
 
-    Example: hil drive m1 --steps 3200 --rate 1000
+    Example: hil pulses m1 --steps 3200 --rate 1000
     """
     check_output(output)
     if (steps is not None) + (file is not None) + stop != 1:
@@ -226,7 +226,7 @@ def drive(
             _until(watched[1], recording, lambda row: row[0] >= end_ns, device, answer["length_ns"] * 1e-9)
     except KeyboardInterrupt:
         if answer and train:
-            typer.echo(pasteable(f"the train goes on; `hil drive {device} --stop` ends it"), err=True)
+            typer.echo(pasteable(f"the train goes on; `hil pulses {device} --stop` ends it"), err=True)
         raise
     worst = max(abs(row[3]) for row in recording.rows)
     notes = f"largest following error {worst:.3f} {'deg' if has_loop else 'full steps'}"

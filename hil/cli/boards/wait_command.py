@@ -29,7 +29,7 @@ def wait(
     condition: Annotated[
         str,
         typer.Argument(
-            help="Comparisons of fields that `hil state` shows, with < <= > >= == !=; `and`, `or`, `not`,"
+            help="Comparisons of fields that `hil status` shows, with < <= > >= == !=; `and`, `or`, `not`,"
             " parentheses, + - * /, abs(), min(), max().",
             show_default=False,
         ),
@@ -41,7 +41,7 @@ def wait(
 
     It is looked at each simulated millisecond, or more rarely at a bench above speed 20. Exits with 1 if it
     did not hold within --within, and shows the last state. Codes, as of mode, are compared as
-    numbers: `hil state --json` has them.
+    numbers: `hil status m1 --json` has them.
 
     Example: hil wait m1 'position_deg >= 89' --within 2s
     """

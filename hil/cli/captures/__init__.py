@@ -1,4 +1,4 @@
-"""Commands ``hil capture``, ``hil decode``, ``hil play``: traffic kept, shown in words, played again.
+"""Commands ``hil capture``, ``hil decode``, ``hil line play``: traffic kept, shown in words, played again.
 
 ``capture_commands.py`` has the commands, ``capture_run.py`` runs a capture, ``capture_targets.py`` says where
 it goes, ``capture_files.py`` and ``capture_input.py`` write and read files, ``time_order.py`` and

@@ -1,4 +1,4 @@
-"""``hil capture``, ``hil decode`` and ``hil play``: traffic on lines, buses and at ports."""
+"""``hil capture``, ``hil decode`` and ``hil line play``: traffic on lines, buses and at ports."""
 
 import sys
 from contextlib import suppress
@@ -256,7 +256,7 @@ def play(
 ) -> CommandAnswer:
     """Send what a capture has, at its own times, on a segment.
 
-    Example: hil play bus0.pcapng bus0.master
+    Example: hil line play bus0.pcapng bus0.master
     """
     from hil.cli.captures.capture_input import records_of_file
     from hil.host.journal import say

@@ -23,7 +23,7 @@ _hil() {
         if [[ $word == = ]]; then continue # bash splits words there
         elif [[ $expected ]]; then expected=''
         elif [[ $word == -* ]]; then expected=${_hil_takes["$path $word"]-}
-        elif [[ ${_hil_commands[$path]-} ]]; then path+=" $word"
+        elif [[ " ${_hil_commands[$path]-} " == *" $word "* ]]; then path+=" $word"
         else ((++position)); fi
     done
     [[ $current == = ]] && current=''
@@ -31,9 +31,8 @@ _hil() {
         if [[ $current == -* ]]; then
             _hil_offer "$current" < <(printf '%s\n' ${_hil_options[$path]-})
             return
-        elif [[ ${_hil_commands[$path]-} ]]; then
+        elif [[ ${_hil_commands[$path]-} ]] && ((!position)); then
             _hil_offer "$current" < <(printf '%s\n' ${_hil_commands[$path]})
-            return
         fi
         local arguments=(${_hil_arguments[$path]-}) count
         count=${#arguments[@]}
@@ -43,8 +42,8 @@ _hil() {
     fi
     case $expected in
         '' | -) ;;
-        file) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- "$current") ;;
-        folder) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -d -- "$current") ;;
+        file) compopt -o filenames; mapfile -tO ${#COMPREPLY[@]} COMPREPLY < <(compgen -f -- "$current") ;;
+        folder) compopt -o filenames; mapfile -tO ${#COMPREPLY[@]} COMPREPLY < <(compgen -d -- "$current") ;;
         *)
             [[ $expected == *-values ]] && compopt -o nospace
             _hil_offer "$current" < <("$1" _names "$expected" "${COMP_WORDS[@]:1:COMP_CWORD-1}" 2>/dev/null)
@@ -68,8 +67,19 @@ __hil_names() {
 
 __hil_below() {
     case $state in
-        command) _describe -t commands command commands ;;
-        rest) (( $+functions[$1_$line[1]] )) && $1_$line[1] ;;
+        command)
+            _describe -t commands command commands
+            (( $+functions[__alone$1] )) && __alone$1
+            ;;
+        rest)
+            if (( $+functions[$1_$line[1]] )); then
+                $1_$line[1]
+            elif (( $+functions[__alone$1] )); then
+                words=(hil $words)
+                (( ++CURRENT ))
+                __alone$1
+            fi
+            ;;
     esac
 }
 
@@ -93,7 +103,7 @@ function __hil_state --description 'The command so far, and how many words follo
             set skip 0
         else if string match -q -- '-*' $word
             contains -- "$path $word" $__hil_valued; and set skip 1
-        else if test -z "$path"; or contains -- "$path" $__hil_groups
+        else if contains -- (string trim -- "$path $word") $__hil_paths
             set path (string trim -- "$path $word")
         else
             set count (math $count + 1)
@@ -157,12 +167,14 @@ def _zsh_function(command: CliCommand) -> str:
         specs.append(_quoted(f"{where}:{_zsh_text(argument.name)}:{_zsh_action(argument)}"))
     below = "_".join(("_hil", *command.path))
     name = below if command.path else "_hil_"
+    alone = "() {\n    _arguments -S \\\n        " + " \\\n        ".join(specs) + "\n}\n"
     if not command.commands:
-        return f"{name}() {{\n    _arguments -S \\\n        " + " \\\n        ".join(specs) + "\n}\n"
-    specs += ["'1: :->command'", "'*:: :->rest'"]
+        return name + alone
+    alone = f"__alone{name}{alone}\n" if command.arguments else ""
+    specs = [*map(_zsh_option, command.options), "'1: :->command'", "'*:: :->rest'"]
     rows = [_quoted(f"{each.path[-1]}:{each.summary}") for each in command.commands]
     return (
-        f"{name}() {{\n    local context state state_descr line\n    typeset -A opt_args\n"
+        f"{alone}{name}() {{\n    local context state state_descr line\n    typeset -A opt_args\n"
         + "    local -a commands=(\n        "
         + "\n        ".join(rows)
         + "\n    )\n"
@@ -204,9 +216,9 @@ def fish(root: CliCommand) -> str:
         for option in command.options
         for flag in (option.flags if option.takes_value else ())
     ]
-    groups = [_quoted(command.name) for command in every if command.commands and command.path]
+    paths = [_quoted(command.name) for command in every if command.path]
     lines = ["# fish completion of hil", f"set -g __hil_valued {' '.join(valued)}"]
-    lines += [f"set -g __hil_groups {' '.join(groups)}", FISH]
+    lines += [f"set -g __hil_paths {' '.join(paths)}", FISH]
     for command in every:
         for below in command.commands:
             lines.append(

@@ -53,10 +53,11 @@ class Quick:
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         self.suggest_commands = False  # in typer's words
         try:
-            return super().resolve_command(ctx, args)  # type: ignore[misc]
+            name, command, rest = super().resolve_command(ctx, args)  # type: ignore[misc]
         except USAGE_ERROR as error:
             _suggest(error, nearest_or_begun(args[0], self.list_commands(ctx)))  # type: ignore[attr-defined]
             raise
+        return (name, *command.chosen(rest)) if isinstance(command, OrBelow) else (name, command, rest)
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         arguments = [each for each in self.get_params(ctx) if each.param_type_name == "argument"]
@@ -124,6 +125,10 @@ class Below(Quick, TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
         return super().parse_args(ctx, [*_own_words(self, _said_before(ctx)), *args])
 
+    def list_commands(self, ctx: Any) -> list[str]:
+        # below an old name all are hidden
+        return [name for name, each in self.commands.items() if not each.hidden or self.hidden]
+
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         try:
             return super().resolve_command(ctx, args)
@@ -135,8 +140,47 @@ class Below(Quick, TyperGroup):
         """Write the commands with their whole summaries."""
         with formatter.section("Commands"):
             formatter.write_dl(
-                [(name, summary(each.help)) for name, each in self.commands.items() if not each.hidden]
+                [(name, summary(self.commands[name].help)) for name in self.list_commands(ctx)]
             )
+
+
+class OrBelow(OneCommand):
+    """Command that has others below it, as `hil run FILE` and `hil run list`: the first word that is no
+    option decides. ``group`` has those others."""
+
+    group: Any
+
+    @property
+    def commands(self) -> dict[str, Any]:
+        """Commands below it by name."""
+        below: dict[str, Any] = self.group.commands
+        return below
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(self.commands)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return self.commands.get(cmd_name)
+
+    def chosen(self, args: list[str]) -> tuple[Any, list[str]]:
+        """Choose the group, with the name of its command first, or this command."""
+        valued = {word for each in self.params for word in each.opts if not getattr(each, "is_flag", True)}
+        place = 0
+        while place < len(args) and args[place].startswith("-") and args[place] != "--":
+            place += 2 if args[place] in valued else 1
+        if args[place : place + 1] and args[place] in self.commands:
+            return self.group, [args[place], *args[:place], *args[place + 1 :]]
+        return self, args
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        return super().collect_usage_pieces(ctx)[: 1 + len(self._arguments())]
+
+    def _arguments(self) -> list[Any]:
+        return [each for each in self.params if each.param_type_name == "argument"]
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands below it."""
+        self.group.format_commands(ctx, formatter)
 
 
 def _said_before(ctx: Any) -> dict[str, list[str]]:
@@ -200,6 +244,8 @@ class PlainValue:
         is_repeated = param.multiple or param.nargs == -1
         if value is None:
             return () if is_repeated else None
+        if is_repeated and self._plain is str and isinstance(value, tuple | list):
+            return list(value)
         if not is_repeated:
             if isinstance(value, self._plain):
                 return value
@@ -214,6 +260,8 @@ def with_plain_values(parameters: list[Any]) -> list[Any]:
     for parameter in parameters:
         if getattr(parameter, "_runtime_param", parameters) is None and hasattr(parameter, "type_descriptor"):
             annotation = parameter.type_descriptor.annotation
+            if annotation == list[str]:
+                annotation = str  # of each
             if isinstance(annotation, type):
                 parameter._runtime_param = PlainValue(annotation)
     return parameters

@@ -1,7 +1,8 @@
 """The command line: ``hil VERB OBJECT``, from the table, with the commands of boards and bridges."""
 
 import os
-from functools import cache
+import sys
+from functools import cache, wraps
 from importlib import import_module
 from typing import Annotated, Any
 
@@ -11,7 +12,7 @@ from typer.core import TyperGroup
 from hil import __version__
 from hil.cli.framework.ask import Bench, RuntimeDir
 from hil.cli.framework.command_answers import AsJson, asks_a_bench, begin, telling
-from hil.cli.framework.command_classes import BeforeProgram, Below, OneCommand, Quick, summary
+from hil.cli.framework.command_classes import BeforeProgram, Below, OneCommand, OrBelow, Quick, summary
 from hil.cli.framework.command_table import BOARD, COMMANDS, PANELS, CommandRow, rows_below
 
 _HELP = {"help_option_names": ["--help", "-h"]}
@@ -23,7 +24,7 @@ class AllCommands(Quick, TyperGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         from hil.cli.framework.board_commands import others
 
-        return [*COMMANDS, *others()]
+        return [*(name for name, row in COMMANDS.items() if not row.now), *others()]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if row := COMMANDS.get(cmd_name):
@@ -54,36 +55,72 @@ def panel_of(name: str) -> str:
 @cache
 def _made(row: CommandRow) -> Any:
     """Make a command, or a group with its commands."""
+    if not row.about:
+        below = rows_below(row.name)
+        made = _alone(row, OrBelow if below else None)
+        if below:
+            made.group = _group(row._replace(where=""))
+        return made
+    return _group(row)
+
+
+def _group(row: CommandRow) -> Any:
     app = typer.Typer(
         name=row.name,
         cls=Below,
         help=row.about,
         no_args_is_help=not row.where,
         invoke_without_command=bool(row.where),
+        hidden=row.is_hidden,
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
-    if row.about:
-        app.callback()(telling(_function(row)) if row.where else lambda: None)
-    for each in rows_below(row.name) if row.about else [row]:
-        settings = {
-            "ignore_unknown_options": each.takes_negative,
-            "allow_interspersed_args": not each.takes_command,
-        }
-        name = each.name.rpartition(" ")[2]
-        kind = BeforeProgram if each.has_place else OneCommand
-        app.command(name, cls=kind, hidden=each.is_hidden, context_settings=settings)(
-            telling(_function(each))
-        )
+    app.callback()(_function(row) if row.where else lambda: None)
+    for each in rows_below(row.name):
+        _add(app, each)
     made: Any = typer.main.get_command(app)
     made.hint = row.hint
     return made
 
 
+def _alone(row: CommandRow, kind: Any = None) -> Any:
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+    _add(app, row, kind)
+    return typer.main.get_command(app)
+
+
+def _add(app: typer.Typer, row: CommandRow, kind: Any = None) -> None:
+    settings = {
+        "ignore_unknown_options": row.takes_negative,
+        "allow_interspersed_args": not row.takes_command,
+    }
+    kind = kind or (BeforeProgram if row.has_place else OneCommand)
+    name = row.name.rpartition(" ")[2]
+    app.command(name, cls=kind, hidden=row.is_hidden, context_settings=settings)(_function(row))
+
+
 def _function(row: CommandRow) -> Any:
+    """Import what a command does; one by an old name says the new one first."""
     module, _, name = row.where.partition(":")
-    return getattr(import_module(f"hil.cli.{module}"), name)
+    told = telling(getattr(import_module(f"hil.cli.{module}"), name))
+    if not row.now:
+        return told
+
+    @wraps(told)
+    def tell(**given: Any) -> None:
+        if (context := given.get("context")) is None or context.invoked_subcommand is None:
+            say_renamed(f"hil {row.name}", f"hil {row.now}")
+        told(**given)
+
+    return tell
+
+
+def say_renamed(old: str, new: str) -> None:
+    """Say on standard error that a command has a new name."""
+    from hil.host.journal import say
+
+    say(f"hil: `{old}` is now `{new}`; the old name goes with the next release", sys.stderr)
 
 
 def _version(wanted: bool) -> None:

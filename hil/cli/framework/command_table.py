@@ -11,7 +11,8 @@ PANELS = (BENCH, BOARD, MOTION, RECORDINGS, WIRE, FAULTS, SERVICE)
 
 class CommandRow(NamedTuple):
     """Command, or a group that has ``about``: then ``where`` is what it does without a command; empty: it
-    shows its help."""
+    shows its help. A command without ``about`` may have commands below it, too: it takes all words of which
+    the first names none of them."""
 
     name: str
     """As it is typed: one of a group has the group's name before its own."""
@@ -29,6 +30,47 @@ class CommandRow(NamedTuple):
     """True if all that stands behind the first argument is another program's."""
     has_place: bool = False
     """True if an argument stands before that program, which options may follow."""
+    now: str = ""
+    """New words of a command whose name is an old one."""
+
+
+class OldName(NamedTuple):
+    """New words of a command that was renamed, without ``hil``; where they carry out something else too,
+    ``where`` is what the old name did, and ``about`` the help of a group that is no more."""
+
+    now: str
+    where: str = ""
+    about: str = ""
+
+
+OLD = {
+    "halt": OldName("stop"),
+    "benches": OldName("list --joined", "lab.benches_command:benches"),
+    "state": OldName("status", "boards.board_access:state"),
+    "runs": OldName(
+        "run list",
+        "runs.runs_commands:runs",
+        "List runs, show one, slow one down, cancel one.\n\n"
+        "Without a command: those that wait, move or have ended.",
+    ),
+    "runs show": OldName("run show"),
+    "runs cancel": OldName("run cancel"),
+    "runs pace": OldName("run pace"),
+    "mother": OldName("line", about="Be the master of a line: command its nodes, watch them, find them."),
+    "mother send": OldName("line send"),
+    "mother text": OldName("line text"),
+    "mother release": OldName("line release"),
+    "mother stop": OldName("line stop"),
+    "mother scan": OldName("line scan"),
+    "mother nodes": OldName("line nodes"),
+    "mother watch": OldName("line watch"),
+    "mother queue": OldName("line queue"),
+    "mother gcode": OldName("gcode"),
+    "play": OldName("line play"),
+    "drive": OldName("pulses"),
+    "sketch reset": OldName("reset", "sketch.chip_commands:reset"),
+}
+"""Old names of commands. They work for one more release, hidden, with a word about the new ones."""
 
 
 _ROWS = (
@@ -36,7 +78,7 @@ _ROWS = (
     CommandRow("virtual", BENCH, "bench.virtual_command:virtual", takes_command=True, has_place=True),
     CommandRow("check", BENCH, "bench.config_commands:check"),
     CommandRow("serve", BENCH, "bench.serve_command:serve"),
-    CommandRow("stop", BENCH, "bench.stop_command:stop"),
+    CommandRow("shutdown", BENCH, "bench.shutdown_command:shutdown"),
     CommandRow("list", BENCH, "bench.bench_commands:list_benches"),
     CommandRow("top", BENCH, "bench.top_command:top"),
     CommandRow("status", BENCH, "bench.bench_commands:status"),
@@ -56,7 +98,6 @@ _ROWS = (
     CommandRow("lease give", BENCH, "bench.lease_commands:give"),
     CommandRow("lease break", BENCH, "bench.lease_commands:end_anothers"),
     CommandRow("lease show", BENCH, "bench.lease_commands:show"),
-    CommandRow("benches", BENCH, "lab.benches_command:benches"),
     CommandRow("seeds", BENCH, about="Results of tests that ran at many seeds."),
     CommandRow("seeds merge", BENCH, "bench.seeds_command:merge"),
     CommandRow("monitor", BOARD, "monitor.monitor_command:monitor"),
@@ -64,7 +105,6 @@ _ROWS = (
     CommandRow("wait", BOARD, "boards.wait_command:wait"),
     CommandRow("parity", BOARD, "parity.parity_command:parity"),
     CommandRow("with-lines", BOARD, "boards.board_access:with_lines", takes_command=True),
-    CommandRow("state", BOARD, "boards.board_access:state"),
     CommandRow("reset", BOARD, "boards.board_access:reset"),
     CommandRow("pin", BOARD, "boards.board_access:pin"),
     CommandRow("set", BOARD, "boards.board_access:set_field", takes_negative=True),
@@ -81,7 +121,6 @@ _ROWS = (
     ),
     CommandRow("sketch build", BOARD, "sketch.build_command:build"),
     CommandRow("sketch load", BOARD, "sketch.chip_commands:load"),
-    CommandRow("sketch reset", BOARD, "sketch.chip_commands:reset"),
     CommandRow("sketch pins", BOARD, "sketch.chip_commands:pins"),
     CommandRow("sketch registers", BOARD, "sketch.chip_commands:registers"),
     CommandRow("sketch stack", BOARD, "sketch.chip_commands:stack"),
@@ -90,22 +129,15 @@ _ROWS = (
     CommandRow("sketch plot", BOARD, "sketch.plot_command:plot"),
     CommandRow("sketch gdb", BOARD, "sketch.gdb_command:gdb"),
     CommandRow("axis", MOTION, "boards.axis_command:axis", takes_negative=True),
+    CommandRow("stop", MOTION, "bench.stop_command:stop"),
     CommandRow("run", MOTION, "runs.run_command:run"),
-    CommandRow(
-        "runs",
-        MOTION,
-        "runs.runs_commands:runs",
-        "List runs, show one, slow one down, cancel one.\n\n"
-        "Without a command: those that wait, move or have ended.\n\n"
-        "Example: hil runs",
-        " `hil runs show {0}` shows a run of that name.",
-    ),
-    CommandRow("runs show", MOTION, "runs.runs_commands:show"),
-    CommandRow("runs cancel", MOTION, "runs.runs_commands:cancel"),
-    CommandRow("runs pace", MOTION, "runs.runs_commands:pace"),
-    CommandRow("halt", MOTION, "runs.halt_command:halt"),
+    CommandRow("run list", MOTION, "runs.runs_commands:list_runs"),
+    CommandRow("run show", MOTION, "runs.runs_commands:show"),
+    CommandRow("run cancel", MOTION, "runs.runs_commands:cancel"),
+    CommandRow("run pace", MOTION, "runs.runs_commands:pace"),
+    CommandRow("gcode", MOTION, "gcode.mother_gcode:gcode"),
     CommandRow("step", MOTION, "boards.draw_commands:step", takes_negative=True),
-    CommandRow("drive", MOTION, "boards.draw_commands:drive"),
+    CommandRow("pulses", MOTION, "boards.draw_commands:pulses"),
     CommandRow("plot", MOTION, "boards.draw_commands:plot"),
     CommandRow("recordings", RECORDINGS, "recordings.recordings_command:recordings"),
     CommandRow("export", RECORDINGS, "recordings.export_command:export"),
@@ -115,17 +147,20 @@ _ROWS = (
     CommandRow("bundle", RECORDINGS, "recordings.bundle_command:bundle"),
     CommandRow("capture", WIRE, "captures.capture_commands:capture"),
     CommandRow("decode", WIRE, "captures.capture_commands:decode"),
-    CommandRow("play", WIRE, "captures.capture_commands:play"),
-    CommandRow("mother", WIRE, about="Be the master of a line: command its nodes, watch them, find them."),
-    CommandRow("mother send", WIRE, "lines.mother_commands:send"),
-    CommandRow("mother text", WIRE, "lines.mother_commands:text"),
-    CommandRow("mother release", WIRE, "lines.mother_commands:release"),
-    CommandRow("mother stop", WIRE, "lines.mother_commands:stop"),
-    CommandRow("mother scan", WIRE, "lines.mother_commands:scan"),
-    CommandRow("mother nodes", WIRE, "lines.mother_nodes:nodes"),
-    CommandRow("mother watch", WIRE, "lines.mother_nodes:watch"),
-    CommandRow("mother queue", WIRE, "lines.mother_queue:queue"),
-    CommandRow("mother gcode", WIRE, "gcode.mother_gcode:gcode"),
+    CommandRow(
+        "line",
+        WIRE,
+        about="Be the master of a line: command its nodes, watch them, find them; play captures.",
+    ),
+    CommandRow("line send", WIRE, "lines.mother_commands:send"),
+    CommandRow("line text", WIRE, "lines.mother_commands:text"),
+    CommandRow("line release", WIRE, "lines.mother_commands:release"),
+    CommandRow("line stop", WIRE, "lines.mother_commands:stop"),
+    CommandRow("line scan", WIRE, "lines.mother_commands:scan"),
+    CommandRow("line nodes", WIRE, "lines.mother_nodes:nodes"),
+    CommandRow("line watch", WIRE, "lines.mother_nodes:watch"),
+    CommandRow("line queue", WIRE, "lines.mother_queue:queue"),
+    CommandRow("line play", WIRE, "captures.capture_commands:play"),
     CommandRow("fault", FAULTS, about="Inject, list and clear faults."),
     CommandRow("fault kinds", FAULTS, "boards.fault_commands:kinds"),
     CommandRow("fault inject", FAULTS, "boards.fault_commands:inject"),
@@ -148,12 +183,23 @@ _ROWS = (
     CommandRow("arduino-discovery", SERVICE, "bench.arduino_commands:discovery", is_hidden=True),
     CommandRow("arduino-monitor", SERVICE, "bench.arduino_commands:monitor", is_hidden=True),
 )
-COMMANDS = {row.name: row for row in _ROWS if " " not in row.name}
+_BY_NAME = {row.name: row for row in _ROWS}
+
+
+def _old_row(name: str, old: OldName) -> CommandRow:
+    new = _BY_NAME[old.now.partition(" --")[0]]
+    return new._replace(
+        name=name, where=old.where or new.where, about=old.about, hint="", is_hidden=True, now=old.now
+    )
+
+
+_EVERY = (*_ROWS, *(_old_row(name, old) for name, old in OLD.items()))
+COMMANDS = {row.name: row for row in _EVERY if " " not in row.name}
 
 
 def rows_below(name: str) -> list[CommandRow]:
     """Find the commands of a group."""
-    return [row for row in _ROWS if row.name.startswith(f"{name} ")]
+    return [row for row in _EVERY if row.name.startswith(f"{name} ")]
 
 
 class ValueRow(NamedTuple):
@@ -201,9 +247,9 @@ VALUES = {
     "folder": ValueRow(FOLDER),
     "bench": ValueRow("benches"),
     "device": ValueRow("axes"),
+    "axes": ValueRow("axes", "AXIS"),
     "reset device": ValueRow("devices"),
     "sketch load device": ValueRow("devices"),
-    "sketch reset device": ValueRow("devices"),
     "sketch pins device": ValueRow("devices"),
     "sketch registers device": ValueRow("devices"),
     "sketch registers names": ValueRow("", "NAME"),
@@ -222,14 +268,14 @@ VALUES = {
     "verb": ValueRow("verbs"),
     "monitor device": ValueRow("ports"),
     "type device": ValueRow("ports"),
-    "mother send line": ValueRow("taps"),
-    "mother text line": ValueRow("taps"),
-    "mother queue line": ValueRow("taps"),
-    "mother release lines": ValueRow("taps"),
-    "mother stop lines": ValueRow("taps"),
-    "mother scan lines": ValueRow("taps"),
-    "mother nodes lines": ValueRow("taps"),
-    "mother watch lines": ValueRow("taps"),
+    "line send line": ValueRow("taps"),
+    "line text line": ValueRow("taps"),
+    "line queue line": ValueRow("taps"),
+    "line release lines": ValueRow("taps"),
+    "line stop lines": ValueRow("taps"),
+    "line scan lines": ValueRow("taps"),
+    "line nodes lines": ValueRow("taps"),
+    "line watch lines": ValueRow("taps"),
     "can send bus": ValueRow("buses"),
     "port": ValueRow(FILE),
     "at": ValueRow(FILE, "PORT"),
@@ -237,7 +283,7 @@ VALUES = {
     "profile": ValueRow("boards", "BOARD"),
     "parity sessions": ValueRow("sessions", "SESSION"),
     "program": ValueRow(FILE),
-    "mother gcode machine": ValueRow(FILE),
+    "gcode machine": ValueRow(FILE),
     "shell": ValueRow("shells"),
     "topic": ValueRow("pages"),
     "top fields": ValueRow("", "AXIS.FIELD"),

@@ -28,15 +28,15 @@ EXIT_CODES: dict[int, str] = {
     " of `hil type` and `hil wait`: what is awaited did not come in its time;"
     " of `hil find`: the condition never holds;"
     " of `hil parity`: board and twin part, or the board stopped answering;"
-    " of `hil mother`: a node refused a command, or none was found",
+    " of `hil line`: a node refused a command, or none was found",
     Exit.MISTAKE: "a mistake, with which a retry does not help: an option or a name that does not exist, a"
     " value out of its limits (all other codes of refusals), or a configuration or a file with problems,"
     " which are listed; of `hil serve` and `hil parity`: something it needs is refused or in use",
-    Exit.RUN_FAILED: "of `hil run` and `hil mother gcode`: it failed; the report says why, and where all"
+    Exit.RUN_FAILED: "of `hil run` and `hil gcode`: it failed; the report says why, and where all"
     " axes were left",
     Exit.RUN_CANCELLED: "of `hil run`: somebody else cancelled the run",
-    Exit.NOT_KNOWN: "of `hil mother`: the outcome of a command is not known: it was carried out once, or not"
-    " at all; of `hil mother gcode`: where an axis stands is not known",
+    Exit.NOT_KNOWN: "of `hil line`: the outcome of a command is not known: it was carried out once, or not"
+    " at all; of `hil gcode`: where an axis stands is not known",
     Exit.FIRMWARE_HUNG: "of `hil serve`: a firmware could not be interrupted; the next start names it",
     Exit.INTERRUPTED: "ended early by Ctrl-C or SIGTERM; `hil run` ends its run first",
 }

@@ -1,4 +1,4 @@
-"""Command ``hil mother gcode``: a program in G-code over a line, or by runs of a bench.
+"""Command ``hil gcode``: a program in G-code over a line, or by runs of a bench.
 
 ``mother_gcode.py`` has the command, ``gcode_files.py`` reads and plans, ``gcode_line.py`` carries out over a
 line, ``gcode_runs.py`` by runs, ``gcode_plot.py`` draws what was followed.

@@ -1,4 +1,4 @@
-"""Files of ``hil mother gcode``: a program and a machine, read, checked and planned; what is told of them."""
+"""Files of ``hil gcode``: a program and a machine, read, checked and planned; what is told of them."""
 
 import re
 from pathlib import Path

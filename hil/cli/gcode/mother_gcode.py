@@ -1,4 +1,4 @@
-"""``hil mother gcode``: a program in G-code, checked, planned and carried out."""
+"""``hil gcode``: a program in G-code, checked, planned and carried out."""
 
 from enum import Enum
 from pathlib import Path
@@ -81,7 +81,7 @@ def gcode(
     and Ctrl-C stop, S and a second Ctrl-C stop at once, + and - change the feed. Exits with 5 if it is not
     known where an axis stands, with 3 if the run failed, with 130 if you stopped it.
 
-    Example: hil mother gcode drawing.ngc --machine mill.yaml --dry-run
+    Example: hil gcode drawing.ngc --machine mill.yaml --dry-run
     """
     from hil.cli.framework.problem_lines import tell_problems
     from hil.cli.gcode.gcode_files import (

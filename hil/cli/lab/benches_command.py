@@ -1,10 +1,10 @@
-"""``hil benches``: the benches that are joined to this one, or those of a lab, from any computer."""
+"""``hil list --joined`` and ``hil list --connect``: benches that are joined to this one, or a lab's."""
 
 import socket
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -13,32 +13,20 @@ from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.shown_view import Grid, ShownView, line
 from hil.cli.framework.shown_words import counted
-from hil.cli.lab.lab_options import NO_LAB, LabelWords, LabOptions, wanted_labels
+from hil.cli.lab.lab_options import (
+    NO_LAB,
+    EverySeconds,
+    LabelWords,
+    LabOptions,
+    PrometheusFile,
+    wanted_labels,
+)
 from hil.cli.lab.prometheus_targets import NoTargets, read_targets, targets, write_targets
 from hil.cli.runs.run_reports import clock_words
 from hil.vocab.bridge_protocol import PROTOCOL_VERSION
 
 LATELY_S = 600
 """Time for which a command makes its asker one who commands."""
-PrometheusFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--prometheus",
-        help="Write where their metrics are to a file for Prometheus (file_sd); those away stay in it.",
-        show_default=False,
-    ),
-]
-EverySeconds = Annotated[
-    float | None,
-    typer.Option(
-        "--every",
-        min=1,
-        max=3600,
-        metavar="SECONDS",
-        help="Keep that file current until Ctrl-C: look every so many seconds.",
-        show_default=False,
-    ),
-]
 _LATER = ("hil", "labels", "host", "commanded by", "lease")
 """Columns that a narrow terminal has below the rows, the first ones first."""
 _COLUMNS = ("bench", "health", "devices", "runs", "commanded by", "lease", "hil", "host", "labels")
@@ -56,7 +44,7 @@ def benches(
     Without --connect and --config: those joined to the bench here, with the offsets of their clocks. With one
     of them, from any computer: health with its reason, runs, who commands, versions, labels.
 
-    Example: hil benches --connect tcp/127.0.0.1:7447 --label rig=press
+    Example: hil list --connect tcp/127.0.0.1:7447 --label rig=press
     """
     wanted = wanted_labels(label)
     if (prometheus or every_s) and not (prometheus and lab.are_given):

@@ -38,6 +38,26 @@ LabelWords = Annotated[
     ),
 ]
 
+PrometheusFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--prometheus",
+        help="Write where their metrics are to a file for Prometheus (file_sd); those away stay in it.",
+        show_default=False,
+    ),
+]
+EverySeconds = Annotated[
+    float | None,
+    typer.Option(
+        "--every",
+        min=1,
+        max=3600,
+        metavar="SECONDS",
+        help="Keep that file current until Ctrl-C: look every so many seconds.",
+        show_default=False,
+    ),
+]
+
 
 class LabOptions(NamedTuple):
     """Options that say at which door the benches are."""

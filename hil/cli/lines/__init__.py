@@ -1,4 +1,4 @@
-"""Commands ``hil mother``: the master of a line, its nodes, their queues.
+"""Commands ``hil line``: the master of a line, its nodes, their queues.
 
 ``mother_lines.py`` finds lines and says what became of packets; the other modules have the commands. Programs
 in G-code are in ``hil/cli/gcode``.

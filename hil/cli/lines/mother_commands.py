@@ -1,4 +1,4 @@
-"""``hil mother``: the master of a line. Commands, texts, release, stop, and the search for nodes."""
+"""``hil line``: the master of a line. Commands, texts, release, stop, and the search for nodes."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -49,7 +49,7 @@ def send(
     motion is not: it is "not known" then. A refused one is repeated. Behind a command that is not done, a
     node gets no more. Exits with 1 if one was refused, with 5 if an outcome is not known.
 
-    Example: hil mother send bus0.master 85 v150 m300
+    Example: hil line send bus0.master 85 v150 m300
     """
     place = place_of(line, options)
     units = addresses(node, place.nodes)
@@ -82,7 +82,7 @@ def text(
 ) -> CommandAnswer:
     """Show words at the terminals of nodes.
 
-    Example: hil mother text bus0.master 85 good morning
+    Example: hil line text bus0.master 85 good morning
     """
     place = place_of(line, options)
     units = addresses(node, place.nodes)
@@ -103,7 +103,7 @@ def release(
 ) -> CommandAnswer:
     """Let all motions begin that wait for the sync: one packet to all. Nobody answers that.
 
-    Example: hil mother release bus0.master
+    Example: hil line release bus0.master
     """
     places = [place_of(line, options) for line in lines]
 
@@ -129,7 +129,7 @@ def stop(
     Each stops with the deceleration that was set for it, and drops what waits. Exits with 5 if one that was
     named does not answer.
 
-    Example: hil mother stop bus0.master --nodes 85
+    Example: hil line stop bus0.master --nodes 85
     """
     places = [place_of(line, options) for line in lines]
     units = [addresses(node, place.nodes) if node else [] for place in places]
@@ -160,7 +160,7 @@ def scan(
     Says how long it took, and how long it was to take: packets, turnarounds, and a time-out for each address
     that is silent.
 
-    Example: hil mother scan bus0.master --addresses 80-90
+    Example: hil line scan bus0.master --addresses 80-90
     """
     places = [place_of(line, options) for line in lines]
     wanted = asked_of(places, asked)

@@ -1,4 +1,4 @@
-"""Parts of ``hil mother ...`` that its commands share: lines, nodes, outcomes."""
+"""Parts of ``hil line ...`` that its commands share: lines, nodes, outcomes."""
 
 import re
 from collections.abc import Callable, Coroutine, Iterable, Sequence

@@ -1,4 +1,4 @@
-"""``hil mother nodes`` and ``hil mother watch``: the nodes of lines, and what they say by themselves."""
+"""``hil line nodes`` and ``hil line watch``: the nodes of lines, and what they say by themselves."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -46,7 +46,7 @@ def nodes(
 
     Nodes with soft_ops tell whether they move, and how long their last command took.
 
-    Example: hil mother nodes bus0.master --addresses 80-90
+    Example: hil line nodes bus0.master --addresses 80-90
     """
     places = [place_of(line, options) for line in lines]
     wanted = asked_of(places, asked)
@@ -148,7 +148,7 @@ def watch(
     """Print what nodes say by themselves, as it comes, until Ctrl-C: texts, and with soft_ops begin and end
     of each command. Sends nothing.
 
-    Example: hil mother watch bus0.master -c 1
+    Example: hil line watch bus0.master -c 1
     """
     places = [place_of(line, options) for line in lines]
 

@@ -1,4 +1,4 @@
-"""``hil mother queue``: a queue's file into many nodes at once, and back from their terminals."""
+"""``hil line queue``: a queue's file into many nodes at once, and back from their terminals."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -49,7 +49,7 @@ def queue(
     A line cannot list a queue. At a tap of a bench, hil reads it back at the nodes' terminals; elsewhere it
     says that nobody looked. Rows may come twice, so that those without an answer are repeated.
 
-    Example: hil mother queue bus0.master 85 moves.txt
+    Example: hil line queue bus0.master 85 moves.txt
     """
     from hil.vocab.dialogue import Refusal
 

@@ -1,4 +1,4 @@
-"""``hil runs``: the runs of a bench, one of them, its pace, and its end."""
+"""``hil run list`` and the like: the runs of a bench, one of them, its pace, and its end."""
 
 import json
 from typing import Annotated
@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions
-from hil.cli.framework.command_answers import AsJson, CommandAnswer
+from hil.cli.framework.command_answers import AsJson, CommandAnswer, pasteable, wants_json
 from hil.cli.runs.run_command import run_named
 from hil.cli.runs.run_reports import is_under_way, run_line, run_report
 
@@ -16,20 +16,26 @@ RunName = Annotated[str, typer.Argument(help="The run's name, as `hil run` print
 def runs(context: typer.Context, as_json: AsJson = False, bench: BenchOptions = ANY_BENCH) -> None:
     if context.invoked_subcommand is not None:
         return
+    answer = list_runs(bench)
+    if as_json or answer.text:
+        typer.echo(json.dumps(answer.answer) if as_json else pasteable(answer.text))
+
+
+def list_runs(bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
+    """List runs: those that wait, move or have ended.
+
+    Example: hil run list
+    """
     rows = bench.ask("runs", name="")
-    if as_json:
-        typer.echo(json.dumps(rows))
-        return
-    for progress in rows:
-        typer.echo(run_line(progress))
-    if not rows:
+    if not rows and not wants_json():
         typer.echo("no run was submitted to this bench", err=True)
+    return CommandAnswer(rows, "\n".join(map(run_line, rows)))
 
 
 def show(name: RunName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """Show a run: its state, its axes, their following errors.
 
-    Example: hil runs show square
+    Example: hil run show square
     """
     progress = run_named(bench, name)
     return CommandAnswer(progress, run_report(progress))
@@ -46,11 +52,11 @@ def cancel(
 
     Does not wait until they stand. A run that has ended stays as it is.
 
-    Example: hil runs cancel square --at-once
+    Example: hil run cancel square --at-once
     """
     how = "prejudice" if at_once else "grace"
     progress = bench.ask("cancel_run", name=name, how=how)
-    stops = f"{name}: its axes stop; `hil runs show {name}` says where"
+    stops = f"{name}: its axes stop; `hil run show {name}` says where"
     return CommandAnswer(progress, stops if is_under_way(progress) else run_line(progress))
 
 
@@ -71,7 +77,7 @@ def pace(
     The axes stay on their paths. What has times of its own, moves of SACs and levels of pins, goes on to its
     end first. A run that has ended stays as it is.
 
-    Example: hil runs pace square 0.5
+    Example: hil run pace square 0.5
     """
     progress = bench.ask("pace_run", name=name, pace=share)
     return CommandAnswer(progress, run_line(progress))

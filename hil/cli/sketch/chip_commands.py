@@ -48,7 +48,7 @@ def load(
 def reset(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     """Switch a board off and on; its program starts again.
 
-    Example: hil sketch reset u1
+    Example: hil reset u1
     """
     return CommandAnswer(bench.ask("reset", device=device), f"{device}: off and on again")
 

@@ -1,4 +1,4 @@
-"""``hil mother`` at a running bench: what is printed, for people and for programs, and exit codes."""
+"""``hil line`` at a running bench: what is printed, for people and for programs, and exit codes."""
 
 import json
 import os
@@ -32,7 +32,7 @@ def bench() -> Iterator[ServedBench]:
 
 
 def mother(bench: ServedBench, *words: str) -> str:
-    return bench.hil("mother", *words)
+    return bench.hil("line", *words)
 
 
 def test_outcomes_of_commands(bench: ServedBench) -> None:
@@ -103,7 +103,7 @@ def test_a_queue_with_problems_goes_nowhere(bench: ServedBench, tmp_path: Path) 
 def test_what_nodes_say_is_printed_as_it_comes(bench: ServedBench) -> None:
     mother(bench, "send", "bus0.master", "4", "$O1")
     where = ("--runtime-dir", str(bench.folder / "run"))
-    words = ("mother", "watch", "bus0.master", "-c", "6", "--json", *where)
+    words = ("line", "watch", "bus0.master", "-c", "6", "--json", *where)
     with subprocess.Popen(
         [sys.executable, "-P", "-c", WATCHED, *words], stdout=subprocess.PIPE, text=True
     ) as watching:
@@ -124,7 +124,7 @@ def test_what_nodes_say_is_printed_as_it_comes(bench: ServedBench) -> None:
 
 def test_a_live_table_ends_by_a_key(bench: ServedBench) -> None:
     where = ("--runtime-dir", str(bench.folder / "run"))
-    words = ("mother", "nodes", "bus0.master", "--addresses", "4-6", "--live", *where)
+    words = ("line", "nodes", "bus0.master", "--addresses", "4-6", "--live", *where)
     ours, theirs = pty.openpty()
     with subprocess.Popen([sys.executable, "-P", "-c", WATCHED, *words], stdout=theirs) as going_on:
         os.close(theirs)

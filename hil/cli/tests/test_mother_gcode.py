@@ -1,4 +1,4 @@
-"""``hil mother gcode``: files that are checked and planned, for people and for programs."""
+"""``hil gcode``: files that are checked and planned, for people and for programs."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ MILL, DRAWING = str(EXAMPLES / "mill.yaml"), str(EXAMPLES / "drawing.ngc")
 
 def gcode(*words: str, code: int = 0) -> tuple[str, str]:
     """Standard output and error of the command."""
-    result = CliRunner().invoke(app, ["mother", "gcode", *words, "--dry-run"])
+    result = CliRunner().invoke(app, ["gcode", *words, "--dry-run"])
     assert result.exit_code == code, result.output
     return result.stdout, result.stderr
 

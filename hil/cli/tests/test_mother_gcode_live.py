@@ -1,4 +1,4 @@
-"""``hil mother gcode`` over the line of a running bench: programs that end, are stopped, paused, and fail."""
+"""``hil gcode`` over the line of a running bench: programs that end, are stopped, paused, and fail."""
 
 import json
 import os
@@ -43,7 +43,7 @@ def words(bench: ServedBench, folder: Path, text: str, *more: str) -> list[str]:
     file = folder / "made.ngc"
     file.write_text(text)
     where = ("--machine", str(EXAMPLES / "mill.yaml"), "--bench", "line")
-    return ["mother", "gcode", str(file), *where, *more]
+    return ["gcode", str(file), *where, *more]
 
 
 def turned_mm(bench: ServedBench, name: str) -> float:

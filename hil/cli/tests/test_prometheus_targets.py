@@ -1,4 +1,4 @@
-"""`hil benches --prometheus`: the file of targets, from what benches tell."""
+"""`hil list --prometheus`: the file of targets, from what benches tell."""
 
 import json
 from pathlib import Path

@@ -294,7 +294,7 @@ class Together:
 
 def _refusal(member: Member, why: BenchGone | VerbRefused) -> Finding:
     is_gone = isinstance(why, BenchGone)
-    remedy = "see `hil benches` for those that are joined" if is_gone else "leave it out"
+    remedy = "see `hil list --joined` for those that are joined" if is_gone else "leave it out"
     return Finding(("axes", next(iter(member.names))), str(why), remedy, at_key=True)
 
 

@@ -301,7 +301,7 @@ class RunQueue:
 def no_run(name: str, known: Iterable[str]) -> VerbRefused:
     """Refusal of a name that no run has."""
     last = [*known][-NAMED:]
-    there = f"there are {', '.join(last) or 'none'}; `hil runs` lists them"
+    there = f"there are {', '.join(last) or 'none'}; `hil run list` lists them"
     return VerbRefused("no_run", f"there is no run {name!r}; {meant(name, [*known], there)}")
 
 

@@ -27,7 +27,7 @@ from hil.toolpath.path_plan import plan_path
 pytestmark = pytest.mark.long
 PATIENCE_S = 60
 BUSY_MS = 250
-"""Latency of programs, as `hil mother gcode` has it: other tests run beside these."""
+"""Latency of programs, as `hil gcode` has it: other tests run beside these."""
 CIRCLE = b"G21 G91 G64 P0.05\nG1 X5 F1200\nG2 X0 Y0 I-5 J0\n"
 NODES = range(4, 7)
 TAPS = {"master": {"port": "pty"}, "net": {"port": "tcp"}, "far": {"port": "rfc2217"}}
