@@ -317,7 +317,8 @@ def _(session: Session) -> None:
     session.write(
         "lab.yaml", RELOADED + "  m2: {profile: mechaduino, baud: 9600}\n  m3: {profile: mechaduino}\n"
     )
-    session.swaps["lab.yaml:"] = f"{session.folder}/lab.yaml:"  # as it was given to hil serve
+    for end in ":;":
+        session.swaps[f"lab.yaml{end}"] = f"{session.folder}/lab.yaml{end}"  # as it was given to hil serve
 
 
 @before("reload", "What it refuses")

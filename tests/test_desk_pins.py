@@ -27,7 +27,10 @@ def test_pins_and_drivers_are_at_the_desk(tmp_path: Path) -> None:
             *("cycles", "vcc_V", "a0_V", "a1_V", "a2_V", "a3_V", "a4_V", "a5_V", "a6_V", "a7_V"),
             *("d3_V", "d5_V", "d6_V", "d9_V", "d10_V", "d11_V"),
         }
-        assert await refusal(ask("zero", "u1")) == ("not_now", "u1, a uno, has no position_deg")
+        assert await refusal(ask("zero", "u1")) == (
+            "not_now",
+            "u1, a uno, has no motor; `hil list` shows the others",
+        )
         rows_of_a_source = [[0, "D3", 1, 0, 0]]
         code, why = await refusal(ask("drive", "d1", train=rows_of_a_source))
         assert (code, "no input D3; it has dir, step" in why) == ("cannot", True)

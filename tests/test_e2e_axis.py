@@ -48,22 +48,24 @@ def test_the_list_has_every_verb_with_its_parameters(bench: Bench) -> None:
 
 def test_enable_and_move_and_what_they_answer(bench: Bench) -> None:
     place, server = bench
-    assert re.fullmatch(r"effective_at_ns: \d+\nset_point: [0-9.-]+\n", place.cli("axis", "m-1", "enable"))
+    said = place.cli("axis", "m-1", "enable")
+    assert re.fullmatch(r"m-1: its control loop is on, and holds the shaft at [0-9.-]+ deg\n", said)
     answer = place.cli("axis", "m-1", "move-abs", "-90", "velocity_rpm=120")
-    assert re.fullmatch(r"effective_at_ns: \d+\nends_after_ns: \d+\nset_point: -90\n", answer)
+    assert re.fullmatch(r"m-1 moves to -90\.00 deg, there in [0-9.]+ s\n", answer)
     until(lambda: abs(snapshot(server)["position_deg"] + 90) < 0.2, "the shaft")
-    assert "set_point: -100" in place.cli("axis", "m-1", "move_rel", "-10")
+    said = place.cli("axis", "m-1", "move_rel", "-10")
+    assert said.startswith("m-1 moves by -10.00 deg to -100.00 deg, there in ")
     answer = place.cli("axis", "m-1", "gains", "pKi=0.25")
-    assert "pKi: 0.25\n" in answer
+    assert ", pKi 0.25, " in answer
     place.cli("axis", "m-1", "stop", "prejudice")
 
 
 def test_a_stepper_moves_by_whole_pulses(bench: Bench) -> None:
     place, server = bench
     answer = place.cli("axis", "s1", "move-rel", "-45", "velocity_rpm=120")
-    assert answer.splitlines()[1:] == ["pulses: -50", "angle_deg: -45", "set_point: -45"]
+    assert answer == "s1 moves by -45.00 deg (-50 pulses) to -45.00 deg\n"
     until(lambda: snapshot(server, "s1")["pulses"] == -50, "the motor")
-    assert place.cli("axis", "s1", "pulse").startswith("effective_at_ns: ")
+    assert place.cli("axis", "s1", "pulse") == "s1 gets 1 pulse cw\n"
 
 
 @pytest.mark.parametrize("text", ["zz", "5", "1.0", "1e3", "nan", "a=b", "text=text", "text=-b5", "007"])
@@ -90,31 +92,35 @@ def test_what_is_typed_is_done(bench: Bench) -> None:
         (("m-1", "fly"), 2, "hil: m-1 has no 'fly'; there are position, velocity, torque, mode, "),
         (("m9", "stop"), 2, "hil: no device 'm9'; there are m-1, s1"),
         (("m-1", "move-abs"), 2, "hil: position_deg: this one is missing: where to"),
-        (("m-1", "move-abs", "far"), 2, "hil: position_deg: write a number"),
-        (("m-1", "move-abs", "nan"), 2, "hil: nan and inf are no values here; write a number"),
-        (("m-1", "move-abs", "inf"), 2, "hil: nan and inf are no values here; write a number"),
+        (
+            ("m-1", "move-abs", "far"),
+            2,
+            'hil: position_deg: "far" is no number; write -1000000',
+        ),
+        (("m-1", "move-abs", "nan"), 2, 'hil: position_deg: "nan" is no number; write'),
+        (("m-1", "move-abs", "inf"), 2, 'hil: position_deg: "inf" is no number; write'),
         (
             ("m-1", "move-abs", "1", "2", "3", "4"),
             2,
-            "hil: '4' is too much; it takes position_deg, velocity_rpm",
+            "hil: '4' is too much for move-abs; it takes position_deg, velocity_rpm",
         ),
         (("m-1", "move-abs", "1", "position_deg=2"), 2, "hil: position_deg is given twice"),
         (
             ("m-1", "move-abs", "1", "speed=2"),
             2,
-            "hil: there is no parameter 'speed'; it takes position_deg, ",
+            "hil: there is no parameter 'speed' of move-abs; it takes position_deg, ",
         ),
         (("m-1", "mov-abs"), 2, "hil: m-1 has no 'mov-abs'; did you mean \"move-abs\"? there are position, "),
         (
             ("m-1", "move-abs", "velocity=3"),
             2,
-            "hil: there is no parameter 'velocity'; did you mean \"velocity_rpm\"?",
+            "hil: there is no parameter 'velocity' of move-abs; did you mean \"velocity_rpm\"?",
         ),
         (("m-2", "enable"), 2, "hil: no device 'm-2'; did you mean \"m-1\"? there are m-1, "),
-        (("m-1", "enable", "now"), 2, "hil: 'now' is too much; it takes nothing"),
-        (("m-1", "stop", "softly"), 2, "hil: how: write grace or prejudice"),
+        (("m-1", "enable", "now"), 2, "hil: 'now' is too much for enable; it takes nothing"),
+        (("m-1", "stop", "softly"), 2, 'hil: how: there is no "softly" here; write grace or prejudice'),
         (("m-1", "pin", "D9", "1"), 2, "hil: m-1 has no input 'D9'; there are D0, D1, D2, D3"),
-        (("s1", "run", "31"), 2, "hil: position: write 1 to 30"),
+        (("s1", "run", "31"), 2, "hil: position: 31 is too large; write 1 to 30"),
         (("s1", "loop", "3", "2"), 2, "hil: last: 2 comes before first, 3"),
     ],
 )
@@ -147,7 +153,8 @@ def test_waiting_for_the_end_of_a_motion(bench: Bench) -> None:
         )
         assert answer["done"] is True
         assert ask(server.control, "do", device="m-1", name=verb, parameters={"position_deg": 44})
-    assert "done: True" in place.cli("axis", "m-1", "move-abs", "-45", "--wait")
+    said = place.cli("axis", "m-1", "move-abs", "-45", "--wait")
+    assert re.fullmatch(r"m-1 stands at -45\.00 deg after [0-9.]+ s\n", said)
     assert abs(snapshot(server)["position_deg"] + 45) < 0.5
     state = json.loads(place.cli("status", "m-1", "--json"))["m-1"]
     assert abs(state["position_deg"] + 45) < 0.5
@@ -168,11 +175,10 @@ def test_pins_and_power(bench: Bench) -> None:
     place, server = bench
     place.cli("axis", "m-1", "pin", "D3", "1")
     assert snapshot(server)["pin_d3"] == 1
-    at_ns = int(place.cli("axis", "m-1", "reset").split()[1])
+    at_ns = json.loads(place.cli("axis", "m-1", "reset", "--json"))["effective_at_ns"]
     server.ready("m-1", at_ns)
-    assert (
-        place.cli("axis", "m-1", "move-rel", "5", code=1) == "hil: the control loop is off; enable it first\n"
-    )
+    said = place.cli("axis", "m-1", "move-rel", "5", code=1)
+    assert said == "hil: m-1: the control loop is off; enable it first\n"
 
 
 def test_a_stream_that_stops_is_in_the_status(bench: Bench) -> None:
@@ -210,7 +216,7 @@ def test_a_real_board_has_only_what_its_terminal_can(place: Place) -> None:
     said = place.cli("axis", "s2", "move-rel", "90", "-b", "r", code=2)
     assert said == "hil: s2 has no 'move-rel'; there are stop, type, reset\n"
     refused = place.cli("axis", "s2", "reset", "now", "-b", "r", code=2)
-    assert refused == "hil: 'now' is too much; it takes nothing\n"
+    assert refused == "hil: 'now' is too much for reset; it takes nothing\n"
     place.cli("axis", "s2", "type", r"xm50p\r", "-b", "r")
     until(lambda: snapshot(twins, "s1")["pulses"] == 50, "the motor")
     place.cli("axis", "s2", "reset", "-b", "r")

@@ -60,10 +60,10 @@ CASES: dict[str, tuple[int, str]] = {
     "monitor u1": (Exit.FAILED, "has no serial port"),
     "monitor m9": (Exit.MISTAKE, "no device 'm9'"),
     "pin m1 D9 0": (Exit.MISTAKE, "no input 'D9'; there are D0"),
-    "pin m1 D2 2": (Exit.MISTAKE, "level: write 0 or 1"),
-    "pin m1 D2 low": (Exit.MISTAKE, "level: write 0 or 1"),
+    "pin m1 D2 2": (Exit.MISTAKE, "level: 2 is too large; write 0 or 1"),
+    "pin m1 D2 low": (Exit.MISTAKE, 'level: "low" is no number; write 0 or 1'),
     "reset m9": (Exit.MISTAKE, "no device 'm9'"),
-    "set m1 pKp 1e9": (Exit.MISTAKE, "pKp: write 0 to 1000000"),
+    "set m1 pKp 1e9": (Exit.MISTAKE, "pKp: 1000000000 is too large; write 0 to 1000000"),
     "set m1 pKq 1": (Exit.MISTAKE, "no field 'pKq'"),
     "set m1 pKp nan": (Exit.MISTAKE, "write a number"),
     "sketch build nowhere": (Exit.MISTAKE, "nowhere: there is no such folder"),
@@ -102,7 +102,7 @@ CASES: dict[str, tuple[int, str]] = {
     "can send can9 605#00": (Exit.MISTAKE, "no CAN bus 'can9'"),
     "modbus map m9": (Exit.MISTAKE, "no device 'm9'"),
     "capture nothing -w out.pcapng": (Exit.MISTAKE, "no port 'nothing'"),
-    "capture": (Exit.MISTAKE, "Missing argument"),
+    "capture": (Exit.MISTAKE, "SOURCE is missing"),
     "modbus cycle 1-": (Exit.MISTAKE, "write UNIT:FUNCTION"),
     "fault kinds": (Exit.DONE, "byte_flip"),
     "fault list --bench nowhere": (Exit.FAILED, "running: t"),
@@ -115,7 +115,7 @@ CASES: dict[str, tuple[int, str]] = {
     "arduino install --sketchbook /proc/none": (Exit.FAILED, "/proc/none"),
     "docs no-such-page": (Exit.MISTAKE, "no page 'no-such-page'"),
     "completion tcsh": (Exit.MISTAKE, "bash, zsh, fish"),
-    "zenoh keys": (Exit.MISTAKE, "Missing"),
+    "zenoh keys": (Exit.MISTAKE, "DIR is missing"),
 }
 """Command lines with their exit code and a part of what they say."""
 HANGER = """

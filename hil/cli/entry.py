@@ -116,7 +116,7 @@ def _answer_in_json(app: Any) -> None:
     import typer
 
     from hil.cli.framework.command_answers import error_line
-    from hil.cli.framework.command_classes import USAGE_ERROR
+    from hil.cli.framework.usage_words import USAGE_ERROR
 
     try:
         code = app(standalone_mode=False)

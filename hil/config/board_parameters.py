@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from hil.config.document import Finding, KeyPath
-from hil.config.explain import StrictModel, no_such, shown
+from hil.config.explain import StrictModel, no_such, not_allowed
 from hil.vocab.parameters import Parameter, plain
 
 PARAMETERS_KEY = "parameters"
@@ -100,13 +100,11 @@ def build_findings(
         elif name not in parameters:
             yield no_such(place, "parameter of its build", str(name), parameters)
         elif problem := parameters[name].made(name).problem(value):
-            yield Finding(place, f"{shown(value)} is not allowed here", problem)
+            yield not_allowed(place, value, problem)
 
 
 def own_value_findings(parameters: Mapping[str, BuildParameter]) -> Iterator[Finding]:
     """Findings about values in a ``profile.yaml`` that its own limits do not allow."""
     for name, each in parameters.items():
         if each.value is not None and (problem := each.made(name).problem(each.value)):
-            yield Finding(
-                (PARAMETERS_KEY, name, "value"), f"{shown(each.value)} is not allowed here", problem
-            )
+            yield not_allowed((PARAMETERS_KEY, name, "value"), each.value, problem)

@@ -23,7 +23,7 @@ from pydantic_core.core_schema import ErrorType, no_info_plain_validator_functio
 from hil.config.document import Document, Finding, KeyPath
 from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
-from hil.vocab.near_words import did_you_mean, meant, nearest
+from hil.vocab.near_words import did_you_mean, meant, nearest_or_longer
 
 
 class LazyModel:
@@ -119,9 +119,17 @@ def unknown_key(path: KeyPath, known: Iterable[str], present: Collection[str]) -
 
 def suggestion(word: str, known: Collection[str]) -> str:
     """Question for the nearest known word, else all of them."""
-    if near := did_you_mean(nearest(word, known)):
+    if near := did_you_mean(*nearest_or_longer(word, known)):
         return near
     return f"known are: {', '.join(sorted(known))}" if known else "there are none"
+
+
+def not_allowed(path: KeyPath, value: object, problem: str) -> Finding:
+    """Finding of a value, from an error text that has what is wrong and, behind a semicolon, the remedy."""
+    what, _, remedy = problem.partition("; ")
+    return (
+        Finding(path, what, remedy) if remedy else Finding(path, f"{shown(value)} is not allowed here", what)
+    )
 
 
 def no_such(path: KeyPath, what: str, name: str, known: Collection[str]) -> Finding:

@@ -5,7 +5,7 @@ from typing import Any
 
 from hil.config.catalogue import Catalogue, ProfileInfo
 from hil.config.document import Finding
-from hil.config.explain import no_such, shown, suggestion
+from hil.config.explain import no_such, not_allowed, shown, suggestion
 from hil.config.station_names import node_addresses, station_addresses
 from hil.config.switch_findings import switch_axes
 from hil.sim.given_fault import fault_of
@@ -59,9 +59,10 @@ def fault_findings(
         _, problems = fault_of(kind, target, given)
         for name, problem in problems.items():
             if name in given:
-                yield Finding((*path, name), f"{shown(given[name])} is not allowed here", problem)
+                yield not_allowed((*path, name), given[name], problem)
             else:
-                yield Finding((*path, name), "this key is missing", problem)
+                remedy = problem.removeprefix("this one is missing: ")
+                yield Finding((*path, name), "this key is missing", remedy)
         for name in (each.name for each in faults.TIMING if target in real and given.get(each.name)):
             yield Finding((*path, name), f"{target} is a real board", REAL_REMEDY)
 

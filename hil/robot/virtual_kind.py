@@ -119,7 +119,7 @@ def _clear(bench: Bench, _: str, number: float | str, on: str) -> dict[str, list
     ]
     chosen = [each for each in there if number in ("all", each)]
     if number != "all" and not chosen:
-        raise VerbRefused("bad_parameter", f"there is no fault {number}; there are: {there or 'none'}")
+        raise VerbRefused("bad_parameter", f"there is no fault {number}; there are {there or 'none'}")
     for each in chosen:
         bench.runtime.clear_fault(each)
     return {"cleared": chosen}

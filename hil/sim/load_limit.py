@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from hil.core import CoreAxis
 from hil.core.motor_words import blocked_note, heat_note, stall_note
 from hil.vocab.faults import MOST_LOADS
+from hil.vocab.typed_numbers import number_problem, quoted
 
 AS_SHOWN = 1e-5
 """Share by which a number may be beyond a limit, which messages round to six digits."""
@@ -24,8 +25,10 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
         f"write {-most_Nm:g} to {most_Nm:g}, {MOST_LOADS} times what this motor holds"
         f" ({holding_Nm:g} Nm): a larger torque only spins it"
     )
+    if isinstance(torque_Nm, str):
+        return "; ".join(number_problem(torque_Nm, "Nm", words.removeprefix("write ")))
     if isinstance(torque_Nm, bool) or not isinstance(torque_Nm, int | float):
-        return words
+        return f"{quoted(torque_Nm)} is no number; {words}"
     beside_Nm = math.fsum(other_Nm for other_Nm in others_Nm if other_Nm * torque_Nm > 0)
     sum_Nm = beside_Nm + torque_Nm
     if abs(sum_Nm) <= most_Nm or math.isclose(abs(sum_Nm), most_Nm, rel_tol=AS_SHOWN):
@@ -33,7 +36,7 @@ def load_problem(torque_Nm: object, holding_Nm: float, others_Nm: Iterable[float
     return (
         f"with {beside_Nm:g} Nm that push the same way it is {sum_Nm:g}; in all {words}"
         if beside_Nm
-        else words
+        else f"{quoted(torque_Nm)} is too {'small' if torque_Nm < 0 else 'large'}; {words}"
     )
 
 

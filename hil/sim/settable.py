@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 from hil.core.axis_kind import ANGLE, LOAD, Settable
 from hil.vocab.own_fields import OwnField
-from hil.vocab.parameters import plain
+from hil.vocab.parameters import Parameter
+from hil.vocab.typed_numbers import unit_in
 
 if TYPE_CHECKING:  # who only reads the names starts quickly
     from collections.abc import Callable
@@ -26,6 +27,8 @@ def setting_problem(
     name; empty: the device's first. ``look``: takes its state now; None: the caller has its group."""
     axis = device.axes[part]
     if name not in axis.kind.fields:
+        if name == ANGLE:
+            return f"{device.name}, a {device.profile}, has no motor; `hil list` shows the others"
         return f"{device.name}, a {device.profile}, has no {name}"
     if name == LOAD:
         problem = faults.load_problem(axis, value)
@@ -35,14 +38,15 @@ def setting_problem(
     if own := axis.kind.board_fields.get(name):
         return _own_problem(own, value)
     low, high = _range(device, name, axis.kind.settable.get(name, Settable()))
-    return None if _is_between(low, value, high) else f"{name}: write {plain(low)} to {plain(high)}"
+    problem = Parameter(name, "", unit_in(name), low, high).problem(value)
+    return problem and f"{name}: {problem}"
 
 
 def _own_problem(own: OwnField, value: object) -> str | None:
     """Reason why a board's own field cannot have a value, or None."""
-    if not _is_between(own.low, value, own.high) or own.refusal(float(str(value))):
-        return f"{own.name}: write {plain(own.low)} to {plain(own.high)}{', a whole number' * own.is_whole}"
-    return None
+    row = Parameter(own.name, "", unit_in(own.name), own.low, own.high, is_whole=own.is_whole)
+    problem = row.problem(value) or own.refusal(float(str(value)))
+    return problem and f"{own.name}: {problem}"
 
 
 def _zero_problem(axis: "CoreAxis", look: "Callable[[], Snapshot]") -> str | None:
@@ -63,7 +67,3 @@ def _range(device: "Twin", name: str, usual: Settable) -> tuple[float, float]:
         if parameter.name == name:
             return parameter.minimum, parameter.maximum
     return usual.low, usual.high
-
-
-def _is_between(low: float, value: object, high: float) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high

@@ -37,6 +37,25 @@ TARGETS = {
     SWITCH: "a switch along an axis",
     BUS_PART: "a joint with an encoder or servo on a bus",
 }
+LACKS = {
+    DEVICE: "is no twin",
+    PORT: "has no serial port",
+    TWIN_PORT: "is no port of a twin",
+    STATION: "is on no segment",
+    SEGMENT: "is no segment",
+    MODBUS_NODE: "has no Modbus node",
+    LINE: "is no segment and no CAN bus",
+    ON_LINE: "is on no line",
+    CAN_NODE: "is on no CAN bus",
+    SERVO: "has no encoder",
+    SHAFT: "has no motor",
+    SUPPLIED: "has no plant: full",
+    PROCESSOR: "has no processor for a program of your own",
+    OWN_FIELD: "has no fields of its own",
+    SWITCH: "is no switch along an axis",
+    BUS_PART: "has no encoder or servo on a bus",
+}
+"""Words for what a place is or has not that a fault needs."""
 
 
 PIN_STUCK = "chip_pin_stuck"

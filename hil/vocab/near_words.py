@@ -3,6 +3,11 @@
 import difflib
 from collections.abc import Collection, Iterable
 
+MOST = 5
+"""Words that are asked for at once."""
+_SHORT = 2
+"""Length of a part of a word that says little."""
+
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Known word that the given one is most likely a slip of, if any; - and _ are alike, as are cases."""
@@ -12,10 +17,22 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def nearest_or_begun(word: str, known: Collection[str]) -> list[str]:
-    """The nearest known word, and those that the given one is the beginning of."""
-    near = nearest(word, known)
-    begun = (name for name in known if _plain(name).startswith(_plain(word)))
-    return list(dict.fromkeys([*([near] if near else []), *begun]))
+    """Known words that may be meant, at most ``MOST``: those that the given one is the beginning of, else the
+    nearest, else those that it is a part of."""
+    plain = _plain(word)
+    if same := [name for name in known if _plain(name) == plain]:
+        return same
+    if begun := [name for name in known if _plain(name).startswith(plain)][: MOST if len(plain) > 1 else 0]:
+        return begun
+    if near := nearest(word, known):
+        return [near]
+    return [name for name in known if plain in _plain(name)][: MOST if len(plain) > _SHORT else 0]
+
+
+def nearest_or_longer(word: str, known: Collection[str]) -> list[str]:
+    """The same, but the nearest alone where no more than a letter is left out."""
+    words, near = nearest_or_begun(word, known), nearest(word, known)
+    return [near] if near in words and near and len(near) <= len(word) + 1 else words
 
 
 def did_you_mean(*words: str | None) -> str:
@@ -25,9 +42,10 @@ def did_you_mean(*words: str | None) -> str:
 
 
 def meant(word: str, known: Collection[str], there: str = "") -> str:
-    """``did you mean "a"?`` if one is near, then ``there``: by default all that there are, in their order."""
+    """``did you mean "a" or "b"?`` if some may be meant, then ``there``: by default all that there are, in
+    their order."""
     all_known = f"there are {', '.join(known) or 'none'}"
-    return " ".join(filter(None, [did_you_mean(nearest(word, known)), there or all_known]))
+    return " ".join(filter(None, [did_you_mean(*nearest_or_longer(word, known)), there or all_known]))
 
 
 def _plain(word: str) -> str:

@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from hil.vocab.late_dataclass import dataclass
-from hil.vocab.near_words import meant, nearest
+from hil.vocab.near_words import did_you_mean, meant, nearest
+from hil.vocab.typed_numbers import number_problem, quoted
 
 
 class Form(NamedTuple):
@@ -44,26 +45,56 @@ class Parameter:
     """Form of the value, instead of a number."""
 
     def problem(self, value: object) -> str | None:
-        """Error text for a value, or None for a good one."""
+        """Error text for a value: what is wrong with it, and what to write; None for a good one."""
+        wrong = self.wrong(value)
+        return f"{wrong[0]}; {wrong[1]}" if wrong else None
+
+    def wrong(self, value: object) -> tuple[str, str] | None:
+        """Problem of a value and its remedy, or None for a good one."""
         if self.form:
-            return None if self.form.fits(value) else f"write {self.form.about}"
+            fits = self.form.fits(value)
+            return None if fits else (f"{quoted(value)} is not of its form", f"write {self.form.about}")
         if self.choices:
-            return None if value in self.choices else f"write {' or '.join(self.choices)}"
+            return None if value in self.choices else self._no_choice(value)
         if self.is_text:
-            if isinstance(value, str) and len(value) <= self.maximum:
-                return None
-            return f"write a text of at most {plain(self.maximum)} characters"
+            return self._wrong_text(value)
+        if isinstance(value, str):
+            return number_problem(value, self.unit, self._with_unit)
         if isinstance(value, bool) or not isinstance(value, int | float):
-            return f"write {self.limits or 'a number'}"
+            return f"{quoted(value)} is no number", f"write {self._with_unit}"
         if not self.minimum <= value <= self.maximum:  # not a number is not in between either
-            return f"write {self._range}"
+            size = "no number" if value != value else "too small" if value < self.minimum else "too large"
+            return f"{quoted(value)} is {size}", f"write {self._with_unit}"
         if self.is_whole and value != int(value):
-            return "write a whole number"
+            return f"{quoted(value)} is not whole", f"write a whole number, {self._with_unit}"
         return None
+
+    def _no_choice(self, value: object) -> tuple[str, str]:
+        near = did_you_mean(nearest(str(value), (*self.choices, *self.also)))
+        return f"there is no {quoted(value)} here", f"{near} write {' or '.join(self.choices)}".lstrip()
+
+    def _wrong_text(self, value: object) -> tuple[str, str] | None:
+        remedy = f"write a text of at most {plain(self.maximum)} characters"
+        if not isinstance(value, str):
+            return f"{quoted(value)} is no text", remedy
+        return None if len(value) <= self.maximum else (f"its {len(value)} characters are too many", remedy)
+
+    @property
+    def _with_unit(self) -> str:
+        return f"{self._range} {self.unit}".rstrip() if not self.limits else self.limits
 
     @property
     def _range(self) -> str:
         return self.limits or f"{plain(self.minimum)} to {plain(self.maximum)}"
+
+    @property
+    def values(self) -> str:
+        """Values that it takes, with their unit, in a few words."""
+        if self.form:
+            return self.form.about
+        if self.is_text:
+            return f"a text of at most {plain(self.maximum)} characters"
+        return " or ".join(self.choices) or self._with_unit
 
     def described(self) -> str:
         """Text of values, unit and default, in one line."""
@@ -102,14 +133,15 @@ def filled(
     names = {parameter.name: parameter for parameter in parameters}
     slips = {name: nearest(name, names) for name in given if name not in names}
     for name in slips:
-        problems[name] = meant(name, names, f"parameters of {what} are {', '.join(names) or 'none'}")
+        there = f"parameters of {what} are {', '.join(names) or 'none'}"
+        problems[name] = f"there is no such parameter; {meant(name, names, there)}"
     for name, parameter in names.items():
         value = given.get(name, parameter.default)
         if value in parameter.also:
             value = dict(zip(parameter.also, parameter.choices, strict=True))[str(value)]
         if value is None:
             if not parameter.is_optional and name not in slips.values():
-                problems[name] = f"this one is missing: {parameter.about}"
+                problems[name] = f"this one is missing: {parameter.about}; write {parameter.values}"
         elif problem := parameter.problem(value):
             problems[name] = problem
         else:

@@ -146,7 +146,10 @@ def test_pulses_at_the_step_input(on: Board) -> None:
     on.do("pulses", count=320, rate_Hz=100_000.0, direction="down")
     on.run(10)
     assert abs(on.now.r + 160 * 0.05625) < 1e-4
-    assert on.refusal("pulses", count=1.5) == ("bad_parameter", "count: write a whole number")
+    assert on.refusal("pulses", count=1.5) == (
+        "bad_parameter",
+        "count: 1.5 is not whole; write a whole number, 1 to 1000000 pulse",
+    )
 
 
 @pytest.mark.parametrize("how", ["grace", "prejudice"])

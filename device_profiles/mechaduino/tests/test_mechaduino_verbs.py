@@ -83,9 +83,9 @@ def test_what_does_not_do_is_refused_with_every_problem(on: Board) -> None:
     code, why = on.refusal("move_abs", position_deg=2e6, velocity=5.0)
     assert code == "bad_parameter"
     assert why == (
-        'velocity: did you mean "velocity_rpm"?'
+        'velocity: there is no such parameter; did you mean "velocity_rpm"?'
         " parameters of move_abs are position_deg, velocity_rpm, acceleration_rpm_per_s;"
-        " position_deg: write -1000000 to 1000000"
+        " position_deg: 2000000 is too large; write -1000000 to 1000000 deg"
     )
     code, why = on.refusal("fly")
     assert code == "no_verb"
@@ -187,7 +187,7 @@ def test_gains_are_told_and_set(board: Board) -> None:
     }
     assert board.do("gains", pKp=12.5, vLPF=50)["pKp"] == 12.5
     assert (board.now.pKp, board.now.vLPF, board.now.pKi) == (12.5, 50.0, told["pKi"])
-    assert board.refusal("gains", pKp=-1.0) == ("bad_parameter", "pKp: write 0 to 1000000")
+    assert board.refusal("gains", pKp=-1.0) == ("bad_parameter", "pKp: -1 is too small; write 0 to 1000000")
 
 
 def test_calibrate_types_c(board: Board) -> None:

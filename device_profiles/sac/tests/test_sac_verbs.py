@@ -304,7 +304,7 @@ def test_a_loop_backwards_is_refused(board: Board) -> None:
         "bad_parameter",
         "last: 3 comes before first, 4",
     )
-    assert board.refusal("run", position=31) == ("bad_parameter", "position: write 1 to 30")
+    assert board.refusal("run", position=31) == ("bad_parameter", "position: 31 is too large; write 1 to 30")
 
 
 def test_single_pulses_while_it_stands(board: Board) -> None:

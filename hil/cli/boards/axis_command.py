@@ -1,14 +1,18 @@
 """``hil axis``: verbs of a device, from the shell."""
 
+import re
 from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
 
+from hil.cli.boards.axis_sentences import VerbDone, sentence
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer
-from hil.cli.framework.shown_words import shown_number
+from hil.cli.framework.exit_codes import Exit
 from hil.vocab.near_words import meant
+from hil.vocab.typed_numbers import typed_number
+from hil.vocab.verbs import COMMON
 
 TIMEOUT_S = 30
 """Maximum wait for an answer: a real board's terminal takes its time."""
@@ -16,6 +20,8 @@ MOTION_S = 3700.0
 """Maximum wait for a motion's end: the bench's own limit, and a little more."""
 _OF_MOTION = ("effective_at_ns", "ends_after_ns", "set_point")
 """Keys of a verb's answer that describe its motion; the operation `wait` takes them."""
+_OPTION = re.compile("--[a-z]")
+_OPTIONS = ("--wait", "--bench", "--runtime-dir", "--json", "--help")
 
 
 def axis(
@@ -43,21 +49,32 @@ def axis(
         return CommandAnswer(list(table.values()), "\n".join(_listed(table)))
     name = verb.replace("-", "_")
     if name not in table:
-        known = [each.replace("_", "-") for each in table]
-        raise fail(f"hil: {device} has no {verb!r}; {meant(verb, known)}", 2)
-    given = _given(list(table[name]["parameters"]), table[name]["texts"], values or [])
+        raise fail(_no_verb(device, verb, table), Exit.MISTAKE)
+    row = table[name]
+    given = _given(verb, list(row["parameters"]), row["texts"], values or [])
     answer = bench.ask("do", timeout_s=TIMEOUT_S, device=device, name=name, parameters=given)
     if wait:
         begun = {name: answer[name] for name in _OF_MOTION if name in answer}
         ended = bench.ask("wait", timeout_s=MOTION_S, device=device, **begun)
         answer |= {"done": not ended["interrupted"], **ended}
-    lines = [
-        f"{key}: {shown_number(value)}" if isinstance(value, float) else f"{key}: {value}"
-        for key, value in answer.items()
-    ]
-    if answer.get("interrupted"):
-        lines.append("something else ended the motion")
-    return CommandAnswer(answer, "\n".join(lines), 1 if answer.get("interrupted") else 0)
+    said = sentence(VerbDone(device, name, given, answer, row["about"]))
+    return CommandAnswer(answer, said, Exit.FAILED if answer.get("interrupted") else Exit.DONE)
+
+
+def _no_verb(device: str, verb: str, table: dict[str, dict[str, Any]]) -> str:
+    """Error of a verb that a device has not: says which it has."""
+    known = [each.replace("_", "-") for each in table]
+    if _OPTION.match(verb):
+        return _no_option(verb)
+    if not isinstance(typed_number(verb), str) and "move_abs" in table:
+        line = f"hil axis {device} move-abs {verb}"
+        return f"{device} has no {verb!r}; write a verb before the value, as in `{line}`"
+    nor = "" if set(table) - {each.name for each in COMMON} else ", nor any verb that moves a motor"
+    return f"{device} has no {verb!r}{nor}; {meant(verb, known)}"
+
+
+def _no_option(word: str) -> str:
+    return f"there is no option {word} of `hil axis`; {meant(word, _OPTIONS, '`hil axis --help` lists them')}"
 
 
 def _listed(table: dict[str, dict[str, Any]]) -> Iterator[str]:
@@ -67,7 +84,7 @@ def _listed(table: dict[str, dict[str, Any]]) -> Iterator[str]:
             yield f"  {parameter}: {described}"
 
 
-def _given(names: list[str], texts: list[str], values: list[str]) -> dict[str, Any]:
+def _given(verb: str, names: list[str], texts: list[str], values: list[str]) -> dict[str, Any]:
     """Map parameters' names to values; values without a name are in order."""
     given: dict[str, Any] = {}
     left = iter(names)
@@ -76,21 +93,19 @@ def _given(names: list[str], texts: list[str], values: list[str]) -> dict[str, A
         if not equals or name not in names:
             wrong, name, text = name if equals else "", next(left, ""), value
             takes = f"it takes {', '.join(names) or 'nothing'}"
+            if _OPTION.match(value) and name not in texts:
+                raise fail(_no_option(value), Exit.MISTAKE)
             if wrong and name not in texts:
-                raise fail(f"hil: there is no parameter {wrong!r}; {meant(wrong, names, takes)}", 2)
+                why = f"there is no parameter {wrong!r} of {verb}; {meant(wrong, names, takes)}"
+                raise fail(why, Exit.MISTAKE)
             if not name:
-                raise fail(f"hil: {value!r} is too much; {takes}", 2)
+                raise fail(f"{value!r} is too much for {verb}; {takes}", Exit.MISTAKE)
         if name in given:
-            raise fail(f"hil: {name} is given twice", 2)
-        given[name] = text if name in texts else number_or_text(text)
+            raise fail(f"{name} is given twice; write it once", Exit.MISTAKE)
+        given[name] = text if name in texts else typed_number(text)
     return given
 
 
 def number_or_text(text: str) -> float | int | str:
     """Value as it was typed: a number if it is one."""
-    for read in (int, float):
-        try:
-            return read(text)
-        except ValueError:
-            continue
-    return text
+    return typed_number(text)

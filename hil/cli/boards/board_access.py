@@ -6,13 +6,14 @@ from typing import Annotated, Any
 
 import typer
 
-from hil.cli.boards.axis_command import number_or_text
+from hil.cli.boards.axis_sentences import VerbDone, sentence
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
-from hil.cli.framework.shown_words import fixed, shown_number
+from hil.cli.framework.shown_words import shown_number
 from hil.vocab.near_words import meant
 from hil.vocab.port_programs import is_held
+from hil.vocab.typed_numbers import number_problem, typed_number, unit_in
 
 SHARED = "socket://", "rfc2217://"
 """Beginnings of addresses of ports that give each client all that the device says."""
@@ -58,22 +59,25 @@ def pin(
 
     Example: hil pin m1 D2 0
     """
-    answer = bench.ask("pin", device=device, pin=name, level=number_or_text(level))
+    answer = bench.ask("pin", device=device, pin=name, level=typed_number(level))
     return CommandAnswer(answer, f"{device}: {name} is {level}")
 
 
 def set_field(
     device: DeviceName,
     field: Annotated[str, typer.Argument(help="As load_torque_Nm, diaagc or pKp; a wrong one lists them.")],
-    value: Annotated[float, typer.Argument(help="The value, in the unit that the name ends in.")],
+    value: Annotated[str, typer.Argument(help="The value, in the unit that the name ends in.")],
     bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
     """Set the load on a shaft, an encoder register or a gain.
 
     Example: hil set m1 load_torque_Nm 0.05
     """
-    answer = bench.ask("set", device=device, field=field, value=value)
-    return CommandAnswer(answer, f"{device}: {field} is {shown_number(value)}")
+    unit, number = unit_in(field), typed_number(value)
+    if isinstance(number, str):
+        raise fail(f"{field}: {'; '.join(number_problem(number, unit))}", 2)
+    answer = bench.ask("set", device=device, field=field, value=number)
+    return CommandAnswer(answer, f"{device}: {field} is {shown_number(number)} {unit}".rstrip())
 
 
 def state(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
@@ -97,12 +101,7 @@ def zero(device: DeviceName, bench: BenchOptions = ANY_BENCH) -> CommandAnswer:
     Example: hil zero m1
     """
     answer = bench.ask("zero", device=device)
-    said = f"{device}: the shaft's angle is 0 now; it was {fixed(answer['was_deg'], 2)} deg"
-    if (board_deg := answer["board_deg"]) is not None:
-        said += (
-            f"\nThe board counts {fixed(board_deg, 2)} deg as before; its set-points and move-abs go by that."
-        )
-    return CommandAnswer(answer, said)
+    return CommandAnswer(answer, sentence(VerbDone(device, "zero", {}, answer)))
 
 
 _IGNORED_BY_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)

@@ -7,8 +7,9 @@ from typing import Any
 
 import typer
 
-from hil.cli.framework.command_classes import placeholder, summary, usage_word
+from hil.cli.framework.command_classes import summary
 from hil.cli.framework.command_table import VALUES, ValueRow
+from hil.cli.framework.usage_words import placeholder, usage_word
 
 
 @dataclass(frozen=True)

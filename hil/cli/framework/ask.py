@@ -32,28 +32,35 @@ DeviceName = Annotated[
 
 
 def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) -> typer.Exit:
-    """Print why a command fails, and answer the exception for it to raise. ``sources``: texts of files whose
-    problems the message lists, if they cannot be read again."""
-    import logging
-    import os
-
+    """Print why a command fails, and answer the exception for it to raise. ``message``: what is wrong (what
+    was given), where; what to do. `hil:` comes before it here. ``sources``: texts of files whose problems the
+    message lists, if they cannot be read again."""
     from hil.cli.framework.command_answers import error_line, pasteable, wants_json
-    from hil.cli.framework.problem_lines import tell_problems
     from hil.cli.framework.progress_bars import end_bars
-    from hil.host.journal import is_journal, prefixed, say
 
     end_bars()
     message = pasteable(message)
     if wants_json():
         typer.echo(error_line(message, code))
-        return typer.Exit(code)
+    else:
+        tell_error(message, sources)
+    return typer.Exit(code)
 
-    in_journal = is_journal(sys.stderr, os.environ)
-    if in_journal:
+
+def tell_error(message: str, sources: Mapping[str, str] | None = None) -> None:
+    """Write to the standard error what is wrong, with `hil:` before it, and before problems of files a line
+    that says what follows."""
+    import logging
+    import os
+
+    from hil.cli.framework.problem_lines import headed, tell_problems
+    from hil.host.journal import is_journal, prefixed, say
+
+    message = headed(message)
+    if is_journal(sys.stderr, os.environ):
         say(prefixed(message, logging.ERROR), sys.stderr)
     else:
         tell_problems(message, sources)
-    return typer.Exit(code)
 
 
 def found(runtime_dir: Path | None) -> "Found":
@@ -123,7 +130,10 @@ class BenchOptions(NamedTuple):
         try:
             return ask(path, verb, **arguments)
         except ControlError as error:
-            raise fail(f"hil: {error}", exit_of(error)) from None
+            why, of = str(error), arguments.get("device")
+            if of and not error.is_mistake and str(of) not in why:
+                why = f"{of}: {why}"  # a board says what it cannot do now, and not which it is
+            raise fail(why, exit_of(error)) from None
 
 
 ANY_BENCH = BenchOptions()

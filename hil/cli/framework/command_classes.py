@@ -5,29 +5,13 @@ takes as long as the rest of a small command. Values that need no validation are
 versions leave what is set here alone.
 """
 
-import re
 from pathlib import Path
 from typing import Any
 
-import typer
 from typer.core import TyperCommand, TyperGroup
 
-from hil.cli.framework.command_table import VALUES
-from hil.vocab.near_words import did_you_mean, nearest_or_begun
-
-USAGE_ERROR: type[Any] = typer.BadParameter.__mro__[1]
-"""Error of a wrong command line: click's, or that of typer's own copy of it."""
-_VALUES = (
-    ("Input should be a valid number.*", "write a number"),
-    ("Input should be a valid (integer|int).*", "write a whole number"),
-    ("Input should be greater than or equal to ", "write at least "),
-    ("Input should be less than or equal to ", "write at most "),
-    ("Input should be greater than ", "write more than "),
-    ("Input should be less than ", "write less than "),
-    ("Input should be ", "write "),
-    (r"Got unexpected extra arguments?(?:\(s\))? \((.*)\)", r"this is too much: \1"),
-)
-"""Words for what pydantic, by way of typer, says of a value."""
+from hil.cli.framework.usage_words import USAGE_ERROR, placeholder, usage_word
+from hil.vocab.near_words import nearest_or_begun
 
 
 class Quick:
@@ -40,23 +24,19 @@ class Quick:
         try:
             return super().parse_args(ctx, args)  # type: ignore[misc]
         except USAGE_ERROR as error:
-            given = getattr(error, "param", None)
-            if given is not None and given.param_type_name == "argument":
-                error.param_hint = f"'{usage_word(given).strip('[]')}'"
-            for pattern, words in _VALUES:
-                error.message = re.sub(pattern, words, error.message)
-            if near := getattr(error, "possibilities", None):  # options that are like a wrong one
-                error.possibilities = None
-                _suggest(error, near)
-            raise
+            from hil.cli.framework.usage_errors import wrong_use
+
+            raise wrong_use(error, ctx, getattr(error, "possibilities", None) or []) from None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         self.suggest_commands = False  # in typer's words
         try:
             name, command, rest = super().resolve_command(ctx, args)  # type: ignore[misc]
         except USAGE_ERROR as error:
-            _suggest(error, nearest_or_begun(args[0], self.list_commands(ctx)))  # type: ignore[attr-defined]
-            raise
+            from hil.cli.framework.usage_errors import wrong_use
+
+            near = nearest_or_begun(args[0], self.list_commands(ctx))  # type: ignore[attr-defined]
+            raise wrong_use(error, ctx, near) from None
         return (name, *command.chosen(rest)) if isinstance(command, OrBelow) else (name, command, rest)
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
@@ -80,15 +60,8 @@ class Quick:
             self.format_commands(ctx, formatter)
 
 
-_WITHOUT = {"--bench": "asks no running bench; leave out --bench", "--json": "has no --json"}
+_WITHOUT = {"--bench": "asks no running bench; leave out --bench", "--json": "has no --json; leave it out"}
 """Words for a command that such an option is not for. --runtime-dir is for all benches: it does no harm."""
-
-
-def _suggest(error: Any, near: list[str]) -> None:
-    """Add the words that may be meant to the error of a wrong one."""
-    if near:
-        said = did_you_mean(*near)
-        error.message = f"{error.message.rstrip('.')}. {said[0].upper()}{said[1:]}"
 
 
 class OneCommand(Quick, TyperCommand):
@@ -133,7 +106,8 @@ class Below(Quick, TyperGroup):
         try:
             return super().resolve_command(ctx, args)
         except USAGE_ERROR as error:
-            error.message += self.hint.format(args[0])
+            hint = self.hint.format(args[0]).strip(" .")
+            error.message += f"; {hint}" if hint else ""
             raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -206,19 +180,6 @@ def _has(command: Any, flag: str) -> bool:
 def summary(about: str | None) -> str:
     """First paragraph of a command's help, in a line."""
     return " ".join((about or "").partition("\n\n")[0].split())
-
-
-def placeholder(name: str) -> str:
-    """Placeholder for the value of an option or an argument, by the parameter's name."""
-    row = VALUES.get(name)
-    return row.placeholder if row and row.placeholder else name.upper().replace("_", "-")
-
-
-def usage_word(argument: Any) -> str:
-    """Argument as a usage line has it: DEVICE, [VERB], [VALUE...]."""
-    word = (argument.metavar or placeholder(argument.name)).removesuffix("...")
-    word += "..." * (argument.nargs == -1)
-    return word if argument.required else f"[{word}]"
 
 
 def with_placeholders(parameters: list[Any]) -> list[Any]:

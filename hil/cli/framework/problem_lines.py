@@ -25,6 +25,19 @@ def has_colours(stream: TextIO) -> bool:
     return stream.isatty()
 
 
+def headed(message: str) -> str:
+    """Message with `hil:` before it: before a list of problems, in a line of its own that counts them."""
+    if message.startswith("hil: "):
+        return message
+    lines = message.split("\n")
+    if not _PROBLEM.fullmatch(lines[0]):
+        return f"hil: {message}"
+    places = [place for line in lines if (place := _PROBLEM.fullmatch(line))]
+    problems = "1 problem" if len(places) == 1 else f"{len(places)} problems"
+    files = ", ".join(dict.fromkeys(place["file"] for place in places))
+    return f"hil: {problems} in {files}; what to do stands in brackets\n{message}"
+
+
 def with_lines(message: str, sources: Mapping[str, str], colours: bool) -> str:
     """Add to each line ``file:line:column: problem`` of a message the file's line and a caret. ``sources``:
     texts of files that cannot be read again, as a pipe's, by their names."""

@@ -96,7 +96,10 @@ def test_a_queue_is_there_and_read_back(bench: ServedBench, tmp_path: Path) -> N
 def test_a_queue_with_problems_goes_nowhere(bench: ServedBench, tmp_path: Path) -> None:
     file = tmp_path / "queue.txt"
     file.write_text("".join(ROW.format(position) for position in range(1, 31)).replace("4321", "4000"))
-    with pytest.raises(LiveError, match=r"exit code 2\n.*queue.txt:1:1: RPM 69 and cycle 4000 contradict"):
+    with pytest.raises(
+        LiveError,
+        match=r"exit code 2\nhil: 30 problems in .*\n.*queue.txt:1:1: RPM 69 and cycle 4000 contradict",
+    ):
         mother(bench, "queue", "bus0.master", "4", str(file))
 
 

@@ -125,7 +125,7 @@ def test_a_pty_has_an_rs485_mode_and_a_latency() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([], "Missing argument 'PROGRAM...'"),
+        ([], "PROGRAM is missing"),
         (["no-such-program", "--json"], "hil: no program 'no-such-program' in $PATH\n"),
         (["./bad"], "hil: bad: Exec format error\n"),
         (["./empty", "x"], "hil: ./empty: you may not start it\n"),

@@ -288,9 +288,12 @@ def test_any_log_is_replayed_or_refused_with_its_place() -> None:
         (('"field":"load_torque_Nm"', '"field":"at_ns"'), "m1: 'at_ns' is no field that can be set"),
         (('"input":"pin"', '"input":"needle"'), "there is no input 'needle'; there are bytes, play"),
         (('"verb":"move_abs"', '"verb":"fly"'), "m1: a mechaduino has no verb 'fly'; it has "),
-        (('["position_deg",5.0]', '["position_deg","far"]'), "m1: move_abs: position_deg: write a number"),
+        (
+            ('["position_deg",5.0]', '["position_deg","far"]'),
+            'move_abs: position_deg: "far" is no number',
+        ),
         (('"kind":"byte_flip"', '"kind":"byte_eat"'), 'fault: did you mean "byte_delay"? kinds are '),
-        (('["rate",0.01]', '["rate",7]'), "rate: write 0 to 1"),
+        (('["rate",0.01]', '["rate",7]'), "rate: 7 is too large; write 0 to 1"),
         (('"client_baud":9600', '"client_baud":0'), "m1: client_baud: write null, or 1 to 4294967295"),
         (
             ('"client_baud":9600', '"client_baud":9600,"client_format":"9E1"'),

@@ -21,13 +21,13 @@ def _problems(text):
     [
         ("{spr: 400, pKp: 20}", None),
         ("{identifier: elbow, starts_in: position}", None),
-        ("{spr: 2.5}", "spr: 2.5 is not allowed here"),
+        ("{spr: 2.5}", "2.5 is too small"),
         ("{spr: 0}", "write 4 to 1000"),
         ("{sprr: 400}", 'there is no parameter of its build "sprr"'),
         ("{iMAX: 3}", "write 0 to 2.2"),
         ("{starts_in: closed}", "write open_loop or position"),
         ("{identifier: 3}", "write a text of at most 40 characters"),
-        ("{pKp: x}", "write a number"),
+        ("{pKp: x}", '"x" is no number (write '),
     ],
 )
 def test_a_value_of_the_build_is_checked(keys, said):

@@ -10,7 +10,7 @@ from hil.sim.faults.physics import AxisFaults, renew_switch
 from hil.sim.inputs import Clear, Inject
 from hil.sim.load_limit import load_problem
 from hil.vocab.address import owner_of
-from hil.vocab.faults import FAULT_KINDS, OWN_FIELD, TARGETS, Fault, FaultRefused
+from hil.vocab.faults import FAULT_KINDS, LACKS, OWN_FIELD, TARGETS, Fault, FaultRefused
 from hil.vocab.near_words import meant
 from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults, byte_faults
@@ -40,7 +40,7 @@ class Faults:
         """
         if number not in self.active:
             active = ", ".join(map(str, self.active)) or "none"
-            raise FaultRefused(f"there is no fault {number}; there are: {active}")
+            raise FaultRefused(f"there is no fault {number}; there are {active}")
         return self.active[number]
 
     def place(self, target: str) -> FaultPlace:
@@ -65,8 +65,9 @@ class Faults:
         if not place.has(wanted):
             places = {name: self._parts.place(name) for name in self._parts.targets()}
             choice = ", ".join(name for name, p in places.items() if p and p.has(wanted))
-            there = f", as {choice}; not on {fault.target}" if choice else "; this bench has none"
-            raise FaultRefused(f"{fault.kind} is on {TARGETS[wanted]}{there}")
+            there = f"there are {choice}" if choice else "this bench has none"
+            wrong = f"{fault.target} {LACKS[wanted]}"
+            raise FaultRefused(f"{wrong}, and {fault.kind} is on {TARGETS[wanted]}; {there}")
         of_wire = place.wire if place.is_wires(wanted) else None
         if of_wire and (problem := of_wire.fault_problem(fault, self.active.values())):
             raise FaultRefused(problem)

@@ -209,9 +209,9 @@ def test_a_fault_is_on_the_axis_that_it_names(rig: Rig) -> None:
         ("node_hang", "arm.elbow"),
         ("encoder_freeze", "arm.grip"),
     ):
-        with pytest.raises(FaultRefused, match=f"not on {target}"):
+        with pytest.raises(FaultRefused, match=f"{target} (is|has) no .*, and"):
             inject(kind, target)
-    with pytest.raises(FaultRefused, match="not on pinger"):
+    with pytest.raises(FaultRefused, match="pinger has no"):
         inject("shaft_jam", "pinger")
     with pytest.raises(FaultRefused, match=r"there is no 'arm\.wrist'"):
         inject("shaft_jam", "arm.wrist")
@@ -267,7 +267,7 @@ def test_a_board_without_uarts_runs(rig: Rig) -> None:
     rig.run(5)
     assert (drive.power.ups, rig.runtime.devices["brick"].failed, rig.heard) == (2, None, [])
     for kind, target in (("host_close", "drive"), ("host_close", "brick"), ("shaft_jam", "brick")):
-        with pytest.raises(FaultRefused, match=f"not on {target}"):
+        with pytest.raises(FaultRefused, match=f"{target} (is|has) no .*, and"):
             rig.runtime.inject(fault_refusal(kind, target, {}))
     for name in ("drive", "brick"):
         rig.runtime.remove(name)

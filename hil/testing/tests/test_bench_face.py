@@ -145,7 +145,7 @@ def test_what_is_not_there_is_refused_alike(b: AnyBench) -> None:
             look("m11")
     with pytest.raises(VerbRefused):
         b.axis("m1").do("fly")
-    with pytest.raises(ValueError, match=r"load_torque_Nm: write -4.95 to 4.95"):
+    with pytest.raises(ValueError, match=r"load_torque_Nm: 100 is too large; write -4.95 to 4.95"):
         b.axis("m1").load_torque_Nm = 100
     with pytest.raises(TypeError, match="a port carries bytes"):
         b.port("m1").write("text")  # type: ignore[arg-type]

@@ -108,7 +108,7 @@ def test_what_happens_once_is_listed_until_it_happens(bench: Bench, kind: str, t
     bench.run(ms=100)
     assert not fault.is_active
     assert not bench.fault(kind, target).is_active
-    with pytest.raises(FaultRefused, match="there is no fault 1; there are: none"):
+    with pytest.raises(FaultRefused, match="there is no fault 1; there are none"):
         bench._runtime.clear_fault(1)
 
 

@@ -142,8 +142,8 @@ def test_a_value_outside_stops_the_device_and_says_where(tank: Made) -> None:
 @pytest.mark.parametrize(
     ("field", "value", "why"),
     [
-        ("level_mm", 1001, "level_mm: write 0 to 1000"),
-        ("level_mm", float("nan"), "level_mm: write 0 to 1000"),
+        ("level_mm", 1001, "level_mm: 1001 is too large; write 0 to 1000 mm"),
+        ("level_mm", float("nan"), "level_mm: nan is no number; write 0 to 1000 mm"),
         ("valve", 1, "t1 has no field 'valve' that can be set; there are level_mm"),
     ],
 )

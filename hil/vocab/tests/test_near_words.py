@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.vocab.near_words import did_you_mean, meant, nearest_or_begun
+from hil.vocab.near_words import did_you_mean, meant, nearest_or_begun, nearest_or_longer
 
 ROOT = Path(__file__).parents[3]
 
@@ -23,13 +23,22 @@ def test_all_ask_in_the_same_form() -> None:
 @pytest.mark.parametrize(
     ("word", "known", "near"),
     [
-        ("stat", ["status", "state", "run"], ["state", "status"]),
+        ("stat", ["status", "state", "run"], ["status", "state"]),
         ("Mov-Abs", ["move_rel", "move_abs"], ["move_abs"]),
+        ("move", ["position", "mode", "move-abs", "move-rel"], ["move-abs", "move-rel"]),
+        ("drop", ["byte_drop", "byte_flip"], ["byte_drop"]),
         ("x", ["status", "run"], []),
+        ("s", ["status", "run"], []),
     ],
 )
-def test_the_nearest_comes_first_then_what_is_begun(word: str, known: list[str], near: list[str]) -> None:
+def test_what_is_begun_comes_first_then_the_nearest(word: str, known: list[str], near: list[str]) -> None:
     assert nearest_or_begun(word, known) == near
+
+
+def test_a_letter_that_is_left_out_asks_for_one_word() -> None:
+    assert nearest_or_longer("por", ["ports", "port"]) == ["port"]
+    assert nearest_or_longer("move", ["mode", "move-abs"]) == ["move-abs"]
+    assert nearest_or_longer("NEMA-2", ["nema-2", "nema-2-long"]) == ["nema-2"]
 
 
 def test_questions_and_what_there_is() -> None:

@@ -23,40 +23,49 @@ DEFAULT = Parameter("rate_Hz", "how fast", "Hz", 1.0, 10.0, 2.5)
     [
         (NUMBER, 90, None),
         (NUMBER, -90.0, None),
-        (NUMBER, 90.0000001, "write -90 to 90"),
-        (NUMBER, math.nan, "write -90 to 90"),
-        (NUMBER, math.inf, "write -90 to 90"),
-        (NUMBER, -math.inf, "write -90 to 90"),
-        (NUMBER, 10**400, "write -90 to 90"),
-        (NUMBER, True, "write a number"),
-        (NUMBER, "5", "write a number"),
-        (NUMBER, None, "write a number"),
-        (NUMBER, [5], "write a number"),
-        (NUMBER, {"value": 5}, "write a number"),
-        (NUMBER, 5j, "write a number"),
+        (NUMBER, 90.0000001, "90.0000001 is too large; write -90 to 90 deg"),
+        (NUMBER, math.nan, "nan is no number; write -90 to 90 deg"),
+        (NUMBER, math.inf, "inf is too large; write -90 to 90 deg"),
+        (NUMBER, -math.inf, "-inf is too small; write -90 to 90 deg"),
+        (NUMBER, 10**400, f"1{39 * '0'}... is too large; write -90 to 90 deg"),
+        (NUMBER, True, "true is no number; write -90 to 90 deg"),
+        (NUMBER, "5", '"5" is a text; write the number without quotes, as 5'),
+        (NUMBER, "9deg", '"9deg" has its unit; write degrees without the unit, as 9'),
+        (NUMBER, None, "nothing is no number; write -90 to 90 deg"),
+        (NUMBER, [5], "[5] is no number; write -90 to 90 deg"),
+        (NUMBER, {"value": 5}, "{'value': 5} is no number; write -90 to 90 deg"),
+        (NUMBER, 5j, "5j is no number; write -90 to 90 deg"),
         (WHOLE, 5, None),
         (WHOLE, 5.0, None),
-        (WHOLE, 5.5, "write a whole number"),
-        (WHOLE, 0, "write 1 to 1000000"),
-        (WHOLE, math.nan, "write 1 to 1000000"),
-        (WHOLE, False, "write a number"),
+        (WHOLE, 5.5, "5.5 is not whole; write a whole number, 1 to 1000000"),
+        (WHOLE, 0, "0 is too small; write 1 to 1000000"),
+        (WHOLE, math.nan, "nan is no number; write 1 to 1000000"),
+        (WHOLE, False, "false is no number; write 1 to 1000000"),
         (CHOICE, "prejudice", None),
-        (CHOICE, "Grace", "write grace or prejudice"),
-        (CHOICE, "", "write grace or prejudice"),
-        (CHOICE, 0, "write grace or prejudice"),
-        (CHOICE, True, "write grace or prejudice"),
-        (CHOICE, ["grace"], "write grace or prejudice"),
+        (CHOICE, "Grace", 'there is no "Grace" here; did you mean "grace"? write grace or prejudice'),
+        (CHOICE, "", 'there is no "" here; write grace or prejudice'),
+        (CHOICE, 0, "there is no 0 here; write grace or prejudice"),
+        (CHOICE, True, "there is no true here; write grace or prejudice"),
+        (CHOICE, ["grace"], "there is no ['grace'] here; did you mean \"grace\"? write grace or prejudice"),
         (TEXT, "", None),
         (TEXT, "12345", None),
-        (TEXT, "123456", "write a text of at most 5 characters"),
-        (TEXT, 12345, "write a text of at most 5 characters"),
-        (TEXT, b"123", "write a text of at most 5 characters"),
-        (TEXT, None, "write a text of at most 5 characters"),
-        (OPTIONAL, -1, "write 0 to 10"),
-        (replace(WHOLE, maximum=1, limits="0 or 1"), "high", "write 0 or 1"),
-        (replace(NUMBER, minimum=-(2.0**53), maximum=1e18), "x", "write a number"),
-        (replace(NUMBER, minimum=-(2.0**31), maximum=2.0**53), -1e300, "write -2147483648 to 2^53"),
-        (replace(NUMBER, minimum=1e-6, maximum=1e18), 0, "write 1e-6 to 1e18"),
+        (TEXT, "123456", "its 6 characters are too many; write a text of at most 5 characters"),
+        (TEXT, 12345, "12345 is no text; write a text of at most 5 characters"),
+        (TEXT, b"123", "b'123' is no text; write a text of at most 5 characters"),
+        (TEXT, None, "nothing is no text; write a text of at most 5 characters"),
+        (OPTIONAL, -1, "-1 is too small; write 0 to 10 rpm"),
+        (replace(WHOLE, maximum=1, limits="0 or 1"), "high", '"high" is no number; write 0 or 1'),
+        (
+            replace(NUMBER, minimum=-(2.0**53), maximum=1e18),
+            "x",
+            '"x" is no number; write -9.0072e15 to 1e18 deg',
+        ),
+        (
+            replace(NUMBER, minimum=-(2.0**31), maximum=2.0**53),
+            -1e300,
+            "-1e+300 is too small; write -2147483648 to 2^53 deg",
+        ),
+        (replace(NUMBER, minimum=1e-6, maximum=1e18), 0, "0 is too small; write 1e-6 to 1e18 deg"),
     ],
 )
 def test_a_value_and_what_is_wrong_with_it(parameter: Parameter, value: object, problem: str | None) -> None:
@@ -73,17 +82,20 @@ def test_defaults_are_filled_in_and_what_is_optional_stays_away() -> None:
 def test_every_problem_is_told() -> None:
     values, problems = filled("go", (NUMBER, WHOLE, CHOICE), {"tilt": 1, "count": True, "how": "well"})
     assert problems == {
-        "tilt": "parameters of go are angle_deg, count, how",
-        "angle_deg": "this one is missing: an angle",
-        "count": "write a number",
-        "how": "write grace or prejudice",
+        "tilt": "there is no such parameter; parameters of go are angle_deg, count, how",
+        "angle_deg": "this one is missing: an angle; write -90 to 90 deg",
+        "count": "true is no number; write 1 to 1000000",
+        "how": 'there is no "well" here; write grace or prejudice',
     }
     assert values == {}
     assert filled("go", (NUMBER,), {"angle_dg": 1}) == (
         {},
-        {"angle_dg": 'did you mean "angle_deg"? parameters of go are angle_deg'},
+        {"angle_dg": 'there is no such parameter; did you mean "angle_deg"? parameters of go are angle_deg'},
     ), "what was meant is not missing too"
-    assert filled("rest", (), {"x": 1}) == ({}, {"x": "parameters of rest are none"})
+    assert filled("rest", (), {"x": 1}) == (
+        {},
+        {"x": "there is no such parameter; parameters of rest are none"},
+    )
 
 
 @pytest.mark.parametrize(
@@ -94,7 +106,9 @@ def test_other_words_for_a_choice_are_taken(said: str, means: str) -> None:
 
 
 def test_what_is_no_word_of_a_choice_is_refused() -> None:
-    assert filled("stop", (SYNONYMS,), {"how": ["immediate"]})[1] == {"how": "write grace or prejudice"}
+    assert filled("stop", (SYNONYMS,), {"how": ["immediate"]})[1] == {
+        "how": "there is no ['immediate'] here; did you mean \"immediate\"? write grace or prejudice"
+    }
     assert (
         SYNONYMS.described()
         == "in which way, grace or prejudice (also controlled or immediate), default grace"
@@ -102,7 +116,9 @@ def test_what_is_no_word_of_a_choice_is_refused() -> None:
 
 
 def test_null_is_as_missing() -> None:
-    assert filled("go", (CHOICE,), {"how": None})[1] == {"how": "this one is missing: in which way"}
+    assert filled("go", (CHOICE,), {"how": None})[1] == {
+        "how": "this one is missing: in which way; write grace or prejudice"
+    }
 
 
 def test_a_verb_tells_all_that_is_wrong_with_its_parameters() -> None:
@@ -112,7 +128,10 @@ def test_a_verb_tells_all_that_is_wrong_with_its_parameters() -> None:
         verb.filled({"angle_deg": math.nan})
     assert refused.value.code == "bad_parameter"
     assert refused.value.code in CODES
-    assert str(refused.value) == "angle_deg: write -90 to 90; count: this one is missing: how many"
+    assert str(refused.value) == (
+        "angle_deg: nan is no number; write -90 to 90 deg;"
+        " count: this one is missing: how many; write 1 to 1000000"
+    )
 
 
 def test_described_for_people() -> None:
@@ -125,7 +144,7 @@ def test_described_for_people() -> None:
     ]
     load = Parameter("torque_Nm", "a torque", "Nm", -1e3, 1e3, limits="-3 to 3 times of what it holds")
     assert load.described() == "a torque, -3 to 3 times of what it holds, in Nm, needed"
-    assert load.problem(2e3) == "write -3 to 3 times of what it holds"
+    assert load.problem(2e3) == "2000 is too large; write -3 to 3 times of what it holds"
 
 
 def test_the_common_verbs_stand_in_every_table() -> None:

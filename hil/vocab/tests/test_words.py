@@ -11,9 +11,15 @@ FORMS = {
     "address": {"address_of", "owner_of", "pin_of", "no_part", "no_input"},  # how a name is spelled
     "problem": {"not_text"},  # what is wrong with a file, in one form
     "parameters": {"filled", "plain"},  # what a Parameter means, for several
+    "fault_words": {"example", "group_of", "shown_by"},  # how a kind of fault is told
+    "typed_numbers": {  # what a text says of a number, for every door that takes one
+        *("typed_number", "number_problem", "_unit_problem"),
+        *("unit_in", "unit_said", "quoted", "plain_number"),
+    },
     "near_words": {
         "nearest",
         "nearest_or_begun",
+        "nearest_or_longer",
         "did_you_mean",
         "meant",
         "_plain",

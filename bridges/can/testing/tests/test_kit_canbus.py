@@ -104,19 +104,27 @@ def test_faults_of_all_kinds_begin_and_end_on_their_targets() -> None:
 @pytest.mark.parametrize(
     ("kind", "target", "said"),
     [
-        ("wire_noise", NODE, "wire_noise is on a segment or a CAN bus, as can0; not on m1.canopen"),
+        (
+            "wire_noise",
+            NODE,
+            "m1.canopen is no segment and no CAN bus, and wire_noise is on a segment or a CAN bus; there",
+        ),
         (
             "bus_off",
             "can0",
-            "bus_off is on a CANopen node, or a tap of a CAN bus, as m1.canopen, can0.a; not",
+            "can0 is on no CAN bus, and bus_off is on a CANopen node, or a tap of a CAN bus; there are",
         ),
         (
             "wire_swapped",
             TAP,
-            "wire_swapped is on a twin's port on a segment, a Modbus node, or a tap; this bench has none",
+            "can0.a is on no segment, and wire_swapped",
         ),
-        ("modbus_late", NODE, "modbus_late is on an axis's Modbus node; this bench has none"),
-        ("shaft_jam", NODE, "shaft_jam is on a twin with a motor, as m1; not on m1.canopen"),
+        (
+            "modbus_late",
+            NODE,
+            "m1.canopen has no Modbus node, and modbus_late is on an axis's",
+        ),
+        ("shaft_jam", NODE, "m1.canopen has no motor, and shaft_jam is on a twin with a motor; there are m1"),
         (
             "bus_off",
             "m2.canopen",
