@@ -241,7 +241,7 @@ export interface Operations {
   /** stop all that moves on this bench and on all that it is joined with; answers who has confirmed */
   stop_site: { given: { how?: "grace" | "prejudice"; within_s?: number }; answer: { benches: ({ bench: string; state: "confirmed" | "refused" | "silent"; why: string | null; took_s: number | null; stopped: string[]; runs: string[]; refused: Record<string, string> })[] } };
   /** stop all axes that move, and end all runs; answers what was stopped, and what was not, with why. It overtakes what waits */
-  halt: { given: { how?: "grace" | "prejudice" }; answer: { stopped: string[]; runs: string[]; refused: Record<string, string> } };
+  halt: { given: { how?: "grace" | "prejudice"; axes?: string[] }; answer: { stopped: string[]; runs: string[]; refused: Record<string, string> } };
   /** what happened to the bench, and who asked for it, the oldest first */
   events: { given: { after?: number }; answer: { events: ({ kind: "verbs" | "typed" | "faults" | "motors" | "runs" | "refusals" | "clients" | "reloads" | "lateness" | "trouble"; number: number; revision: number; at_ns: number; to_ns: number; count: number; of: string; who: string; text: string })[]; left_out: number; revision: number } };
   /** who has the bench, until when and why, and which doors are closed to commands meanwhile */
