@@ -181,7 +181,7 @@ def test_a_real_mechaduino_beside_a_twin_and_a_log_that_leaves_it_out(place: Pla
 def test_a_board_at_our_own_rfc2217_port_goes_and_comes_back(place: Place) -> None:
     port = {"kind": "rfc2217", "listen": free_port()}
     text = config(speed=5, devices={"s1": SAC | {"port": port}})
-    at = f"rfc2217://127.0.0.1:{port['port']}"
+    at = f"rfc2217://127.0.0.1:{port['listen']}"
     twins = place.serve(text)
     real = place.serve(real_config(s2={"profile": "sac", "at": at}), bench="r")
     with real.client("s2") as terminal:
@@ -216,7 +216,9 @@ def test_why_a_board_is_away_and_what_brings_it_back(place: Place) -> None:
     assert remedy == "start what listens there"
     main, terminal = os.openpty()
     with serial.Serial(os.ttyname(terminal), exclusive=True):
-        assert away(place, os.ttyname(terminal))[1] == "end the program that has it open"
+        said, remedy = away(place, os.ttyname(terminal))
+        assert re.search(rf": in use by \S+ \(process {os.getpid()}\)", said)
+        assert remedy == "end the program that has it open"
     os.close(main)
     os.close(terminal)
 

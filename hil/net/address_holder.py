@@ -36,16 +36,23 @@ def address_holder(host: str, port: int) -> str:
         return ""
     rows = [row for row in _rows() if row.port == port and _overlap(row.host, wanted)]
     if row := min(rows, key=lambda row: not row.is_listening, default=None):
-        if (pid := _process_with(row.inode)) is None:
+        if (pid := _process_with(f"socket:[{row.inode}]")) is None:
             is_own = row.uid == os.geteuid()
-            return (
-                f"a program that {user_name(row.uid)} cannot look into"
-                if is_own
-                else (f"a program of another user, {user_name(row.uid)}")
-            )
-        bench = _bench_of(pid)
-        return f"{_program(pid)} (process {pid}{f', bench {bench}' if bench else ''})"
+            whose = "this user that cannot be looked into" if is_own else "another user"
+            return f"a program of {whose}, {user_name(row.uid)}"
+        return _process(pid)
     return ""
+
+
+def device_holder(path: str) -> str:
+    """Words for who else has a device file open, as ``address_holder``; empty where nobody is seen."""
+    pid = _process_with(os.path.realpath(path))
+    return "" if pid in (None, os.getpid()) else _process(pid)
+
+
+def _process(pid: int) -> str:
+    bench = _bench_of(pid)
+    return f"{_program(pid)} (process {pid}{f', bench {bench}' if bench else ''})"
 
 
 def _rows() -> Iterator[_Row]:
@@ -72,9 +79,9 @@ def _overlap(one: _Address, other: _Address) -> bool:
     return one == other or one.is_unspecified or other.is_unspecified
 
 
-def _process_with(inode: str) -> int | None:
-    """Find the process that has a socket; None: those of other users cannot be looked into."""
-    wanted = f"socket:[{inode}]"
+def _process_with(wanted: str) -> int | None:
+    """Find the process that has a file open, which is this one only if no other has; None: those of other
+    users cannot be looked into."""
     for folder in _PROC.glob("[1-9]*"):
         if wanted in _open_files(folder):
             return int(folder.name)

@@ -13,7 +13,7 @@ LISTEN = ("listen",)
 """Option that has the address."""
 
 
-class AddressRefused(Exception):
+class ListenRefused(Exception):
     """Error of an address at which this program cannot listen: ``str(error)`` says why, and what to do.
     ``is_taken``: another program has it."""
 
@@ -36,17 +36,17 @@ async def open_listeners(listen: str, *, names_holder: bool = True) -> list[sock
     """
     try:
         return await listeners_at(*endpoint(listen), names_holder=names_holder)
-    except AddressRefused as refused:
+    except ListenRefused as refused:
         kind = AddressTaken if refused.is_taken else BridgeError
         raise kind(str(refused), LISTEN) from None
 
 
-async def why_refused(listen: str) -> AddressRefused | None:
+async def why_refused(listen: str) -> ListenRefused | None:
     """Reason why nobody could listen at an address now; None: one could."""
     try:
         for each in await listeners_at(*endpoint(listen)):
             each.close()
-    except AddressRefused as refused:
+    except ListenRefused as refused:
         return refused
     return None
 
@@ -54,12 +54,12 @@ async def why_refused(listen: str) -> AddressRefused | None:
 async def listeners_at(
     host: str, number: int, most: int | None = None, *, names_holder: bool = True
 ) -> list[socket.socket]:
-    """Listen at each address of a host, at the first ``most`` of them. Raises AddressRefused."""
+    """Listen at each address of a host, at the first ``most`` of them. Raises ListenRefused."""
     loop, shown = asyncio.get_running_loop(), authority(host, number)
     try:
         found = await loop.getaddrinfo(host, number, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
     except (OSError, UnicodeError):  # socket.gaierror is an OSError
-        raise AddressRefused(
+        raise ListenRefused(
             f"there is no computer {host!r}; write 127.0.0.1, or an address of this computer"
         ) from None
     listeners: list[socket.socket] = []
@@ -80,7 +80,7 @@ async def listeners_at(
     return listeners
 
 
-def refusal(error: OSError, listen: str, host: str = "", number: int = 0) -> AddressRefused:
+def refusal(error: OSError, listen: str, host: str = "", number: int = 0) -> ListenRefused:
     """Make words of an error of bind(2). ``listen``: as the user wrote it; ``host``: the address that it
     stands for, empty if nobody wants to know who has it."""
     match error.errno:
@@ -88,14 +88,14 @@ def refusal(error: OSError, listen: str, host: str = "", number: int = 0) -> Add
             from hil.net.address_holder import address_holder  # nobody has it, most times
 
             by = f" by {who}" if (who := address_holder(host, number)) else ""
-            return AddressRefused(f"{listen} is in use{by}; choose another port, or end it", is_taken=True)
+            return ListenRefused(f"{listen} is in use{by}; choose another port, or end it", is_taken=True)
         case errno.EADDRNOTAVAIL | errno.EAFNOSUPPORT:
             why = f"{listen} is no address of this computer; write 127.0.0.1, or one that `ip address` shows"
         case errno.EACCES | errno.EPERM:
             why = f"no right to listen at {listen}; choose a port above 1023, or give the right to this user"
         case number_of_error:
             why = f"cannot listen at {listen}: {os.strerror(number_of_error or 0)}; choose another address"
-    return AddressRefused(why)
+    return ListenRefused(why)
 
 
 def address_shown(listener: socket.socket) -> str:

@@ -14,7 +14,7 @@ from hil.net.acceptor import ACCEPT_AGAIN_S, Acceptor
 from hil.net.endpoint import authority, endpoint
 from hil.net.line_openings import tell_opened
 from hil.net.listen_option import ListenOptions
-from hil.net.listeners import AddressRefused, listeners_at
+from hil.net.listeners import ListenRefused, listeners_at
 from hil.net.traffic import Outgoing, Traffic
 from hil.net.visitors import Limit
 from hil.vocab.ports import PortContext, PortError, PortHost, PortStats
@@ -157,7 +157,7 @@ class TcpPort:
         self._loop = asyncio.get_running_loop()
         try:
             (listener,) = await listeners_at(*endpoint(self._options.listen), most=1)
-        except AddressRefused as refused:
+        except ListenRefused as refused:
             raise PortError(str(refused), "listen") from refused
         self._full = Limit(log.warning, self._loop)
         self._out_of_fds = Limit(log.warning, self._loop)

@@ -1,12 +1,14 @@
 """A real serial port as a ``Port``: it may go and come back, and says so."""
 
 import asyncio
+import errno
 import logging
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
+from hil.net.address_holder import device_holder
 from hil.net.echo_guard import EchoGuard
 from hil.net.traffic import Traffic
 from hil.vocab.ports import Port, PortContext, PortHost, PortStats, SoleOf
@@ -15,6 +17,8 @@ from hil.wire.echo import Echo
 
 log = logging.getLogger("hil")
 
+_BUSY = {errno.EAGAIN, errno.EBUSY}
+"""Errors of flock(2), with which pyserial claims a port, and of open(2) after TIOCEXCL."""
 AGAIN_S = 1.0
 """Interval of attempts to open a port that is not there."""
 
@@ -92,7 +96,13 @@ class SerialPort:
                 None, open_serial, self._options.url, self._options.baud, self._options.rs485
             )
         except (OSError, ValueError) as error:
-            self.away = why(error)
+            said = why(error)
+            if getattr(error, "errno", None) in _BUSY:
+                if (self.away or "").startswith(said):
+                    return  # who has it is looked for once, not each second
+                if holder := await self._loop.run_in_executor(None, device_holder, self._options.url):
+                    said = f"{said}: in use by {holder}"
+            self.away = said
             return
         kind = ThreadLine if self._options.url.startswith("rfc2217://") else FdLine
         self._lost.clear()

@@ -1,4 +1,4 @@
-"""Table of the programs that can use each port, for `hil serve`, `hil list` and the reference."""
+"""Table of the programs that can use each port, for `hil list --programs` and the reference."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from hil import __version__
-from hil.cli.bench.port_views import HINT, verdict_lines
+from hil.cli.bench.port_views import HINT
 from hil.cli.framework.shown_words import first_keys, reached_at
 from hil.config.port_kinds import port_kinds
 from hil.daemon import Serving
@@ -88,8 +88,7 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
                 f"  insecure: {status.get('risk', 'every program that can reach it may do everything')}"
             )
     uses = (port_use(kinds[name], address) for name, address in serving.live.places.addresses())
-    verdicts = verdict_lines(uses)
-    lines += ["", *([*verdicts, HINT, ""] if verdicts else []), "Ctrl-C ends the bench."]
+    lines += ["", *([HINT, ""] if any(uses) else []), "Ctrl-C ends the bench."]
     return lines
 
 

@@ -21,7 +21,7 @@ from hil.live.places import Places
 from hil.live.port_link import PortLink
 from hil.live.program_watch import ProgramWatch
 from hil.live.refusals import Refused
-from hil.net.listeners import AddressRefused
+from hil.net.listeners import ListenRefused
 from hil.sim.bench import BenchRuntime
 from hil.sim.group import Group
 from hil.sim.twin import Twin
@@ -186,7 +186,7 @@ class Stage:
 
     def _in_the_way(self, label: str, config: PortConfig, error: PortError) -> str:
         """Words for an address that another port of this bench has; empty if none has it."""
-        if not (isinstance(error.__cause__, AddressRefused) and error.__cause__.is_taken):
+        if not (isinstance(error.__cause__, ListenRefused) and error.__cause__.is_taken):
             return ""
         listen = str(getattr(config.options, "listen", ""))
         end = f":{listen.rpartition(':')[2]}"
