@@ -27,8 +27,11 @@ def test_commands_name_the_end_that_a_client_can_open(place: Place) -> None:
     assert "picocom" not in parts["m2"]
     assert parts["m3"].startswith(f"m3: mechaduino at the other end of {cable}, answers 4 s after power-up")
     assert parts["m3"].count("\n") == 0
-    assert "\npty      yes        no          help" in server.output
-    assert "\nserial   yes        yes         yes" in server.output
+    assert "IDE 1.8" not in server.output
+    assert (
+        "\nWhich programs can use which port, and what helps the others: hil list --programs\n"
+        in server.output
+    )
 
     refused = place.cli("monitor", "m3", code=1)
     assert f"m3 is at the other end of {cable}: hil itself has this end open" in refused
