@@ -2,6 +2,7 @@
 
 from functools import cache
 from html import escape
+from pathlib import Path
 
 from sphinx.addnodes import toctree
 
@@ -12,6 +13,7 @@ root_doc = "index"
 source_suffix = {".md": "markdown"}
 html_theme = "furo"
 html_theme_options = {"top_of_page_buttons": []}
+html_search_scorer = str(Path(__file__).with_name("search_order.js"))
 html_copy_source = False
 html_show_sphinx = False
 html_show_copyright = False
