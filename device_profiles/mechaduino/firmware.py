@@ -101,6 +101,12 @@ class Mechaduino:
         self.serial.print_float(self.table.angles[mean])
         self.serial.println(f", raw encoder: {encoder.read_count(self.axis)}")
 
+    @property
+    def calibration_ns(self) -> int:
+        """Time that ``calibrate`` takes from now on: the pauses in it, in order."""
+        back = abs(self._step_number - 1)
+        return 1_000_000 * (510 + 110 * back + (30 + 10 * encoder.AVERAGED) * self.build.spr)
+
     def calibrate(self) -> Steps:
         """Step through all full steps of a turn and store the table made from the readings."""
         self.serial.println(text.CALIBRATION_BEGIN)

@@ -74,11 +74,12 @@ def gains(board: Mechaduino, **given: float) -> Answer:
     return {name: board.axis.get(name) for name in GAINS}
 
 
-def calibrate(board: Mechaduino) -> None:
+def calibrate(board: Mechaduino) -> Answer:
     """Type the letter ``c``, which begins at once."""
     _at_the_menu(board)
     if board.axis.get("loop_on"):
         raise VerbRefused("not_now", "the control loop is on, and would turn the shaft; disable it first")
+    return {"ends_after_ns": board.calibration_ns}
 
 
 def move_abs(

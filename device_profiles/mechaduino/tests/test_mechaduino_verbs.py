@@ -191,7 +191,7 @@ def test_gains_are_told_and_set(board: Board) -> None:
 
 
 def test_calibrate_types_c(board: Board) -> None:
-    assert board.do("calibrate") == {"effective_at_ns": board.bench.now_ns}
+    assert board.do("calibrate") == {"effective_at_ns": board.bench.now_ns, "ends_after_ns": 26_620_000_000}
     begun = board.port.read_timed()
     assert begun[0][0] == board.bench.now_ns
     assert begun[0][1].startswith(b"Beginning calibration")

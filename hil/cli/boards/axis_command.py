@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from hil.cli.boards.axis_sentences import VerbDone, sentence
+from hil.cli.boards.motion_bar import motion_bar
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
@@ -55,7 +56,8 @@ def axis(
     answer = bench.ask("do", timeout_s=TIMEOUT_S, device=device, name=name, parameters=given)
     if wait:
         begun = {name: answer[name] for name in _OF_MOTION if name in answer}
-        ended = bench.ask("wait", timeout_s=MOTION_S, device=device, **begun)
+        with motion_bar(bench, device, name, answer):
+            ended = bench.ask("wait", timeout_s=MOTION_S, device=device, **begun)
         answer |= {"done": not ended["interrupted"], **ended}
     said = sentence(VerbDone(device, name, given, answer, row["about"]))
     return CommandAnswer(answer, said, Exit.FAILED if answer.get("interrupted") else Exit.DONE)

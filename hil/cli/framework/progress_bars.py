@@ -28,7 +28,8 @@ _BAR, _NARROW = 20, 60
 """Columns of the bar itself, and of a terminal that has room for one."""
 
 Look = Callable[[], tuple[float, float] | None]
-"""Answers how much is done and how much there is; None: it is not known yet. Called from another thread."""
+"""Answers how much is done and how much there is, 0: nobody knows; None: neither is known yet. Called from
+another thread."""
 _bars: list["_Bar"] = []
 
 
@@ -82,6 +83,8 @@ def progress_words(
     beginning, for what nobody knows more of; ``columns``: room, for which the name is cut."""
     if found is None:
         how_far = f": {after_s:.0f} s"
+    elif not found[1]:
+        how_far = f": {found[0]:,.0f} {unit}".rstrip()
     else:
         done, total = found
         decimals = 0 if total >= 10 or float(total).is_integer() else 1
@@ -130,7 +133,7 @@ class _Bar:
                     found = self._look()
                 after_s = time.monotonic() - begun_s
                 said = progress_words(self._what, self._unit, found, after_s, room)
-                done, total = found or (0, None)
-                shown.update(task, description=said, completed=done, total=total, refresh=True)
+                done, total = found or (0, 0)
+                shown.update(task, description=said, completed=done, total=total or None, refresh=True)
                 if self._is_over.wait(_REFRESH_S):
                     return

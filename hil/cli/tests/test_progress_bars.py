@@ -80,6 +80,7 @@ def test_words_of_a_bar() -> None:
         "m1 calibrates: 12 of 26 s simulated"
     )
     assert progress_words("m1 moves", "s simulated", (0.25, 1.5), 1) == "m1 moves: 0.2 of 1.5 s simulated"
+    assert progress_words("m1 moves", "s simulated", (3.4, 0), 1) == "m1 moves: 3 s simulated"
     assert progress_words("blink is built", "", None, 3.4) == "blink is built: 3 s"
     assert progress_words("a long name of a recording", "s", (1, 20), 1, 24) == "a long name …: 1 of 20 s"
 
