@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from hil.cli.framework.ask import fail
+from hil.cli.framework.progress_bars import bar
 
 ABOUT = """\
 The Arduino IDE, 2 and 1.8 (from 1.8.9), and arduino-cli ask helper programs where boards are.
@@ -66,10 +67,11 @@ def install(sketchbook: Sketchbook = None, runtime_dir: RuntimeDir = None) -> No
 
     arguments = ["--runtime-dir", str(runtime_dir.absolute())] if runtime_dir else []
     try:
-        files = {
-            "platform.txt": platform_txt(_program(), arguments),
-            "boards.txt": boards_txt(find_catalogue().profiles.values()),
-        }
+        with bar("boards for the IDE are described"):
+            files = {
+                "platform.txt": platform_txt(_program(), arguments),
+                "boards.txt": boards_txt(find_catalogue().profiles.values()),
+            }
     except InstallError as error:
         raise fail(f"hil: {error}") from None
     books = find_sketchbooks(sketchbook, os.environ, Path.home())

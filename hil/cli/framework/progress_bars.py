@@ -19,7 +19,7 @@ from typing import Any
 _SHORT_S = 1.0
 """Time that nobody is told of: up to it an answer seems to come at once."""
 _REFRESH_S = 0.2
-_END_S = 2.0
+_END_S = 5.0
 """Maximum wait for a thread that takes the bar away: a terminal may take nothing."""
 
 _MARGIN = 3

@@ -11,6 +11,7 @@ import typer
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 from hil.cli.framework.shown_view import Grid, ShownView, line
 from hil.cli.framework.shown_words import counted
 from hil.cli.lab.lab_options import (
@@ -54,7 +55,7 @@ def benches(
     if prometheus:
         return _write_targets(prometheus, lab, wanted, every_s)
     if lab.are_given:
-        with lab.opened() as session:
+        with lab.opened() as session, bar("benches of the lab are asked"):
             rows = session.benches(wanted)
         if not rows and not wants_json():
             typer.echo("no bench there has these labels" if wanted else "no bench is joined there", err=True)

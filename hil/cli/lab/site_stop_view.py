@@ -5,6 +5,7 @@ from typing import Any
 from hil.cli.framework.ask import BenchOptions
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 from hil.cli.lab.lab_options import LabOptions
 
 HALT_S = 10.0
@@ -13,12 +14,13 @@ HALT_S = 10.0
 
 def stop_site(bench: BenchOptions, lab: LabOptions, timeout_s: float, how: str) -> CommandAnswer:
     """Stop a site: the benches of a lab, or those that are joined to one here."""
-    if lab.are_given:
-        with lab.opened() as session:
-            rows = session.stop(how, answer_s=timeout_s)
-    else:
-        wait_s = timeout_s + HALT_S
-        rows = bench.ask("stop_site", how=how, within_s=timeout_s, timeout_s=wait_s)["benches"]
+    with bar("benches confirm that they stop"):
+        if lab.are_given:
+            with lab.opened() as session:
+                rows = session.stop(how, answer_s=timeout_s)
+        else:
+            wait_s = timeout_s + HALT_S
+            rows = bench.ask("stop_site", how=how, within_s=timeout_s, timeout_s=wait_s)["benches"]
     confirmed = [row for row in rows if row["state"] == "confirmed"]
     said = [_line(row) for row in rows]
     said.append(f"{len(confirmed)} of {len(rows)} benches have confirmed" if rows else "no bench is there")

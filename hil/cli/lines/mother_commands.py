@@ -6,6 +6,7 @@ import typer
 
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.progress_bars import bar
 from hil.cli.lines.mother_lines import (
     ANY_LINE,
     TO_ALL,
@@ -189,7 +190,8 @@ def scan(
         pairs = zip(masters, wanted, strict=True)
         return list(await asyncio.gather(*(one(live, of) for live, of in pairs)))
 
-    rows = on_lines(places, 1, work)
+    with bar(f"{', '.join(lines)}: nodes are looked for"):
+        rows = on_lines(places, 1, work)
     text_lines = []
     for row in rows:
         for each in row["nodes"]:
