@@ -9,7 +9,7 @@ NATIVE := $(PYX) $(shell find $(TREES) -path '*/native/*' \( -name '*.[ch]' -o -
 # Bytecode beside the sources: where Python may not write it (PYTHONDONTWRITEBYTECODE), each start of hil would compile them.
 BYTECODE = $(if $(PYTHONDONTWRITEBYTECODE),$(BIN)/python -m compileall -q -j 0 -x /tests/ $(TREES),:)
 
-.PHONY: demo kit abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint site reference keywords deb test-deb test-container test-hosts soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
+.PHONY: demo kit release abi test test-quick test-thorough test-native wheels test-load test-system test-pyserial test-web web web-check web-types lint site reference keywords deb test-deb test-container test-hosts soak soak-load soak-mixed kills fuzz bench bench-docs clean install-service uninstall-service
 
 demo: $(VENV)/.base
 	@$(BIN)/hil serve examples/demo.yaml
@@ -83,6 +83,10 @@ SHARED := man/man1/hil.1 bash-completion/completions/hil.bash zsh/site-functions
 kit:
 	@$(MAKE) -s --no-print-directory VENV=.venv .venv/.base
 	@packaging/kit .venv $(if $(filter-out .venv,$(VENV)),"$(VENV)")
+
+# What a release consists of, in dist/release, with the text of its page and checksums: the same bytes each time.
+release:
+	@$(PYTHON) packaging/release.py
 
 # Wheels as users get them, one for each CPython here: built, installed without a compiler, the main job run from each.
 wheels:
