@@ -37,7 +37,7 @@ NOT_HERE = {
     r".*/dev/ttyUSB": "needs a board",
     r"hil sac calibrate": "a minute by the computer's clock",
     r".*\| wireshark|.*--wireshark": "needs a screen",
-    r"pip install dist/|pipx |uvx ": "installs: `make wheels` tries what it builds",
+    r"pip install '?dist/|pipx |uvx ": "installs: `make wheels` tries what it builds",
     r"arduino-cli ": "not in Debian",
 }
 """Commands that are not carried out, and why. Commands for root are not either."""

@@ -9,7 +9,7 @@ from hil.cli.framework.installed_files import Page
 GROUPS = {
     "start": "begin here",
     "how-to": "one task each",
-    "reference": "to look things up",
+    "facts": "to look things up",
     "follow": "how hil works inside, step by step",
     "decisions": "why it is as it is",
 }
@@ -35,7 +35,7 @@ def group_of(page: Page) -> str:
         return folder
     if page.file.stem.startswith("follow-"):
         return "follow"
-    return "start" if page.file.stem in _START else "reference"
+    return "start" if page.file.stem in _START else "facts"
 
 
 def headings(text: str) -> list[Heading]:

@@ -36,6 +36,11 @@ def hil(*words: str) -> Any:
     return CliRunner().invoke(app, words)
 
 
+def test_no_group_hides_a_page() -> None:
+    assert not set(GROUPS) & set(find_pages())
+    assert hil("docs", "reference").output.startswith("# Reference\n")
+
+
 def test_pages_are_listed_in_their_groups() -> None:
     listed = hil("docs").output
     places = [listed.index(f" {group}:") for group in GROUPS]
