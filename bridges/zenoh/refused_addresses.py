@@ -10,9 +10,6 @@ async def first_refused(listen: Sequence[str]) -> tuple[int, ListenRefused] | No
     all could be had, or are of other transports."""
     for at, each in enumerate(listen):
         transport, _, address = each.partition("/")
-        try:
-            if transport in ("tcp", "tls", "ws") and (refused := await why_refused(address)):
-                return at, refused
-        except ValueError:  # with zenoh's options behind it
-            continue
+        if transport in ("tcp", "tls", "ws") and (refused := await why_refused(address)):
+            return at, refused
     return None

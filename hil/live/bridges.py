@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection
 from hil.compose.find import make_bridge, make_door_port
 from hil.config import BenchConfig
 from hil.config.bridge_findings import BRIDGES
+from hil.config.document import KeyPath
 from hil.net.endpoint import has_port
 from hil.net.listeners import why_refused
 from hil.vocab.bridge_protocol import Bridge, BridgeError, PortDoor
@@ -19,9 +20,14 @@ async def closed_doors(config: BenchConfig) -> list[str]:
     """Find the bridges that could not listen now, for a start that fails anyway; a line for each."""
     problems = []
     for kind, options in config.bridges.items():
-        listen = getattr(options, "listen", None)
-        if isinstance(listen, str) and has_port(listen) and (refused := await why_refused(listen)):
-            problems.append(config.written.placed((BRIDGES, kind, "listen"), str(refused)))
+        listens = getattr(options, "listen", None)
+        if isinstance(listens, str):
+            listens = [listens] if has_port(listens) else []
+        for at, listen in enumerate(listens or []):
+            transport, slash, address = listen.rpartition("/")  # as zenoh writes it
+            if (not slash or transport in ("tcp", "tls")) and (refused := await why_refused(address)):
+                path: KeyPath = (BRIDGES, kind, "listen", at) if slash else (BRIDGES, kind, "listen")
+                problems.append(config.written.placed(path, str(refused)))
     return problems
 
 

@@ -42,9 +42,14 @@ async def open_listeners(listen: str, *, names_holder: bool = True) -> list[sock
 
 
 async def why_refused(listen: str) -> ListenRefused | None:
-    """Reason why nobody could listen at an address now; None: one could."""
+    """Reason why nobody could listen at an address now; None: one could, or it is none of ours, as one with
+    options of zenoh's behind it."""
     try:
-        for each in await listeners_at(*endpoint(listen)):
+        host, number = endpoint(listen)
+    except ValueError:
+        return None
+    try:
+        for each in await listeners_at(host, number):
             each.close()
     except ListenRefused as refused:
         return refused

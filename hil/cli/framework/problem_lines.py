@@ -35,7 +35,9 @@ def headed(message: str) -> str:
     places = [place for line in lines if (place := _PROBLEM.fullmatch(line))]
     problems = "1 problem" if len(places) == 1 else f"{len(places)} problems"
     files = ", ".join(dict.fromkeys(place["file"] for place in places))
-    return f"hil: {problems} in {files}; what to do stands in brackets\n{message}"
+    in_brackets = all(place["message"].endswith(")") for place in places)  # else behind a semicolon
+    remedies = "; what to do stands in brackets" if in_brackets else ""
+    return f"hil: {problems} in {files}{remedies}\n{message}"
 
 
 def with_lines(message: str, sources: Mapping[str, str], colours: bool) -> str:

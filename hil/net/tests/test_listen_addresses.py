@@ -1,6 +1,7 @@
 """Addresses to listen at, as users write them, and who has one that is taken."""
 
 import asyncio
+import errno
 import os
 import socket
 import subprocess
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 from hil.net.address_holder import address_holder
 from hil.net.endpoint import BadAddress, endpoint, has_port, listen_address
-from hil.net.listeners import why_refused
+from hil.net.listeners import refusal, why_refused
 
 GOOD: dict[str | int, str] = {
     "127.0.0.1:8080": "127.0.0.1:8080",
@@ -113,3 +114,11 @@ def test_an_address_of_another_computer_is_refused_in_the_same_form() -> None:
 
 def test_a_port_is_behind_a_name_or_not() -> None:
     assert [has_port(each) for each in ("lab1:1", "[::1]:1", "lab1", "[::1]")] == [True, True, False, False]
+
+
+def test_a_port_without_the_right_to_it_is_refused_in_the_same_form() -> None:
+    for number in (errno.EACCES, errno.EPERM):
+        assert str(refusal(OSError(number, ""), "127.0.0.1:80")) == (
+            "no right to listen at 127.0.0.1:80; choose a port above 1023, or give the right to this user"
+        )
+    assert not refusal(OSError(errno.EACCES, ""), "127.0.0.1:80").is_taken
