@@ -1,7 +1,7 @@
 """``hil capture``, ``hil decode`` and ``hil line play``: traffic on lines, buses and at ports."""
 
 import sys
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -157,6 +157,7 @@ def decode(
     """
     from hil.cli.captures.capture_targets import LinesTarget
     from hil.cli.framework.interrupts import ended_by
+    from hil.cli.framework.progress_bars import bar
     from hil.compose.decoding import Decoder
     from hil.discovery.named_kinds import find_logs
     from hil.host.journal import say
@@ -181,9 +182,11 @@ def decode(
     try:
         # In a pipeline Ctrl-C ends the capture, too: what it has sent before is still to come.
         with target.open(), suppress(KeyboardInterrupt), ended_by(lambda: None):
-            for item in _items(file, new):
-                first_ns = item.at_ns if first_ns is None else first_ns
-                target.show([item], first_ns)
+            is_silent = file != Path("-") and not sys.stdout.isatty()
+            with bar(f"{file.name} is decoded") if is_silent else nullcontext():
+                for item in _items(file, new):
+                    first_ns = item.at_ns if first_ns is None else first_ns
+                    target.show([item], first_ns)
     except CaptureError as error:
         why = str(error)
     except OSError as error:

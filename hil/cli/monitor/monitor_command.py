@@ -87,9 +87,9 @@ def monitor(
     Example: hil monitor s1 --macro '1=m3000v150\r' --macro '0=a\r'
     """
     if enter not in (None, *_ENDS):
-        raise fail(f"hil: --enter is one of {', '.join(_ENDS)} (given {enter!r})", Exit.MISTAKE)
+        raise fail(f"--enter knows no end of line {enter!r}; write {', '.join(_ENDS)}", Exit.MISTAKE)
     if echo and as_hex:
-        raise fail("hil: --hex has no place for what is typed; leave out --echo or --hex", Exit.MISTAKE)
+        raise fail("--hex has no place for what is typed; leave out --echo or --hex", Exit.MISTAKE)
     texts = _macros(macro or [], macros)
 
     from hil.cli.monitor.monitor_session import MonitorSession
@@ -111,7 +111,7 @@ def monitor(
         with suppress(KeyboardInterrupt):
             session.run(seen, first_words(device, greeting, seen))
     except (PortUnreachable, ControlError) as error:
-        raise fail(f"hil: {error}") from None
+        raise fail(str(error)) from None
     finally:
         if watch:
             watch.close()
@@ -167,7 +167,7 @@ def _log(path: Path | None) -> "ReceivedLog | None":
     try:
         return ReceivedLog(path)
     except OSError as error:
-        raise fail(f"hil: {path}: {error.strerror}", Exit.MISTAKE) from None
+        raise fail(f"{path}: {error.strerror}", Exit.MISTAKE) from None
 
 
 def _macros(said: list[str], file: Path | None) -> dict[str, bytes]:
@@ -178,7 +178,7 @@ def _macros(said: list[str], file: Path | None) -> dict[str, bytes]:
         try:
             lines = file.read_text("latin-1").splitlines()
         except OSError as error:
-            raise fail(f"hil: {file}: {error.strerror}", Exit.MISTAKE) from None
+            raise fail(f"{file}: {error.strerror}", Exit.MISTAKE) from None
         texts, problems = macros_in(lines)
         if problems:
             told = [f"{file}:{line}:{column}: {why}" for line, column, why in problems]
@@ -187,6 +187,6 @@ def _macros(said: list[str], file: Path | None) -> dict[str, bytes]:
         try:
             key, text = macro_in(each)
         except MacroRefused as error:
-            raise fail(f"hil: {error}, in --macro; {error.remedy}", Exit.MISTAKE) from None
+            raise fail(f"{error}, in --macro; {error.remedy}", Exit.MISTAKE) from None
         texts[key] = text
     return texts
