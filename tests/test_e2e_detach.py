@@ -68,7 +68,10 @@ def test_a_second_one_is_refused_and_leaves_the_first_ones_log(command: Command,
     pid = json.loads(command("serve", "--json", "--detach", "bench.yaml").stdout)["pid"]
     second = command("serve", "--detach", "bench.yaml")
     assert second.returncode == Exit.MISTAKE
-    assert second.stderr == f"hil: bench desk is running already, as process {pid}\n"
+    assert (
+        second.stderr
+        == f"hil: bench desk is running already, as process {pid}; `hil shutdown -b desk` ends it\n"
+    )
     assert [each.name for each in (tmp_path / "state/hil/desk").glob("serve.log*")] == ["serve.log"]
 
 

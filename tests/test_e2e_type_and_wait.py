@@ -70,7 +70,11 @@ def test_type_refuses_a_port_that_another_program_has(place: Place) -> None:
         (["m9", "p"], 2, "no device 'm9'; "),
         (["m1", r"\q"], 2, r"\q means nothing; write \r, \n, \t, \\ or \xHH"),
         (["m1", "p", "--until", ""], 2, "--until has no text"),
-        (["m1", "p", "--within", "2h"], 2, "--within 2h: write a number and s, ms, us or min"),
+        (
+            ["m1", "p", "--within", "2h"],
+            2,
+            "--within 2h: this is no time; write a number and s, ms, us or min",
+        ),
         (["u1", "p"], 1, "has no serial port"),
     ],
 )

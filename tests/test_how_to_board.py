@@ -89,9 +89,9 @@ def test_a_new_board_passes_its_tests_as_it_is(lab: Path) -> None:
     ("name", "why"),
     [
         ("sac", "hil: there is a board sac already, that of hil, "),
-        ("Pinger", "hil: 'Pinger' is not a name: a letter a-z and up to 31 more of a-z, 0-9 and _"),
+        ("Pinger", "hil: 'Pinger' is not a name; write a letter a-z and up to 31 more of a-z, 0-9 and _"),
         ("laser-gate", "hil: 'laser-gate' is not a name"),
-        ("there", "hil: there is there already: choose another name, or remove it"),
+        ("there", "hil: there is there already; choose another name, or remove it"),
     ],
 )
 def test_a_name_that_does_not_do_is_refused(lab: Path, name: str, why: str) -> None:

@@ -24,6 +24,7 @@ from hil.config.document import Document, Finding, KeyPath
 from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.near_words import did_you_mean, meant, nearest_or_longer
+from hil.vocab.typed_numbers import number_problem, typed_number, unit_in
 
 
 class LazyModel:
@@ -189,6 +190,12 @@ def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
         return f"text is wanted here, not {shown(value)}", "write one word or text in quotes"
     if kind in _NUMBERS:
         quoted = isinstance(value, str) and re.fullmatch(r"[-+]?[0-9.]+", value)
+        if isinstance(value, str) and isinstance(typed_number(value.strip()), str):
+            what, remedy = number_problem(
+                value, unit_in(str((detail.get("loc") or [""])[-1])), _NUMBERS[kind]
+            )
+            if "is no number" not in what:
+                return what, remedy
         remedy = "write it without quotes" if quoted else f"write {_NUMBERS[kind]}"
         return f"{_NUMBERS[kind]} is wanted here, not {shown(value)}", remedy
     if kind in _MAPPINGS:

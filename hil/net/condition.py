@@ -146,6 +146,9 @@ class _Reader:
     def condition(self) -> Condition:
         """Read all of it."""
         whole = self._truth(self._either)
+        if comma := re.search(r"\d+,\d+", self._text) if self._next.text == "," else None:
+            point = comma[0].replace(",", ".")
+            raise ConditionError(f'"{comma[0]}" has a comma; write a point before decimals, as {point}')
         if left := self._next.text:
             raise ConditionError(f"{left!r} is too much: write `and` or `or` between two comparisons")
         if not self._fields and not self._tests:
@@ -347,7 +350,9 @@ def _words(text: str) -> Iterator[_Word]:
     for found in _WORD.finditer(text):
         kind, word = str(found.lastgroup), found[0].strip()
         if kind == "unit":
-            raise ConditionError(f"write {found['number']}, not {word}: a field's name says its unit")
+            raise ConditionError(
+                f'"{word}" has a unit; write {found["number"]}: a field\'s name says its unit'
+            )
         if kind == "other":
             is_quote = word in "\"'"
             raise ConditionError(

@@ -46,7 +46,7 @@ class BenchLate(BenchSilent):
 
 def already_running(bench: str, pid: int) -> str:
     """Reason why a bench is not started a second time."""
-    return f"bench {bench} is running already, as process {pid}"
+    return f"bench {bench} is running already, as process {pid}; `hil shutdown -b {bench}` ends it"
 
 
 def listener(path: Path) -> int:

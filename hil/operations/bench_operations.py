@@ -37,7 +37,7 @@ class BenchOperations:
         if number != "all" and not chosen:
             listed = ", ".join(map(str, there)) or "none"
             raise VerbRefused(
-                "bad_parameter", f"there is no fault {number}{on and f' on {on}'}; there are: {listed}"
+                "bad_parameter", f"there is no fault {number}{on and f' on {on}'}; there are {listed}"
             )
         for each in chosen:
             self.registry.clear(each)

@@ -150,14 +150,16 @@ class Leases:
     def end_anothers(self, asked: Asked) -> dict[str, Any]:
         """End a lease of somebody else, and say so to all."""
         if (lease := self.current()) is None:
-            raise VerbRefused("not_now", "nobody has a lease of this bench")
+            raise VerbRefused("not_now", "nobody has a lease of this bench; `hil lease take` takes one")
         who = asked.source.person or asked.source.name
         self._end(lease, who, f"{who} broke the lease of {lease.user}: {lease.why}", is_loud=True)
         return self.told()
 
     def _own(self, source: Source, what: str) -> Lease:
         if (lease := self.current()) is None:
-            raise VerbRefused("not_now", f"there is no lease to {what}; it may have ended")
+            raise VerbRefused(
+                "not_now", f"there is no lease to {what}; it may have ended; `hil lease take` takes one"
+            )
         if lease.user != source.person:
             raise VerbRefused("leased", f"this is no lease of yours to {what}: {self._said(lease)}")
         return lease

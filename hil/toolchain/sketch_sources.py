@@ -49,12 +49,15 @@ def find_sketch(place: Path, library_folders: Sequence[Path] = (), core: Path | 
     """
     folder = place.parent if place.suffix == ".ino" else place
     if not folder.is_dir():
-        raise BuildFailed(f"{place}: there is no such folder")
+        raise BuildFailed(f"{place}: there is no such folder; write that of the sketch")
     name = folder.resolve().name
     inos = _in_order(name, sorted(folder.glob("*.ino")), folder)
     sources = [*_sources(folder, deep=False), *_sources(folder / "src", deep=True)]
     if not inos and not sources:
-        raise BuildFailed(f"{folder} has no {name}.ino, and no {', '.join(f'*{end}' for end in COMPILED)}")
+        raise BuildFailed(
+            f"{folder} has no {name}.ino, and no {', '.join(f'*{end}' for end in COMPILED)};"
+            " write the folder of a sketch"
+        )
     for each in library_folders:
         if not each.is_dir():
             raise BuildFailed(f"{each}: there is no such folder of libraries")

@@ -242,7 +242,7 @@ def init(
 
     schema_file = file.with_name(f"{file.stem}.schema.json")
     if there := next((each for each in (file, schema_file) if each.exists()), None):
-        raise fail(f"hil: {there} is there already: choose another name, or remove it", 2)
+        raise fail(f"hil: {there} is there already; choose another name, or remove it", 2)
     if not file.parent.is_dir():
         raise fail(f"hil: {file}: there is no folder {file.parent}", 2)
     name = re.sub("[^a-z0-9_-]", "-", file.stem.lower()).lstrip("0123456789_-")[:32] or "bench"

@@ -77,13 +77,13 @@ def new(
     from hil.host.new_file import write_file
 
     if not re.fullmatch(NAME, name):
-        raise fail(f"hil: {name!r} is not a name: a letter a-z and up to 31 more of a-z, 0-9 and _", 2)
+        raise fail(f"hil: {name!r} is not a name; write a letter a-z and up to 31 more of a-z, 0-9 and _", 2)
     if place := find_places().places.get(name):
         raise fail(f"hil: there is a board {name} already, {place.origin}: choose another name", 2)
     board = folder / name
     try:
         if board.exists():
-            raise fail(f"hil: {board} is there already: choose another name, or remove it", 2)
+            raise fail(f"hil: {board} is there already; choose another name, or remove it", 2)
         files = files_of(name, str(folder))
         for file in files:
             (board / file).parent.mkdir(parents=True, exist_ok=True)
@@ -118,7 +118,9 @@ def check(
     from hil.testing.profile_check import profile_failures
 
     if not folder.is_dir():
-        raise fail(f"hil: there is no folder {folder}", 2)
+        raise fail(
+            f"hil: there is no folder {folder}; write that of a board, as `hil profile list` shows them", 2
+        )
     with bar(f"{folder} is checked"):
         failures = list(profile_failures(folder))
     played = _played(folder, sessions, failures) if sessions and not failures else 0

@@ -20,8 +20,10 @@ def seconds_of(text: str, option: str = "--within") -> float:
     """Read a length of time: more than 0, at most a day. Ends the command if it is none."""
     found = _TIME.fullmatch(text.strip().lower())
     if found is None or found[2] not in _SECONDS:
-        raise fail(f"hil: {option} {text}: write a number and s, ms, us or min, as in 2s", 2)
+        raise fail(f"{option} {text}: this is no time; write a number and s, ms, us or min, as in 2s", 2)
     seconds = float(found[1]) * _SECONDS[found[2]]
     if not 0 < seconds <= _LONGEST_S:
-        raise fail(f"hil: {option} {text}: write more than 0 and at most a day, 1440min", 2)
+        raise fail(
+            f"{option} {text}: this is too short or too long; write more than 0 and at most a day, 1440min", 2
+        )
     return seconds

@@ -16,7 +16,7 @@ from hil.wire.pcapng import SECTION_MARK, CaptureBytes, CaptureError, Record, re
 
 _HEAD_BYTES = 1 << 16
 """Bytes at the front by which a log is known."""
-_NOTHING = "there is nothing in it"
+_NOTHING = "there is nothing in it; write a capture of `hil capture -w FILE`"
 
 
 def of_file(name: str, content: CaptureBytes, decoder: Decoder) -> Iterator[DecodedItem]:
@@ -32,7 +32,9 @@ def of_file(name: str, content: CaptureBytes, decoder: Decoder) -> Iterator[Deco
         return decoded(records_of_file(content, decoder.left_out), decoder)
     if not (found := _looks(head) or (kind and (kind, Path(name).suffix.lower()))):
         logs = " and no ".join(each.about for each in find_logs())
-        raise CaptureError(f"this is no capture (pcapng, pcap) and no {logs}")
+        raise CaptureError(
+            f"this is no capture (pcapng, pcap) and no {logs}; write a capture of `hil capture -w FILE`"
+        )
     kind, ending = found
     return decoded_log(kind, kind.read(ending, content[:], decoder.left_out), decoder)
 

@@ -36,10 +36,11 @@ def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) 
     was given), where; what to do. `hil:` comes before it here. ``sources``: texts of files whose problems the
     message lists, if they cannot be read again."""
     from hil.cli.framework.command_answers import error_line, pasteable, wants_json
+    from hil.cli.framework.problem_lines import with_remedy
     from hil.cli.framework.progress_bars import end_bars
 
     end_bars()
-    message = pasteable(message)
+    message = pasteable(with_remedy(message))
     if wants_json():
         typer.echo(error_line(message, code))
     else:

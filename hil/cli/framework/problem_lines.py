@@ -25,6 +25,26 @@ def has_colours(stream: TextIO) -> bool:
     return stream.isatty()
 
 
+_REMEDIES = (
+    (re.compile(r".*/dev/\S+: No such file or directory"), "`ls /dev/tty*` shows which ports there are"),
+    (re.compile(r".*: No such file or directory"), "write the path of a file that is there"),
+    (re.compile(r".*: Is a directory"), "write a file in it"),
+    (re.compile(r".*: Not a directory"), "write a path whose folders are there"),
+    (re.compile(r".*: there is no folder \S+"), "make it with mkdir, or write another path"),
+    (re.compile(r".*: Permission denied"), "get the right to it (`ls -l`), or take another place"),
+    (re.compile(r".*: Read-only file system"), "take another place"),
+)
+"""Remedies for what Linux says of a path, where a message ends with it."""
+
+
+def with_remedy(message: str) -> str:
+    """Message with what to do where it ends in words of Linux alone."""
+    for pattern, remedy in _REMEDIES:
+        if pattern.fullmatch(message):
+            return f"{message}; {remedy}"
+    return message
+
+
 def headed(message: str) -> str:
     """Message with `hil:` before it: before a list of problems, in a line of its own that counts them."""
     if message.startswith("hil: "):

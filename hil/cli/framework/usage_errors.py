@@ -36,14 +36,20 @@ class WrongUse(USAGE_ERROR):  # type: ignore[misc]
         return str(self.message)
 
 
-def wrong_use(error: Any, context: Any, near: list[str]) -> WrongUse:
-    """Say a mistake that click or typer found in this form. ``near``: words that may be meant."""
-    return error if isinstance(error, WrongUse) else WrongUse(_said(error, context, near), context)
+def wrong_use(error: Any, context: Any, near: list[str]) -> Any:
+    """Say a mistake that click or typer found in this form. ``near``: words that may be meant. `hil` alone
+    shows its help."""
+    is_root = context.parent is None and type(error).__name__ == "NoArgsIsHelpError"
+    if is_root or isinstance(error, WrongUse):
+        return error
+    return WrongUse(_said(error, context, near), context)
 
 
 def _said(error: Any, context: Any, near: list[str]) -> str:
     kind, message = type(error).__name__, str(error.message)
     path = context.command_path
+    if kind == "NoArgsIsHelpError":
+        return f"`{path}` is one of several commands; write one of those below\n\n{message}"
     if kind == "NoSuchOption":
         return _with_near(
             f"there is no option {error.option_name} of `{path}`", near, f"`{path} --help` lists them"

@@ -41,7 +41,7 @@ def recordings(
     bases = state_bases(state_dir, os.environ)
     found, where = listed_recordings(recordings_of(bases, bench)), " and ".join(map(str, bases))
     if bench is not None and not found:
-        raise fail(f"hil: no recordings of {bench} in {where}")
+        raise fail(f"hil: no recordings of {bench} in {where}; `hil recordings` lists all")
     if as_json:
         typer.echo(json.dumps([each.as_dict() for each in found]))
     elif not found:

@@ -69,7 +69,7 @@ def test_its_fields_stand_once() -> None:
         ("position_deg = 89", "write ==, not ="),
         ("position_deg => 89", "write >=, not =>"),
         ("position_deg >< 89", "write one of <= >= == != < >, not ><"),
-        ("position_deg > 89deg", "write 89, not 89deg: a field's name says its unit"),
+        ("position_deg > 89deg", '"89deg" has a unit; write 89: a field\'s name says its unit'),
         ("1 < position_deg < 89", "'<' is too much: write `and` or `or` between two comparisons"),
         ("position_deg > 89 loop_on == 1", "'loop_on' is too much"),
         ("(loop_on == 1", "a ) is missing"),
@@ -152,4 +152,4 @@ def test_what_is_no_length_of_time(text: str, capsys: Any) -> None:
     with pytest.raises(typer.Exit) as ended:
         seconds_of(text)
     assert ended.value.exit_code == 2
-    assert f"--within {text}: write " in capsys.readouterr().err
+    assert f"--within {text}: this is " in capsys.readouterr().err

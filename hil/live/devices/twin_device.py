@@ -129,7 +129,9 @@ class TwinDevice:
 
     def processor(self) -> TwinProcessor:
         if not self._device.processors:
-            raise VerbRefused("cannot", f"{self.name} has no processor that runs a program of yours")
+            raise VerbRefused(
+                "cannot", f"{self.name} has no processor that runs a program of yours; a uno has one"
+            )
         return TwinProcessor(self._sim, self._device)
 
     def drive(self, part: str, train: Sequence[Edges]) -> Done:

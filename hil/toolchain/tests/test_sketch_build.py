@@ -139,8 +139,8 @@ def test_the_linker_dissolves_functions_where_it_is_asked_to(tmp_path: Path, env
 @pytest.mark.parametrize(
     ("files", "said"),
     [
-        ({}, "a: there is no such folder"),
-        ({"a/README": ""}, "a has no a.ino, and no *.c, *.cpp, *.S"),
+        ({}, "a: there is no such folder; write that of the sketch"),
+        ({"a/README": ""}, "a has no a.ino, and no *.c, *.cpp, *.S; write the folder of a sketch"),
         ({"a/b.ino": "", "a/c.ino": ""}, "a has no a.ino: the main file has the folder's name"),
     ],
 )

@@ -59,7 +59,10 @@ def said(*words: str) -> tuple[int, str]:
         ("sac --at socket://localhost:1", "Connection refused"),
         ("sac --at telepathy://here", "protocol 'telepathy' not known"),
         ("sac --at /dev/null --baud 3", "write at least 50"),
-        ("sac --at /dev/null --tolerance soon", "--tolerance soon: write a number and s, ms, us or min"),
+        (
+            "sac --at /dev/null --tolerance soon",
+            "--tolerance soon: this is no time; write a number and s, ms, us or min",
+        ),
         ("sac --at /dev/null --record /proc/nothing/x.json", "--record /proc/nothing/x.json: "),
     ],
 )
