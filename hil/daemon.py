@@ -4,6 +4,7 @@ May import: hil.compose, hil.config, hil.host, hil.live, hil.operations, hil.voc
 """
 
 import asyncio
+import logging
 import signal
 from collections.abc import Callable
 from contextlib import AsyncExitStack
@@ -31,8 +32,9 @@ from hil.operations.control_socket import ClaimedSocket, ControlServer, SocketRe
 from hil.operations.desk import Desk
 from hil.operations.make_desk import make_desk
 from hil.operations.reports import status_line
+from hil.operations.said_events import SaidEvents
 from hil.operations.table import WATCH_IDLE_S
-from hil.vocab.address import CONTROL_SOCKET
+from hil.vocab.address import CONTROL_SOCKET, owner_of
 from hil.vocab.bridge_protocol import BridgeError
 
 
@@ -92,6 +94,9 @@ class Daemon:
     async def _start(self, stack: AsyncExitStack) -> Serving:
         loop, config, at = asyncio.get_running_loop(), self._configured.config, self._at
         self._answer_signals(stack)  # first: one that comes early leaves nothing behind either
+        said = SaidEvents(loop, lambda name: owner_of(name) in self._configured.config.devices)
+        logging.getLogger().addHandler(said)
+        stack.callback(said.end)
         stack.enter_context(folders(config.bench, at.state, at.runtime))
         claimed = ClaimedSocket(at.runtime / CONTROL_SOCKET, config.bench)
         stack.callback(claimed.release)
@@ -125,6 +130,7 @@ class Daemon:
             is_service=is_service,
             stop=self.stop,
             events_before=fork.events() if fork else (),
+            said=said,
         )
         stack.push_async_callback(live.bridges.close)
         await live.bridges.open(config, desk)

@@ -26,6 +26,7 @@ from hil.operations.past_operations import PastOperations
 from hil.operations.processor_operations import ProcessorOperations
 from hil.operations.recorded_events import RecordedEvents
 from hil.operations.reports import Reports, SharedReport
+from hil.operations.said_events import SaidEvents
 from hil.operations.seen_events import SeenEvents
 from hil.operations.site_stop_operation import SiteStop
 from hil.operations.table import OPERATIONS, Answerer
@@ -47,10 +48,12 @@ def make_desk(
     stop: Callable[[], None],
     is_seen: bool = True,
     events_before: Iterable[NotedEvent] = (),
+    said: SaidEvents | None = None,
 ) -> Desk:
     """Make the desk of a running bench; ``stack`` ends what it begins. ``is_service``: a service manager
     started the bench; ``stop``: ends it; ``is_seen``: its events have what nobody asked for, too;
-    ``events_before``: those of the recorded run that it goes on from."""
+    ``events_before``: those of the recorded run that it goes on from; ``said``: lines of the process's log,
+    which become events."""
     sim, configured, places, faults, queue = live.sim, live.configured, live.places, live.faults, runs.queue
     commits, bridges, vitals = live.commits, live.bridges, live.vitals
     known = live.devices
@@ -59,6 +62,9 @@ def make_desk(
     events.listeners.append(recorded.put)
     stack.callback(recorded.end)
     events.begin_with(events_before)
+    if said:
+        said.begin(events)
+        stack.callback(said.end)
     commands = begin_commands(stack, configured.config, sim, clock, state_dir, is_service, is_live=is_seen)
     events.outcomes.append(commands.put)
     kept, wall_ns = (state_dir / FILE, time.time_ns) if is_seen else (None, lambda: clock.times_ns()[1])

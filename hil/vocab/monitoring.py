@@ -23,6 +23,7 @@ EVENT_KINDS = {
     "reloads": "reloads of the configuration",
     "lateness": "lateness that began, and ended",
     "trouble": "other problems of the bench's health that began, and ended",
+    "log": "warnings and errors of the daemon's log that no other event tells, each behind its level",
 }
 """Kinds of events, and what they are."""
 LATE_KINDS = ("real_time", "wakes", "loop")

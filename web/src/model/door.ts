@@ -243,7 +243,7 @@ export interface Operations {
   /** stop all axes that move, and end all runs; answers what was stopped, and what was not, with why. It overtakes what waits */
   halt: { given: { how?: "grace" | "prejudice"; axes?: string[] }; answer: { stopped: string[]; runs: string[]; refused: Record<string, string> } };
   /** what happened to the bench, and who asked for it, the oldest first */
-  events: { given: { after?: number }; answer: { events: ({ kind: "verbs" | "typed" | "faults" | "motors" | "runs" | "refusals" | "clients" | "reloads" | "lateness" | "trouble"; number: number; revision: number; at_ns: number; to_ns: number; count: number; of: string; who: string; text: string })[]; left_out: number; revision: number } };
+  events: { given: { after?: number }; answer: { events: ({ kind: "verbs" | "typed" | "faults" | "motors" | "runs" | "refusals" | "clients" | "reloads" | "lateness" | "trouble" | "log"; number: number; revision: number; at_ns: number; to_ns: number; count: number; of: string; who: string; text: string })[]; left_out: number; revision: number } };
   /** who has the bench, until when and why, and which doors are closed to commands meanwhile */
   lease: { given: Record<string, never>; answer: { lease: null | { user: string; why: string; doors: string[]; closed: string[]; undelivered: Record<string, number>; since_wall_ns: number; until_wall_ns: number; left_s: number } } };
   /** take a lease of the bench: until it ends, others may look and not command */
