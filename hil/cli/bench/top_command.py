@@ -171,7 +171,7 @@ class _Looker:
                 answer = self._ask("samples", watch=number)
                 self.state.now_ns = max(self.state.now_ns, int(answer.get("sim_ns", 0)))
                 for plot, column in plots:
-                    plot.take(answer["rows"], column)
+                    plot.add(answer["rows"], column)
             if self._frames % _STATUS_FRAMES == 0:
                 self._look_at_status()
             self._frames += 1

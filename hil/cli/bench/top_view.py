@@ -38,8 +38,8 @@ class Plot:
     """Interval, smallest and largest value, the oldest first."""
     interval_ns: int = 1
 
-    def take(self, rows: Sequence[Sequence[float]], column: int) -> None:
-        """Take samples: rows of a time and values."""
+    def add(self, rows: Sequence[Sequence[float]], column: int) -> None:
+        """Add samples: rows of a time and values."""
         for row in rows:
             number, value = int(row[0]) // self.interval_ns, row[column]
             if value != value:  # not told

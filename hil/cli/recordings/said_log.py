@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -59,6 +59,10 @@ def log(
             show_default=False,
         ),
     ] = None,
+    state_dir: Annotated[
+        Path | None,
+        typer.Option("--state-dir", help="Folder of benches' state. [default: yours and that of services]"),
+    ] = None,
     bench: BenchOptions = ANY_BENCH,
     as_json: AsJson = False,
 ) -> None:
@@ -76,29 +80,33 @@ def log(
 
     if level not in LEVELS:
         raise fail(f"hil: --level: there is no level {level!r}; write {', '.join(LEVELS)}", 2)
-    path = _recording(recording, bench)
+    path = _recording(recording, state_dir, bench)
     wish = SaidWish(device, level, lines)
     if path is None:
         _tell_kept(bench, wish, as_json)
         return
     try:
-        reading = SaidReading(path)
-        shown = reading.latest(wish, goes_on=follow)
+        with closing(SaidReading(path)) as reading:
+            shown = reading.latest(wish, goes_on=follow)
+            _check_name(device, reading.said, shown)
+            since_ns = _since_ns(since, reading.said) if since else 0
+            for each in shown:
+                if each.at_ns >= since_ns:
+                    _tell(each, as_json)
+            then = _followed(reading, wish, as_json, is_alone=recording is not None) if follow else None
+        while then:
+            say(f"hil: the bench began again: {then.name}", sys.stderr)
+            with closing(SaidReading(then)) as reading:
+                then = _followed(reading, wish, as_json, is_alone=False)
+    except BrokenPipeError:
+        raise
     except InputLogError as error:
         raise fail(f"hil: {error}", 2) from None
     except OSError as error:
         raise fail(f"hil: {path}: {error.strerror or error}") from None
-    _check_name(device, reading.said, shown)
-    since_ns = _since_ns(since, reading.said) if since else 0
-    for each in shown:
-        if each.at_ns >= since_ns:
-            _tell(each, as_json)
-    if follow:
-        with suppress(KeyboardInterrupt):
-            _follow(reading, wish, as_json, is_alone=recording is not None)
 
 
-def _recording(named: str | None, bench: BenchOptions) -> Path | None:
+def _recording(named: str | None, state_dir: Path | None, bench: BenchOptions) -> Path | None:
     """Recording that is meant; None: a bench runs, and has none. Raises Exit: there is none."""
     import os
 
@@ -109,14 +117,14 @@ def _recording(named: str | None, bench: BenchOptions) -> Path | None:
     from hil.recorded.recording_names import bench_of, recordings_of
 
     if named:
-        return path_of(Path(named))
+        return path_of(Path(named), state_dir)
     here = find(bench.runtime_dir, os.environ).running()
     meant = here.meant(bench.bench)
     if meant:
         status = bench.ask("status")
         path = (status.get("recording") or {}).get("path")
         return Path(path) if path else None
-    bases = state_bases(None, os.environ)
+    bases = state_bases(state_dir, os.environ)
     there = recordings_of(bases, bench.bench)
     if not there:
         of = f" of {bench.bench}" if bench.bench else ""
@@ -182,26 +190,25 @@ def _tell(line: "SaidLine", as_json: bool) -> None:
     ShownView(Line([(head, "dim"), (f"{word}{printable(line.text)}", style)])).print()
 
 
-def _follow(reading: "SaidReading", wish: "SaidWish", as_json: bool, *, is_alone: bool) -> None:
-    """Print what is said from now on. ``is_alone``: of this run only."""
-    from hil.recorded.said_reading import SaidReading
-
+def _followed(reading: "SaidReading", wish: "SaidWish", as_json: bool, *, is_alone: bool) -> Path | None:
+    """Print what is said from now on, until Ctrl-C or the bench's next run, whose recording it answers.
+    ``is_alone``: until the end of this run."""
     looked_s = time.monotonic()
-    while True:
-        sys.stdout.flush()
-        for each in [*reading.more(), *reading.said.silent(reading.said.end_ns)]:
-            if wish.wants(each):
-                _tell(each, as_json)
-        if reading.said.end and is_alone:
-            say(f"hil: the run has ended: {reading.said.end}", sys.stderr)
-            return
-        time.sleep(_LOOK_S)
-        if not is_alone and time.monotonic() - looked_s >= _NEXT_RUN_S:
-            looked_s = time.monotonic()
-            if (then := _next_run(reading.path)) is not None:
-                say(f"hil: the bench began again: {then.name}", sys.stderr)
-                reading.close()
-                reading = SaidReading(then)
+    with suppress(KeyboardInterrupt):
+        while True:
+            for each in [*reading.more(), *reading.said.silent(reading.said.end_ns)]:
+                if wish.wants(each):
+                    _tell(each, as_json)
+            sys.stdout.flush()
+            if reading.said.end and is_alone:
+                say(f"hil: the run has ended: {reading.said.end}", sys.stderr)
+                return None
+            time.sleep(_LOOK_S)
+            if not is_alone and time.monotonic() - looked_s >= _NEXT_RUN_S:
+                looked_s = time.monotonic()
+                if then := _next_run(reading.path):
+                    return then
+    return None
 
 
 def _next_run(path: Path) -> Path | None:

@@ -19,7 +19,7 @@ def state(**axes: Any) -> TopState:
     made.rates = dict.fromkeys(axes, (12.0, 3456.0))
     made.plots = [Plot(axis, "position_deg", "deg", 30 * NS, interval_ns=NS // 8) for axis in axes]
     for plot in made.plots:
-        plot.take([(at * NS / 8, float(at % 50)) for at in range(240)], 1)
+        plot.add([(at * NS / 8, float(at % 50)) for at in range(240)], 1)
     made.events.extend(
         {"at_ns": at * NS, "of": "m1", "text": "line \x1b[2J" * 9, "number": at} for at in range(9)
     )
@@ -89,8 +89,8 @@ def test_before_the_bench_is_there_it_waits() -> None:
 
 def test_a_plot_keeps_its_window_and_its_extremes() -> None:
     plot = Plot("m1", "e", "deg", 10 * NS, interval_ns=NS)
-    plot.take([(at * NS // 2, -1.0 if at % 2 else 5.0) for at in range(100)], 1)
+    plot.add([(at * NS // 2, -1.0 if at % 2 else 5.0) for at in range(100)], 1)
     assert len(plot.spans) == 11
     assert all(each[1:] == (-1.0, 5.0) for each in plot.spans)
-    plot.take([(60 * NS, float("nan"))], 1)
+    plot.add([(60 * NS, float("nan"))], 1)
     assert len(plot.spans) == 11
