@@ -66,15 +66,16 @@ def test_list_and_status(place: Place) -> None:
         assert re.search(r"^ m1 +1 +1 ", text, re.MULTILINE)
 
 
-def test_status_watch_redraws_until_ctrl_c(place: Place) -> None:
+@pytest.mark.parametrize("words", [("top",), ("status", "--watch")])
+def test_top_redraws_until_ctrl_c(place: Place, words: tuple[str, ...]) -> None:
     place.serve(config())
     child, terminal = pty.fork()
     if child == 0:
         os.environ["COLUMNS"] = "120"
-        os.execv(HIL, [HIL, "status", "--watch", "--runtime-dir", str(place.runtime)])
+        os.execv(HIL, [HIL, *words, "--runtime-dir", str(place.runtime)])
     shown = b""
     deadline = time.monotonic() + PATIENCE_S
-    while len(set(re.findall(rb"(\d+) ticks", shown))) < 2:
+    while len(set(re.findall(rb"(\d+\.\d) s  speed", shown))) < 2:
         assert time.monotonic() < deadline, shown[-2000:]
         if select.select([terminal], [], [], 0.1)[0]:
             shown += os.read(terminal, 65536)

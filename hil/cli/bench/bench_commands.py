@@ -2,7 +2,6 @@
 
 import json
 import sys
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
@@ -107,7 +106,7 @@ def status(
         list[str] | None,
         typer.Argument(help="Show all fields of these axes instead, with their units.", show_default=False),
     ] = None,
-    watch: Annotated[bool, typer.Option("--watch", "-w", help="Redraw twice a second until Ctrl-C.")] = False,
+    watch: Annotated[bool, typer.Option("--watch", "-w", help="Old name of `hil top`.", hidden=True)] = False,
     bench: BenchOptions = ANY_BENCH,
     as_json: AsJson = False,
 ) -> None:
@@ -116,42 +115,33 @@ def status(
     Of a bench: time, clients, lost bytes, ticks and missed wakes, histograms of wake latency and firmware
     lag, and the state of each device.
 
-    Example: hil status --watch
+    Example: hil status
     """
     import time
 
     from hil.cli.bench.views import fields_view, status_view
     from hil.cli.framework import interrupts as signals
     from hil.cli.framework.command_answers import all_pasteable
-    from hil.cli.framework.shown_view import ShownView, is_terminal
+    from hil.cli.framework.shown_view import is_terminal
 
-    def asked() -> dict[str, Any]:
-        return {axis: bench.ask("state", device=axis) for axis in axes} if axes else bench.ask("status")
+    if watch:
+        from hil.cli.framework.command_group import say_renamed
 
-    def answers() -> Iterator[dict[str, Any]]:
-        yield asked()
-        while watch and not signals.came:
-            time.sleep(0.5)
-            yield asked()
+        say_renamed("hil status --watch", "hil top")
+        if not as_json and is_terminal():
+            from hil.cli.bench.top_command import top
 
-    def shown(answer: dict[str, Any]) -> ShownView:
-        return fields_view(answer) if axes else status_view(all_pasteable(answer))
-
-    with suppress(KeyboardInterrupt):
-        if as_json or not watch or not is_terminal():
-            for answer in answers():
-                typer.echo(json.dumps(answer)) if as_json else shown(answer).print()
+            top(None, bench=bench)
             return
-        from rich.live import Live
-
-        from hil.cli.framework.consoles import ShownConsole
-
-        views = map(shown, answers())
-        with Live(next(views), console=ShownConsole(markup=False), screen=True) as live, suppress(typer.Exit):
-            for view in views:
-                live.update(view)
-        if not signals.came:
-            bench.ask("status")  # why it has ended, on the screen that stays
+    with suppress(KeyboardInterrupt):
+        while not signals.came:
+            fields = {axis: bench.ask("state", device=axis) for axis in axes or ()}
+            answer = fields or bench.ask("status")
+            view = fields_view(answer) if axes else status_view(all_pasteable(answer))
+            typer.echo(json.dumps(answer)) if as_json else view.print()
+            if not watch:
+                return
+            time.sleep(0.5)
 
 
 def doctor(

@@ -20,6 +20,7 @@ from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 if TYPE_CHECKING:
     from hil.net.benches_here import Here
 
+WINDOW_S = 30.0
 FRAME_S = 0.25
 """Time between two frames."""
 _STATUS_FRAMES = 4
@@ -51,7 +52,7 @@ def top(
     ] = None,
     seconds: Annotated[
         float, typer.Option("--seconds", help="Simulated time that the plots show.", min=0.5, max=86_400)
-    ] = 30.0,
+    ] = WINDOW_S,
     bench: BenchOptions = ANY_BENCH,
 ) -> None:
     """Show a bench as it goes on: health, lag, axes, bytes at ports, faults, the log's end, plots of fields.

@@ -166,7 +166,7 @@ _ROWS = (
     CommandRow("fault inject", FAULTS, "boards.fault_commands:inject"),
     CommandRow("fault clear", FAULTS, "boards.fault_commands:clear"),
     CommandRow("fault list", FAULTS, "boards.fault_commands:list_faults"),
-    CommandRow("log", SERVICE, about="Logs that benches keep beside their recordings."),
+    CommandRow("log", BENCH, "recordings.said_log:log"),
     CommandRow("log commands", SERVICE, "bench.log_commands:commands"),
     CommandRow("doctor", SERVICE, "bench.bench_commands:doctor"),
     CommandRow("usb", SERVICE, about="Ports of kind usb."),
