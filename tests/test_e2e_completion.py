@@ -180,7 +180,7 @@ def test_names_of_other_benches_are_not_mixed(folder: Place) -> None:
 
 
 def test_without_a_bench_names_are_empty_and_no_error(place: Place) -> None:
-    for kind in KINDS.keys() - {"boards", "faults", "pages", "sessions", "shells"}:
+    for kind in KINDS.keys() - {"boards", "fault-words", "faults", "pages", "sessions", "shells"}:
         assert place.hil("_names", kind, "axis", "m1", "reset", *place.folders()[:2]) == ""
 
 

@@ -1,4 +1,4 @@
-"""What a bench and its boards said in a run, read from the recording's lines: without a replay."""
+"""Lines of what a bench and its boards said in a run, read from its recording, without a replay."""
 
 import json
 import re
