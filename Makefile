@@ -100,10 +100,11 @@ test-load: $(VENV)/.dev
 abi: $(VENV)/.base
 	$(BIN)/python write_abi.py
 
-# docs/reference.md, the man page and the shells' completions, from the tables in the code.
+# docs/reference.md, docs/commands.md, the man page and the shells' completions, from the tables in the code.
 reference: $(VENV)/.base
 	$(BIN)/hil reference > docs/reference.md
 	$(BIN)/hil reference --man > docs/hil.1
+	$(BIN)/hil reference --commands > docs/commands.md
 	$(BIN)/hil completion bash > completions/hil.bash
 	$(BIN)/hil completion zsh > completions/_hil
 	$(BIN)/hil completion fish > completions/hil.fish

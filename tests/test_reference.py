@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from hil.cli.documents.command_page import command_page
 from hil.cli.documents.command_tree import commands
 from hil.cli.documents.completion import SHELLS
 from hil.cli.documents.man import man_page
@@ -22,6 +23,10 @@ READ = re.compile(r"(?:env(?:iron)?(?:\.get\(|\[)|_service_directory\(|_chosen\(
 
 def test_the_reference_is_up_to_date() -> None:
     assert PAGE.read_text() == reference(app), "run: make reference"
+
+
+def test_the_page_of_commands_is_up_to_date() -> None:
+    assert (ROOT / "docs" / "commands.md").read_text() == command_page(app), "run: make reference"
 
 
 def test_the_man_page_is_up_to_date() -> None:

@@ -11,6 +11,7 @@ from typing import Any
 from hil import __version__
 
 INTERRUPTED = 130
+_NAME = "hil"  # also by `python -m hil`
 _OF_ONE_THREAD = {"check", "list", "ready", "reload", "status"}
 """Verbs whose start is most of their time, and which have one thread: two that use a dataclass for the first
 time at one moment would be in each other's way."""
@@ -57,7 +58,7 @@ def main() -> None:
 
         if wants_json():
             _answer_in_json(app)
-        app()
+        app(prog_name=_NAME)
     except KeyboardInterrupt:  # outside of any command
         sys.exit(INTERRUPTED)
     except OSError as error:
@@ -119,7 +120,7 @@ def _answer_in_json(app: Any) -> None:
     from hil.cli.framework.usage_words import USAGE_ERROR
 
     try:
-        code = app(standalone_mode=False)
+        code = app(standalone_mode=False, prog_name=_NAME)
     except USAGE_ERROR as error:
         print(error_line(error.format_message(), error.exit_code))
         code = error.exit_code

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from hil.cli.boards.any_board import OF_ANY_BOARD, of_any_board, say_own_command
 from hil.cli.boards.axis_sentences import VerbDone, sentence
 from hil.cli.boards.motion_bar import motion_bar
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
@@ -47,7 +48,7 @@ def axis(
     """
     table = {row["verb"]: row for row in bench.ask("verbs", device=device)}
     if verb is None:
-        return CommandAnswer(list(table.values()), "\n".join(_listed(table)))
+        return CommandAnswer(list(table.values()), "\n".join([*_listed(table), of_any_board(device, table)]))
     name = verb.replace("-", "_")
     if name not in table:
         raise fail(_no_verb(device, verb, table), Exit.MISTAKE)
@@ -60,6 +61,8 @@ def axis(
             ended = bench.ask("wait", timeout_s=MOTION_S, device=device, **begun)
         answer |= {"done": not ended["interrupted"], **ended}
     said = sentence(VerbDone(device, name, given, answer, row["about"]))
+    if name in OF_ANY_BOARD:
+        say_own_command(device, name)
     return CommandAnswer(answer, said, Exit.FAILED if answer.get("interrupted") else Exit.DONE)
 
 
@@ -81,6 +84,8 @@ def _no_option(word: str) -> str:
 
 def _listed(table: dict[str, dict[str, Any]]) -> Iterator[str]:
     for name, row in table.items():
+        if name in OF_ANY_BOARD:
+            continue
         yield f"{name.replace('_', '-')}: {row['about']}"
         for parameter, described in row["parameters"].items():
             yield f"  {parameter}: {described}"

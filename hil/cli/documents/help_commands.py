@@ -27,10 +27,12 @@ def completion(
 
 def reference(
     man: Annotated[bool, typer.Option("--man", help="The man page instead.")] = False,
+    commands: Annotated[bool, typer.Option("--commands", help="The page of commands instead.")] = False,
 ) -> None:
     """Print the reference of configuration, commands, control verbs and axis fields as Markdown."""
+    from hil.cli.documents.command_page import command_page
     from hil.cli.documents.man import man_page
     from hil.cli.documents.reference import reference as text
     from hil.cli.framework.command_group import app
 
-    typer.echo(man_page(app) if man else text(app), nl=False)
+    typer.echo(man_page(app) if man else command_page(app) if commands else text(app), nl=False)

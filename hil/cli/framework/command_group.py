@@ -12,8 +12,16 @@ from typer.core import TyperGroup
 from hil import __version__
 from hil.cli.framework.ask import Bench, RuntimeDir
 from hil.cli.framework.command_answers import AsJson, asks_a_bench, begin, telling
-from hil.cli.framework.command_classes import BeforeProgram, Below, OneCommand, OrBelow, Quick, summary
+from hil.cli.framework.command_classes import (
+    BeforeProgram,
+    Below,
+    OneCommand,
+    OrBelow,
+    Quick,
+    summary,
+)
 from hil.cli.framework.command_table import BOARD, COMMANDS, PANELS, CommandRow, rows_below
+from hil.cli.framework.usage_words import USAGE_ERROR
 
 _HELP = {"help_option_names": ["--help", "-h"]}
 
@@ -24,7 +32,7 @@ class AllCommands(Quick, TyperGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         from hil.cli.framework.board_commands import others
 
-        return [*(name for name, row in COMMANDS.items() if not row.now), *others()]
+        return [*(name for name, row in COMMANDS.items() if not row.is_hidden), *others()]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if row := COMMANDS.get(cmd_name):
@@ -32,6 +40,16 @@ class AllCommands(Quick, TyperGroup):
         from hil.cli.framework.board_commands import of_bridge, others
 
         return of_bridge(cmd_name) or others().get(cmd_name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except USAGE_ERROR as error:
+            from hil.cli.framework.guessed_words import guessed
+
+            if line := guessed(args[0]):
+                error.message = f"there is no command {args[0]!r}; did you mean `hil {line}`?"
+            raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands of each group below its name, each with its whole summary."""

@@ -179,6 +179,8 @@ _ROWS = (
     ),
     CommandRow("arduino install", SERVICE, "bench.arduino_commands:install"),
     CommandRow("arduino uninstall", SERVICE, "bench.arduino_commands:uninstall"),
+    CommandRow("help", SERVICE, "documents.shown_help:help_of", is_hidden=True),
+    CommandRow("version", SERVICE, "documents.shown_help:version", is_hidden=True),
     CommandRow("reference", SERVICE, "documents.help_commands:reference", is_hidden=True),
     CommandRow("arduino-discovery", SERVICE, "bench.arduino_commands:discovery", is_hidden=True),
     CommandRow("arduino-monitor", SERVICE, "bench.arduino_commands:monitor", is_hidden=True),
