@@ -46,7 +46,7 @@ def test_a_queue_goes_to_a_twin_and_comes_back(place: Place, queue: Path, port: 
     sent = sac(place, "oneshot", str(shots), "2")
     assert sent.stdout == "sent: v159\n", sent
     refused = sac(place, "oneshot", str(shots), "1")
-    assert (refused.returncode, refused.stderr.splitlines()[0]) == (
+    assert (refused.returncode, refused.stderr.splitlines()[1]) == (
         2,
         f"{shots}:1:1: one-shot 1 is empty; filled are 2",
     )

@@ -36,7 +36,7 @@ def test_a_nul_in_any_text_is_a_problem_of_the_configuration(place: Place) -> No
     before = fds(server)
     for key, device in NUL.items():
         file = place.write(bench(**device), "nul.yaml")
-        said, *_ = place.cli("check", str(file), code=2).splitlines()
+        _, said, *_ = place.cli("check", str(file), code=2).splitlines()
         assert said.startswith(f"{file}:")
         assert said.split(":")[1].isdigit()
         assert key in said.partition(": ")[2].partition(": ")[0]

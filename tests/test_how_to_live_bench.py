@@ -20,4 +20,4 @@ def test_serve_tells_programs_when_boards_answer(place: Place) -> None:
     assert not ready.exists()
     nowhere = str(place.folder / "no" / "ready.json")
     said = place.launch(config(), "--ready-file", nowhere).refused()
-    assert said == f"hil: --ready-file {nowhere}: No such file or directory\n"
+    assert said == f"hil: --ready-file {nowhere}: No such file or directory; write a path that is there\n"

@@ -27,7 +27,7 @@ def has_colours(stream: TextIO) -> bool:
 
 _REMEDIES = (
     (re.compile(r".*/dev/\S+: No such file or directory"), "`ls /dev/tty*` shows which ports there are"),
-    (re.compile(r".*: No such file or directory"), "write the path of a file that is there"),
+    (re.compile(r".*: No such file or directory"), "write a path that is there"),
     (re.compile(r".*: Is a directory"), "write a file in it"),
     (re.compile(r".*: Not a directory"), "write a path whose folders are there"),
     (re.compile(r".*: there is no folder \S+"), "make it with mkdir, or write another path"),
