@@ -24,6 +24,7 @@ def commands(
     files: Annotated[
         list[Path] | None,
         typer.Argument(
+            metavar="FILE",
             help="Files of days, as they were copied from a bench. [default: those of benches on this"
             " computer]",
             show_default=False,
