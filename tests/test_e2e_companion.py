@@ -56,7 +56,7 @@ def test_a_queue_is_saved_into_what_has_the_name(place: Place, queue: Path) -> N
     place.serve(config(speed=20, devices={"s1": SAC}))
     assert sac(place, "load", str(queue)).returncode == 0
     full = sac(place, "save", "/dev/full")
-    assert (full.returncode, full.stderr) == (2, "/dev/full: No space left on device\n")
+    assert (full.returncode, full.stderr) == (2, "hil: /dev/full: No space left on device\n")
     assert Path("/dev/full").is_char_device()
     victim, link = place.folder / "victim", place.folder / "link.txt"
     victim.write_bytes(b"mine")
