@@ -84,7 +84,7 @@ kit:
 	@$(MAKE) -s --no-print-directory VENV=.venv .venv/.base
 	@packaging/kit .venv $(if $(filter-out .venv,$(VENV)),"$(VENV)")
 
-# What a release consists of, in dist/release, with the text of its page and checksums: the same bytes each time.
+# What a release consists of, in dist/release, with the text of its page and checksums.
 release:
 	@$(PYTHON) packaging/release.py
 

@@ -73,7 +73,7 @@ def pack_again(archive: Path, into: Path, epoch_s: int) -> None:
 
 def read_facts(lines: Iterable[str]) -> dict[str, str]:
     """Words about each wheel, by its name, of the lines that ``build-wheels`` writes."""
-    split = (line.strip().split("|", 1) for line in lines)
+    split = (line.strip().split("|", 1) for line in lines if "|" in line)
     return {name: rest.replace("|", ", ") for name, rest in split}
 
 
@@ -141,7 +141,7 @@ def page(source: Source, files: list[Made]) -> str:
             "|---|---|---|",
             *how,
             "",
-            "The same commit, compiler and packages give the same bytes:",
+            "Make them again with the same compiler and packages, and compare:",
             "",
             "```console",
             f"$ git checkout {source.commit}",
