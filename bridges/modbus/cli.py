@@ -1,5 +1,6 @@
 """Commands ``hil modbus``."""
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -52,8 +53,9 @@ def print_map(
     Example: hil modbus map m1
     """
     import os
+    import shutil
 
-    from bridges.modbus.registers.map_rows import FORMATS, formatted
+    from bridges.modbus.registers.map_rows import FORMATS, formatted, wrapped
     from hil.net.benches_here import find
     from hil.net.control_client import ControlError, ask
 
@@ -75,9 +77,11 @@ def print_map(
     except ControlError as error:
         typer.echo(f"hil: {error}", err=True)
         raise typer.Exit(2 if error.is_mistake else 1) from None
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
     for number, addresses in _addresses(status, answer["device"]).items():
-        typer.echo(f"{answer['device']} is unit {number} at {', '.join(addresses)}")
-    for line in formatted(answer, form):
+        for line in wrapped(f"{answer['device']} is unit {number} at {', '.join(addresses)}", width):
+            typer.echo(line)
+    for line in formatted(answer, form, width):
         typer.echo(line)
 
 

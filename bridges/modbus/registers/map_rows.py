@@ -1,6 +1,7 @@
 """A register map in rows, for the control socket, and its formats: table, CSV, Markdown and JSON."""
 
 import json
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -29,8 +30,9 @@ def map_rows(of: UnitMap) -> dict[str, Any]:
     return {**head, "notes": list(of.notes), "rows": rows}
 
 
-def formatted(answer: Mapping[str, Any], form: str) -> Iterator[str]:
-    """Write a map as lines. ``form``: one of ``FORMATS``."""
+def formatted(answer: Mapping[str, Any], form: str, width: int | None = None) -> Iterator[str]:
+    """Write a map as lines. ``form``: one of ``FORMATS``. ``width``: of the terminal; where a table has no
+    room in it, each register has lines of its own. None: any."""
     if form == "json":
         yield json.dumps(answer, indent=1)
         return
@@ -45,9 +47,34 @@ def formatted(answer: Mapping[str, Any], form: str) -> Iterator[str]:
         yield from (f"| {' | '.join(text.replace('|', chr(92) + '|') for text in row)} |" for row in cells)
         return
     of = f"{answer['device']}, a {answer['profile']}"
-    yield f"{of}: map version {answer['version']}, CRC {answer['crc']:08x}"
-    yield from _table([COLUMNS, *cells])
-    yield from (f"note: {note}" for note in answer["notes"])
+    yield from wrapped(f"{of}: map version {answer['version']}, CRC {answer['crc']:08x}", width)
+    table = list(_table([COLUMNS, *cells]))
+    if width is None or max(map(len, table)) <= width:
+        yield from table
+    else:
+        for row in answer["rows"]:
+            yield from _own_lines(row, width)
+    for note in answer["notes"]:
+        yield from wrapped(f"note: {note}", width)
+
+
+def wrapped(text: str, width: int | None, indent: str = "") -> list[str]:
+    """Lines of a text, at spaces. ``width``: characters, at most, where words stay whole; None: one line."""
+    if width is None:
+        return [indent + text]
+    made = textwrap.TextWrapper(width, initial_indent=indent, subsequent_indent=indent)
+    made.break_long_words = made.break_on_hyphens = False
+    return made.wrap(text)
+
+
+def _own_lines(row: Mapping[str, Any], width: int) -> Iterator[str]:
+    """Lines of one register for a terminal in which a table has no room."""
+    yield f"{row['table']} {row['address']}"
+    access = "rw" if row["is_writable"] else "r"
+    count = f"{row['registers']} register{'s' if row['registers'] > 1 else ''}"
+    yield f"  {row['name']}"
+    for text in (", ".join(filter(None, (count, row["type"], access, row["unit"]))), row["about"]):
+        yield from wrapped(" ".join(text.split()), width, "  ")
 
 
 def register_maps(answers: Mapping[str, Mapping[str, Any]]) -> str:

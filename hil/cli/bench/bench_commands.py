@@ -86,15 +86,13 @@ def _list_here(bench: str | None, programs: bool, runtime_dir: Path | None, as_j
 
 def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], programs: bool) -> None:
     """Print the answers of benches to ``list``. ``options``: those with which commands ask each."""
-    from hil.cli.bench.port_views import HINT, program_lines
+    from hil.cli.bench.port_views import HINT, program_view
     from hil.cli.bench.views import device_table
     from hil.cli.framework.command_answers import all_pasteable
 
     if programs:
-        from hil.cli.framework.consoles import long_lines
-
         for listed in benches:
-            long_lines().print("\n".join(program_lines(listed)))
+            program_view(listed).print()
         return
     for listed, words in zip(benches, options, strict=True):
         device_table(all_pasteable(listed, words)).print()

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
+from hil.cli.framework.shown_view import Grid, Line, ShownView, line
 from hil.vocab.port_programs import PORT_USES, PROGRAMS, VERDICTS, PortUse, port_use
 
 HELPS = "Helps"
@@ -28,14 +29,12 @@ def listed_ports(listed: dict[str, Any]) -> Iterator[ListedPort]:
         yield ListedPort(tap["tap"], tap["port"], port_use(tap["kind"], tap["port"]))
 
 
-def verdict_lines(uses: Iterable[PortUse | None]) -> list[str]:
-    """Table of who can use these ports: a line for each kind of port; empty without any."""
+def verdict_grid(uses: Iterable[PortUse | None]) -> Grid | None:
+    """Table of who can use these ports: a row for each kind of port; None without any."""
     kinds = {use.label: use for use in uses if use}
-    if not kinds:
-        return []
-    cells = [("port", *PROGRAMS), *((label, *_verdicts(use)) for label, use in kinds.items())]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
+    heads = ("port", *PROGRAMS)
+    rows = [(label, *_verdicts(use)) for label, use in kinds.items()]
+    return Grid(heads, heads, rows) if rows else None
 
 
 def _verdicts(use: PortUse) -> list[str]:
@@ -50,24 +49,28 @@ def as_json(listed: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def program_lines(listed: dict[str, Any]) -> list[str]:
+def program_view(listed: dict[str, Any]) -> ShownView:
     """Table of a bench's kinds of port and kinds of program; below it what is missing, and what helps."""
     ports = list(listed_ports(listed))
     names: dict[str, list[str]] = {}
     kinds = {port.use.label: port.use for port in ports if port.use}
     for port in ports:
         names.setdefault(port.use.label if port.use else "another kind", []).append(port.name)
-    lines = [f"bench {listed['bench']} (process {listed['pid']})", *verdict_lines(kinds.values())]
+    blocks = list[Line | Grid]([line(f"bench {listed['bench']} (process {listed['pid']})")])
+    if table := verdict_grid(kinds.values()):
+        blocks.append(table)
     for label, those in names.items():
-        lines += ["", f"{label} ({', '.join(those)})", *(_reasons(kinds[label]) if label in kinds else ())]
-    return lines
+        blocks += [line(""), line(f"{label} ({', '.join(those)})", wraps=True)]
+        if label in kinds:
+            blocks += _reasons(kinds[label])
+    return ShownView(*blocks)
 
 
-def _reasons(use: PortUse) -> Iterator[str]:
+def _reasons(use: PortUse) -> Iterator[Line | Grid]:
     if use.is_held:
-        yield "  At the other end: hil itself has this end open."
-    for name, each in use.shortfalls():
-        yield f"  {name}: {each.why}. {HELPS}: {each.help}"
+        yield line(" At the other end: hil itself has this end open.", wraps=True)
+    if rows := [(f"{name}:", f"{each.why}. {HELPS}: {each.help}") for name, each in use.shortfalls()]:
+        yield Grid(("", ""), ("",), rows, prose=("",))
 
 
 def verdict_table(programs: Iterable[str] = tuple(PROGRAMS)) -> str:

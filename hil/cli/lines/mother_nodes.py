@@ -10,6 +10,7 @@ import typer
 
 from hil.cli.framework.command_answers import AsJson, CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.shown_view import Grid, ShownView, line
 from hil.cli.framework.shown_words import echo_words
 from hil.cli.lines.mother_lines import (
     ANY_LINE,
@@ -34,6 +35,7 @@ PORTS_LOOK_S = 0.1
 """Interval of looks at signals and at ports that may have gone."""
 _WORDS = {"DC1": "begins a command", "DC2": "has ended a command"}
 _HEADS = ("line", "node", "seen", "round trip", "sent", "lost", "NAK", "state", "command", "text")
+_TEXTS = ("line", "state", "text")
 
 
 def nodes(
@@ -63,8 +65,8 @@ def nodes(
         return _rows(masters)
 
     rows = on_lines(places, 3, work)
-    text = "\n".join([_table(rows) if rows else "no node answers", *echoing])
-    return CommandAnswer(rows, "" if live else text, Exit.DONE if rows else Exit.FAILED)
+    view = _view(rows, echoing)
+    return CommandAnswer(rows, "" if live else view.text(), Exit.DONE if rows else Exit.FAILED)
 
 
 async def _live(masters: Sequence["LiveMaster"]) -> None:
@@ -72,14 +74,13 @@ async def _live(masters: Sequence["LiveMaster"]) -> None:
     import asyncio
 
     from rich.live import Live
-    from rich.text import Text
 
     from hil.cli.framework.consoles import ShownConsole
     from hil.cli.framework.interrupts import noted
 
     with noted() as interrupts, Live(console=ShownConsole(), auto_refresh=False) as screen:
         while not interrupts:
-            screen.update(Text(_table(_rows(masters))), refresh=True)
+            screen.update(_view(_rows(masters)), refresh=True)
             await asyncio.gather(asyncio.sleep(ROUND_S), *(each.scan(list(each.table)) for each in masters))
 
 
@@ -114,7 +115,8 @@ def _echoing(masters: Sequence["LiveMaster"]) -> Iterator[str]:
             yield f"{live.place.name}: {echo_words(echo.as_dict())}"
 
 
-def _table(rows: Sequence[dict[str, Any]]) -> str:
+def _view(rows: Sequence[dict[str, Any]], echoing: Sequence[str] = ()) -> ShownView:
+    """Table of nodes, and below it the lines whose adapters echo."""
 
     def cells(row: dict[str, Any]) -> tuple[str, ...]:
         trip, command = (row[name] for name in ("round_trip_ms", "command_ms"))
@@ -129,11 +131,9 @@ def _table(rows: Sequence[dict[str, Any]]) -> str:
             printable(row["text"]),
         )
 
-    table = [_HEADS, *map(cells, rows)]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in table
+    table = Grid(_HEADS, _TEXTS, list(map(cells, rows)), prose=("text",))
+    return ShownView(
+        table if rows else line("no node answers"), *(line(each, wraps=True) for each in echoing)
     )
 
 

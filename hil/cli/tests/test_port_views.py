@@ -10,9 +10,9 @@ from hil.cli.bench.port_views import (
     as_json,
     listed_ports,
     meanings,
-    program_lines,
+    program_view,
     programs_section,
-    verdict_lines,
+    verdict_grid,
     verdict_table,
 )
 from hil.cli.framework.command_table import COMMANDS
@@ -86,22 +86,29 @@ def test_all_ports_of_a_bench_are_among_them() -> None:
 
 
 def test_lines_have_each_kind_once_with_its_reasons() -> None:
-    head, titles, *lines = program_lines(LISTED)
+    head, titles, *lines = str(program_view(LISTED)).split("\n")
     assert head == "bench t (process 7)"
     assert " ".join(titles.split()) == "port terminals port lists DTR/RTS IDE 1.8 IDE 2 ser2net"
-    assert [line.split("  ")[0] for line in lines[: lines.index("")]] == [
+    assert [line.strip().split("  ")[0] for line in lines[: lines.index("")]] == [
         "pty",
         "pty /dev/ttyACM9",
         "serial",
         "tcp",
     ]
     at = lines.index("pty (m1, s1.network)")
-    assert (
-        "  DTR/RTS: a pty has no modem lines. Helps: `hil with-lines PROGRAM`, or `kind: usb`" in lines[at:]
-    )
-    assert lines[lines.index("serial (s1)") + 1] == "  At the other end: hil itself has this end open."
+    said = [" ".join(line.split()) for line in lines[at:]]
+    assert "DTR/RTS: a pty has no modem lines. Helps: `hil with-lines PROGRAM`, or `kind: usb`" in said
+    serial = lines[lines.index("serial (s1)") + 1]
+    assert " ".join(serial.split()) == "At the other end: hil itself has this end open."
     assert "another kind (x1)" in lines
-    assert verdict_lines([None]) == []
+    assert verdict_grid([None]) is None
+
+
+@pytest.mark.parametrize("columns", [40, 60])
+def test_no_line_is_wider_than_the_terminal(monkeypatch: pytest.MonkeyPatch, columns: int) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert max(map(len, program_view(LISTED).text().split("\n"))) <= columns
 
 
 def test_pages_have_the_tables() -> None:
