@@ -58,8 +58,9 @@ def read_users(path: Path) -> dict[str, WebUser]:
             mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
             lines = file.read(_FILE_CHARACTERS).splitlines()
     except UnicodeDecodeError as error:
-        problem = not_text(str(at), error)
-        raise UsersError([UserProblem(problem.message, problem.remedy)]) from None
+        wrong = not_text(str(at), error)
+        said = f"{at}:{wrong.line}:{wrong.column}: {wrong.message}"
+        raise UsersError([UserProblem(said, wrong.remedy)]) from None
     except OSError as error:
         raise UsersError([UserProblem(f"{at}: {error.strerror}", MAKES_ONE)]) from None
     if mode & 0o077:
@@ -74,15 +75,18 @@ def parse_users(lines: Sequence[str], where: str) -> dict[str, WebUser]:
         UsersError: lines are wrong, or there is no user.
     """
     users: dict[str, WebUser] = {}
+    first_lines: dict[str, int] = {}
     problems: list[UserProblem] = []
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.startswith("#"):
             continue
         try:
             user = user_of(line)
-            if user.name in users:
-                raise ValueError(f"{user.name} is there twice")
-            users[user.name] = user
+            if first := first_lines.get(user.name):
+                said = f"{where}:{number}: {user.name} is there twice, first in line {first}"
+                problems.append(UserProblem(said, "remove one of the two"))
+                continue
+            users[user.name], first_lines[user.name] = user, number
         except ValueError as error:
             problems.append(UserProblem(f"{where}:{number}: {error}", MAKES_ONE))
     if not problems and not users:
@@ -94,7 +98,9 @@ def parse_users(lines: Sequence[str], where: str) -> dict[str, WebUser]:
 
 def user_of(line: str) -> WebUser:
     """Parse one line. Raises ValueError: the text says what is wrong with it."""
-    name, _, rest = line.rstrip().partition(":")
+    name, colon, rest = line.rstrip().partition(":")
+    if not colon:
+        raise ValueError(f"{name[:80]!r} is no line of a user")
     role, _, password_hash = rest.partition(":")
     name, known = named_role(f"{name}:{role}")
     if not is_hash(password_hash):
@@ -107,6 +113,8 @@ def named_role(text: str) -> tuple[str, Role]:
     name, _, role = text.partition(":")
     if not _NAME.fullmatch(name):
         raise ValueError(f"{name[:80]!r} is no name: letters, digits, _ . - and at most 64 of them")
+    if not role:
+        raise ValueError(f"{name!r} has no role; write NAME:ROLE, as {name}:viewer")
     if role not in ROLES:
         raise ValueError(f"there is no role {role[:80]!r}; there are {', '.join(ROLES)}")
     return name, ROLES[role]

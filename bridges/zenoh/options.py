@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from hil.net.endpoint import BadAddress, listen_address
+from hil.net.endpoint import BadAddress, check_joined, listen_address
 
 USUAL_PORT = 7447
 """Port of zenoh's routers."""
@@ -35,6 +35,17 @@ def endpoints(given: Any) -> Any:
             problem = {"why": str(error), "remedy": error.remedy, "at": (at,) if several is given else ()}
             raise PydanticCustomError("listen", "{why}", problem) from None
     return completed
+
+
+def joined(given: list[str]) -> list[str]:
+    """Check the addresses of ``connect``."""
+    for at, each in enumerate(given):
+        try:
+            check_joined(each)
+        except BadAddress as error:
+            problem = {"why": str(error), "remedy": error.remedy, "at": (at,)}
+            raise PydanticCustomError("listen", "{why}", problem) from None
+    return given
 
 
 def with_transport(given: str | int) -> str:
@@ -70,7 +81,7 @@ class Options(BaseModel):
             " computer it needs `site` or `users`, or `insecure: true`."
         ),
     )
-    connect: list[str] = Field(
+    connect: Annotated[list[str], AfterValidator(joined)] = Field(
         default=[],
         description="Routers to connect to, as in `tls/10.0.0.1:7447`; with `listen: []` only these.",
     )

@@ -26,9 +26,15 @@ def opened(entries: Mapping[str, Any], timeout_s: float) -> zenoh.Session:
         ClientError: nobody lets it in; the text says what is wrong, where, and what to do.
     """
     from hil.net.door_check import Why
+    from hil.net.endpoint import BadAddress, check_joined
 
     begin_s = time.monotonic()
     endpoints = [str(each) for each in entries.get("connect", {}).get("endpoints", ())]
+    try:
+        for each in endpoints:
+            check_joined(each)
+    except BadAddress as error:
+        raise ClientError(f"{error}; {error.remedy}") from None
     is_here = any(word in each for word in _HERE for each in endpoints)
     until_s = begin_s + (timeout_s if is_here else min(timeout_s, AWAY_S))
     refusals = 0

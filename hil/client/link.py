@@ -83,7 +83,8 @@ def from_file(path: Path) -> tuple[dict[str, Any], str, Credentials | KeySigner 
             return values, door, _signer(values.get("metadata"), tls)
         return values, door, Credentials(who["user"], who["password"]) if who else None
     except (OSError, ValueError, KeyError, TypeError, AttributeError, zenoh.ZError) as error:
-        raise ClientError(f"{path}: {error}; `hil zenoh site` makes such files") from None
+        why = getattr(error, "strerror", None) or error
+        raise ClientError(f"{path}: {why}; `hil zenoh site` makes such files") from None
 
 
 def _signer(metadata: Any, tls: Mapping[str, str]) -> KeySigner:

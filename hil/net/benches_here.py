@@ -73,14 +73,29 @@ class Found:
         killed = [each.folder for each in self.benches if _is_left_behind(each.socket)]
         return replace(self, benches=[e for e in self.benches if e.folder not in killed], killed=killed)
 
-    def none_runs(self) -> str:
-        """Say that no bench runs here, and where one could be instead."""
+    def not_running(self, said: str) -> str:
+        """Say that this bench does not run here: it was killed, or others run."""
+        names = ", ".join(map(self.called, self.benches))
+        for folder in self.killed:
+            if said in (folder.name, str(folder), SERVICE + folder.name):
+                killed = f"bench {folder.name!r} was killed (folder {folder})"
+                return f"{killed}: start it again, which cleans up; running: {names}"
+        return f"bench {said!r} is not running here; running: {names}"
+
+    def none_runs(self, asked: str | None = None) -> str:
+        """Say that no bench runs here, and where one could be instead. ``asked``: the one that was asked for,
+        which is named alone if it was killed."""
         said = "no bench is running here"
         if self.left_out:
             return f"{said}, but not all was seen: {'; '.join(map(str, self.left_out))}"
         if self.killed:
+            meant = [each for each in self.killed if asked in (each.name, str(each), SERVICE + each.name)]
+            killed = meant or self.killed
             remedy = "start it again, which cleans up, or remove the folder"
-            return f"{said}; one was killed that had {self.killed[0]}: {remedy}"
+            if len(killed) > 1:
+                folders, remedy = ", ".join(map(str, killed)), "start them again, which cleans up, or remove"
+                return f"{said}; some were killed that had {folders}: {remedy} the folders"
+            return f"{said}; one was killed that had {killed[0]}: {remedy}"
         if self.named:
             return said if self.named.is_dir() else f"{said}: there is no folder {self.named}"
         others = [f"{each.parent} of {owner_name(each)} ({_way_to(each)})" for each in others_sockets()]

@@ -10,6 +10,10 @@ LOOPBACK = "127.0.0.1"
 _FORM = re.compile(r"(\[[^\s\[\]]+\]|[^\s\[\]]+):([0-9]{1,5})", re.ASCII)
 _NAME_CHARACTERS = 253
 MAX_PORT = 65535
+_BY_NETWORK = ("tcp", "tls", "quic", "udp", "ws")
+_ELSEWHERE = ("quic_datagram", "serial", "unixpipe", "unixsock-stream", "vsock")
+"""Transports of zenoh's addresses: with a host and a port, and with other places
+(https://zenoh.io/docs/manual/configuration/)."""
 
 
 class BadAddress(ValueError):
@@ -32,6 +36,27 @@ def endpoint(text: str) -> tuple[str, int]:
     if _address(host) is None and not _is_name(host):
         raise ValueError(f"{host!r} is no address and no name of a computer")
     return host, int(match[2])
+
+
+def check_joined(given: str) -> None:
+    """Check an address of zenoh to connect to, as in ``tcp/127.0.0.1:7447``.
+
+    Raises:
+        BadAddress: it is none.
+    """
+    transport, _, rest = given.partition("/")
+    place = re.split("[?#]", rest, maxsplit=1)[0]
+    if transport in _ELSEWHERE and place:
+        return
+    number = place.rpartition(":")[2]
+    if transport in _BY_NETWORK and has_port(place) and re.fullmatch(r"[0-9]{1,9}", number, re.ASCII):
+        if not 1 <= int(number) <= MAX_PORT:
+            raise BadAddress(f"{given[:80]!r}: {number} is no port", f"write 1 to {MAX_PORT}")
+        with suppress(ValueError):
+            endpoint(place)
+            return
+    what = f"{given[:80]!r} is no address to connect to"
+    raise BadAddress(what, "write tcp/HOST:PORT, as tcp/127.0.0.1:7447")
 
 
 def host_and_port(listen: str) -> tuple[str, int | None]:

@@ -398,15 +398,17 @@ def test_all_wrong_lines_of_users_are_told() -> None:
         "bob:boss:" + HASH,
         "é:viewer:x",
         "eve:viewer:pw",
+        "joe",
     ]
     with pytest.raises(UsersError) as caught:
         parse_users(lines, "users")
     said = [message for message, _ in caught.value.problems]
     assert said == [
-        "users:4: ann is there twice",
+        "users:4: ann is there twice, first in line 1",
         "users:5: there is no role 'boss'; there are viewer, operator, admin",
         "users:6: 'é' is no name: letters, digits, _ . - and at most 64 of them",
         "users:7: behind eve:viewer: there is no hash of a password",
+        "users:8: 'joe' is no line of a user",
     ]
 
 

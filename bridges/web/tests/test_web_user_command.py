@@ -32,7 +32,7 @@ def test_a_line_is_one_that_the_door_reads() -> None:
     ("name", "password", "why"),
     [
         ("ann:boss", PASSWORD, "hil: there is no role 'boss'; there are viewer, operator, admin\n"),
-        ("ann", PASSWORD, "hil: there is no role ''; there are viewer, operator, admin\n"),
+        ("ann", PASSWORD, "hil: 'ann' has no role; write NAME:ROLE, as ann:viewer\n"),
         ("a b:viewer", PASSWORD, "hil: 'a b' is no name: letters, digits, _ . - and at most 64 of them\n"),
         ("ann:viewer", "short", "hil: a password has 12 characters or more\n"),
         (

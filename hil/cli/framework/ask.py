@@ -84,10 +84,9 @@ def found(runtime_dir: Path | None) -> "Found":
 def benches_meant(bench: str | None, here: "Found") -> list["Here"]:
     """Benches that are meant, at least one, or say what is wrong and end the command."""
     if not here.benches:
-        raise fail(f"hil: {here.none_runs()}")
+        raise fail(f"hil: {here.none_runs(bench)}")
     if not (meant := here.meant(bench)):
-        names = ", ".join(here.called(each) for each in here.benches)
-        raise fail(f"hil: bench {bench!r} is not running here; running: {names}")
+        raise fail(f"hil: {here.not_running(str(bench))}")
     return meant
 
 

@@ -73,7 +73,16 @@ class LabOptions(NamedTuple):
     def opened(self) -> "Lab":
         """Open a session there, or say why it cannot be had and end the command."""
         from hil.client import ClientError, Lab
+        from hil.net.endpoint import BadAddress, check_joined
 
+        if self.config is not None and not self.config.is_file():
+            why = f"--config: there is no file {self.config}"
+            raise fail(f"{why}; `hil zenoh site` makes such files", Exit.MISTAKE)
+        try:
+            if self.connect is not None:
+                check_joined(self.connect)
+        except BadAddress as error:
+            raise fail(f"--connect: {error}; {error.remedy}", Exit.MISTAKE) from None
         try:
             return Lab(self.connect, config=self.config, timeout_s=0)
         except ClientError as error:

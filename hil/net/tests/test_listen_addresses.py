@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.net.address_holder import address_holder
-from hil.net.endpoint import BadAddress, endpoint, has_port, listen_address
+from hil.net.endpoint import BadAddress, check_joined, endpoint, has_port, listen_address
 from hil.net.listeners import refusal, why_refused
 
 GOOD: dict[str | int, str] = {
@@ -122,3 +122,19 @@ def test_a_port_without_the_right_to_it_is_refused_in_the_same_form() -> None:
             "no right to listen at 127.0.0.1:80; choose a port above 1023, or give the right to this user"
         )
     assert not refusal(OSError(errno.EACCES, ""), "127.0.0.1:80").is_taken
+
+
+@pytest.mark.parametrize(
+    "given", ["tcp/127.0.0.1:7447", "tls/[::1]:7447", "tcp/lab:7447?rel=1", "serial//dev/ttyUSB0"]
+)
+def test_an_address_to_connect_to_is_zenohs(given: str) -> None:
+    check_joined(given)
+
+
+@pytest.mark.parametrize(
+    "given", ["", "nonsense", "tcp/host", "tcp/:7447", "http://x:1", "tcp/a b:1", "tcp/x:0"]
+)
+def test_what_is_no_address_to_connect_to_is_refused(given: str) -> None:
+    with pytest.raises(BadAddress) as refused:
+        check_joined(given)
+    assert refused.value.remedy.startswith("write ")
