@@ -89,6 +89,7 @@ def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], progr
     from hil.cli.bench.port_views import HINT, program_view
     from hil.cli.bench.views import device_table
     from hil.cli.framework.command_answers import all_pasteable
+    from hil.cli.framework.shown_view import ShownView, line
 
     if programs:
         for listed in benches:
@@ -96,7 +97,7 @@ def _tell_benches(benches: list[dict[str, Any]], options: list[list[str]], progr
         return
     for listed, words in zip(benches, options, strict=True):
         device_table(all_pasteable(listed, words)).print()
-    typer.echo(HINT)
+    ShownView(line(HINT, wraps=True)).print()
 
 
 def status(

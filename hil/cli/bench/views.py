@@ -77,11 +77,13 @@ def status_view(status: dict[str, Any]) -> ShownView:
     pace = (
         "paused; `hil resume` lets it go on" if status.get("is_paused") else f"at speed {status['speed']:g}"
     )
-    times = f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s {pasteable(pace)}\n"
-    health, recording = _health(status["health"]), _recording(status.get("recording") or {})
-    head = Line(
-        [(f"bench {status['bench']}", "bold"), (times, ""), *health, *_lease(status), (told, ""), *recording]
-    )
+    times = f"  process {status['pid']}  simulated {status['sim_ns'] / 1e9:.3f} s {pasteable(pace)}"
+    head = [
+        Line([(f"bench {status['bench']}", "bold"), (times, "")], wraps=True),
+        *(line(*each, wraps=True) for each in (*_health(status["health"]), *_lease(status), (told, ""))),
+    ]
+    if recording := list(_recording(status.get("recording") or {})):
+        head.append(Line([(recording[0][0].removeprefix("\n"), recording[0][1]), *recording[1:]]))
     columns = ("device", "clients", "in", "out", "dropped", *MOTION, "state")
     rows = list[tuple[str, ...]]()
     for row in status["devices"]:
@@ -104,27 +106,29 @@ def status_view(status: dict[str, Any]) -> ShownView:
     if (more := len(status["runs"]) - RUNS) > 0:
         under_way.append(line(pasteable(f"and {more} more runs wait; see `hil run list`")))
     doors = [
-        line(f"{kind}: {_bridge_line(row)}", "red" if row["insecure"] else "")
+        line(f"{kind}: {_bridge_line(row)}", "red" if row["insecure"] else "", wraps=True)
         for kind, row in status["bridges"].items()
     ]
     drives = [
-        line(f"{row['device']}: {_drive_line(row['drive'])}") for row in status["devices"] if "drive" in row
+        line(f"{row['device']}: {_drive_line(row['drive'])}", wraps=True)
+        for row in status["devices"]
+        if "drive" in row
     ]
-    switches = [line(_switch_line(row)) for row in status["switches"]]
-    own = [line(_own_fields(row)) for row in status["devices"] if row.get("fields")]
-    adapters = [line(f"{name}: {echo_words(echo)}") for name, echo in status["echoes"].items()]
+    switches = [line(_switch_line(row), wraps=True) for row in status["switches"]]
+    own = [line(_own_fields(row), wraps=True) for row in status["devices"] if row.get("fields")]
+    adapters = [line(f"{name}: {echo_words(echo)}", wraps=True) for name, echo in status["echoes"].items()]
     table = Grid(columns, ("device", "state"), rows, gap=1, later=_LATER)
     below = (*wires, *switches, *own, *drives, *adapters, *under_way, *doors, *_remarks(remarks))
-    return ShownView(head, line(""), table, *below)
+    return ShownView(*head, line(""), table, *below)
 
 
 def _health(health: dict[str, Any]) -> Iterator[tuple[str, str]]:
     late = f": answers are right, and at most {health['late_ms']:.0f} ms late in the last minute"
-    said = f"health: {health['state']}{late if health['state'] == 'late' else ''}\n"
+    said = f"health: {health['state']}{late if health['state'] == 'late' else ''}"
     yield said, _HEALTH_STYLE.get(health["state"], "bold red")
     for problem in health["problems"]:
         about = f"{problem['about']}: " if problem["about"] else ""
-        yield f"  {about}{problem['what']}; {problem['remedy']}\n", "red"
+        yield f"  {about}{problem['what']}; {problem['remedy']}", "red"
 
 
 def _lease(status: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -132,7 +136,7 @@ def _lease(status: dict[str, Any]) -> Iterator[tuple[str, str]]:
         from hil.cli.bench.lease_commands import said
 
         for text in pasteable(said(status)).splitlines():
-            yield f"lease: {text}\n", "yellow"
+            yield f"lease: {text}", "yellow"
 
 
 def _recording(row: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -215,7 +219,7 @@ def doctor_view(findings: list["Diagnosis"]) -> ShownView:
 
 def _remarks(devices: list[tuple[str, list[str]]]) -> list[Line]:
     """Whole sentences about devices, which a column would break up."""
-    return [line(f"{device}: {said}", "red") for device, texts in devices for said in texts]
+    return [line(f"{device}: {said}", "red", wraps=True) for device, texts in devices for said in texts]
 
 
 def _state(row: dict[str, Any]) -> list[str]:
@@ -283,7 +287,7 @@ def fields_view(axes: dict[str, dict[str, float | None]]) -> ShownView:
     for name, fields in axes.items():
         lines += [*([""] if lines else []), f"{name}:"] if len(axes) > 1 else []
         lines += field_lines(fields)
-    return ShownView(line("\n".join(lines)))
+    return ShownView(line("\n".join(lines), wraps=True))
 
 
 def tell_findings(findings: "list[Diagnosis]", as_json: bool) -> None:

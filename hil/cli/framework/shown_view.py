@@ -1,6 +1,7 @@
 """Lines and tables for people, on a terminal and elsewhere."""
 
 import os
+import re
 import shutil
 import sys
 import textwrap
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 _NOT_SHOWN = dict.fromkeys((7, 8, 11, 12, 13))
 """Control characters that rich leaves out."""
+_HELD = "\0"
+"""Space at which no line ends; texts that are shown have no such character."""
 _LEAST_PROSE = 24
 """Characters of a line below which a column of sentences is not wrapped."""
 
@@ -27,8 +30,8 @@ def is_terminal() -> bool:
 
 
 class Line(NamedTuple):
-    """Text of one line or more, in parts: each with its style. ``wraps``: it is a sentence, and not to be
-    copied; it is wrapped at spaces."""
+    """Text of one line or more, in parts: each with its style. ``wraps``: it is a sentence; it is wrapped at
+    spaces, but not in a command between backquotes. It has one part or two."""
 
     parts: Sequence[tuple[str, str]]
     wraps: bool = False
@@ -65,8 +68,13 @@ class ShownView:
         width = min(options.max_width, _columns() or options.max_width)
         for block in self._blocks:
             if isinstance(block, Line):
-                wrapped = "\n".join(_lines(block, width)) if block.wraps else ""
-                yield Text(wrapped, block.parts[0][1]) if block.wraps else Text.assemble(*block.parts)
+                if block.wraps:
+                    (first, style), *_, (_, last) = [*block.parts, block.parts[-1]]
+                    sentence = Text("\n".join(_lines(block, width)), last)
+                    sentence.stylize(style, 0, len(first))
+                    yield sentence
+                else:
+                    yield Text.assemble(*block.parts)
                 continue
             head, rows = _table(block, width)
             yield from (Text(each, "bold", no_wrap=True, overflow="ignore") for each in head)
@@ -102,7 +110,7 @@ def _columns() -> int | None:
 def _lines(block: Line | Grid, width: int | None) -> list[str]:
     if isinstance(block, Line):
         lines = _split("".join(text for text, _ in block.parts))
-        return [part for each in lines for part in _wrapped(each, width)] if block.wraps and width else lines
+        return [part for each in lines for part in _sentence(each, width)] if block.wraps and width else lines
     head, rows = _table(block, width)
     return [*head, *rows]
 
@@ -202,6 +210,11 @@ def _below(grid: Grid, row: list[list[str]], columns: list[int], width: int) -> 
             else:
                 lines.append(f"   {pair}")
     return lines
+
+
+def _sentence(text: str, width: int) -> list[str]:
+    held = re.sub("`[^`]*`", lambda command: command[0].replace(" ", _HELD), text)
+    return [part.replace(_HELD, " ") for part in _wrapped(held, width)]
 
 
 def _wrapped(text: str, width: int) -> list[str]:
