@@ -104,6 +104,9 @@ _NUMBERS = {
 _MAPPINGS = {"model_type", "model_attributes_type", "dict_type", "mapping_type"}
 _TEXTS = {"string_type", "path_type"}
 _LISTS = {"list_type", "tuple_type", "set_type", "frozen_set_type", "iterable_type"}
+_ITEMS = re.compile(r"[\w./-]+(?:, *[\w./-]+)*")
+"""Names without the brackets of a list around them."""
+_NO_ITEMS = {"none", "None", "no", "off", "all"}
 _OF_PYDANTIC = frozenset(get_args(ErrorType))
 """Kinds of errors with a text of pydantic's; other kinds come with a text of a model's own."""
 
@@ -190,13 +193,14 @@ def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
         return f"text is wanted here, not {shown(value)}", "write one word or text in quotes"
     if kind in _NUMBERS:
         quoted = isinstance(value, str) and re.fullmatch(r"[-+]?[0-9.]+", value)
+        wanted = f"write {_NUMBERS[kind]}"
         if isinstance(value, str) and isinstance(typed_number(value.strip()), str):
-            what, remedy = number_problem(
+            what, wanted = number_problem(
                 value, unit_in(str((detail.get("loc") or [""])[-1])), _NUMBERS[kind]
             )
             if "is no number" not in what:
-                return what, remedy
-        remedy = "write it without quotes" if quoted else f"write {_NUMBERS[kind]}"
+                return what, wanted
+        remedy = "write it without quotes" if quoted else wanted
         return f"{_NUMBERS[kind]} is wanted here, not {shown(value)}", remedy
     if kind in _MAPPINGS:
         if isinstance(value, str) and (spaced := missing_space(value)):
@@ -214,7 +218,9 @@ def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
     if kind == "string_pattern_mismatch":
         return f"{shown(value)} has the wrong form", f"the form is {context.get('pattern')}"
     if kind in _LISTS:
-        return f"a list is wanted here, not {shown(value)}", "write [] for none, or leave the key out"
+        is_item = isinstance(value, str) and _ITEMS.fullmatch(value) and value not in _NO_ITEMS
+        remedy = f"write [{value}]" if is_item else "write [] for none, or leave the key out"
+        return f"a list is wanted here, not {shown(value)}", remedy
     if kind in ("too_short", "string_too_short"):
         return "there is nothing in it", "add one at least" if kind == "too_short" else "write what it is"
     if kind == "too_long":

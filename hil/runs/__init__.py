@@ -12,10 +12,11 @@ from hil.runs.clock_offset import ClockOffset
 from hil.runs.execute import Execution, Soon, Told
 from hil.runs.plan import Plan
 from hil.runs.plan_points import plan_points
-from hil.runs.planner import all_problems, plan_run
+from hil.runs.planner import plan_run
 from hil.runs.progress import AxisReport, BenchReport, Progress
 from hil.runs.run_axis import bounds_of
 from hil.runs.run_document import RunDocument, RunTextError, parse_run, run_from_data
+from hil.runs.text_problems import all_problems, checked_run
 from hil.runs.twin_axes import TwinAxes
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "TwinAxes",
     "all_problems",
     "bounds_of",
+    "checked_run",
     "parse_run",
     "plan_points",
     "plan_run",

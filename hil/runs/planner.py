@@ -24,7 +24,6 @@ from hil.runs.run_document import (
     STEPS,
     AxisRules,
     RunDocument,
-    RunTextError,
     SplinePoint,
     Step,
     TimedPath,
@@ -34,7 +33,6 @@ from hil.vocab.address import no_input, pin_of
 from hil.vocab.axis import AxisNow
 from hil.vocab.parameters import plain
 from hil.vocab.path import DEG_PER_S
-from hil.vocab.problem import ConfigError
 from hil.vocab.seen_over import seen_over
 from hil.vocab.time import NS_PER_S
 
@@ -55,39 +53,28 @@ def plan_run(
     Raises:
         ConfigError: it cannot be done as it is; with all problems and their places.
     """
-    planner, steps = _planned(run, document, axes, of)
-    if findings := [*_axis_findings(run, axes), *planner.findings]:
+    planner, steps = planned(run, document, axes, of)
+    if findings := [*axis_findings(run, axes), *planner.findings]:
         raise document.error(findings)
     return Plan(planner.run, tuple(planner.phrases.ended), steps, planner.phrases.position_deg, axes)
 
 
-def all_problems(error: RunTextError, axes: Mapping[str, AxisNow]) -> ConfigError:
-    """Problems of a run's text, with those of the rest of it on a bench with these axes: without those that a
-    wrong step before could be the cause of."""
-    if error.rest is None:
-        return error
-    planner, _ = _planned(error.rest, error.document, axes)
-    found = [each for each in planner.findings if _DEPENDS.isdisjoint(each.path)]
-    return error.document.error([*error.findings, *_axis_findings(error.rest, axes), *found])
-
-
-_DEPENDS = frozenset({"in_s", "move_by", "line_by", "path", "spline"})
-"""Keys of a step whose problems can come from where the step before it ends."""
-
-
-class _Anything(tuple[str, ...]):
-    """Names of a device that there is not, for which the device alone is to be told."""
+class Anything(tuple[str, ...]):
+    """Names of a device that there is not, or not here: it has all."""
 
     def __contains__(self, name: object) -> bool:
         return True
 
 
-def _planned(
+UNKNOWN = AxisNow(0.0, True, Anything(), Anything())
+"""Axis of which nothing is known."""
+
+
+def planned(
     run: RunDocument, document: Document, axes: Mapping[str, AxisNow], of: Collection[str] | None = None
 ) -> tuple["StepPlanner", int]:
     """Plan the steps of a run; answers the planner, with its findings, and the number of steps."""
-    unknown = AxisNow(0.0, True, _Anything(), _Anything())
-    known = {name: axes.get(name, unknown) for name in run.axes}
+    known = {name: axes.get(name, UNKNOWN) for name in run.axes}
     run = fitted(run, known)
     planner = StepPlanner(run, document, known, run.axes if of is None else of)
     order = list(_unrolled(run.steps, planner.findings))
@@ -98,7 +85,8 @@ def _planned(
     return planner, len(order)
 
 
-def _axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Finding]:
+def axis_findings(run: RunDocument, axes: Mapping[str, AxisNow]) -> Iterator[Finding]:
+    """Find what is wrong with the axes that a run names, on a bench with these."""
     for name in run.axes:
         path: KeyPath = ("axes", name)
         if name not in axes:
@@ -156,6 +144,8 @@ class StepPlanner:
         self._axes = axes
         self._limits = {name: _limits(rules) for name, rules in run.axes.items()}
         self._said: set[KeyPath] = set()
+        self.strangers: set[KeyPath] = set()
+        """Places of names that are none of the run's axes."""
         self._rows_left = ROWS
         self.findings: list[Finding] = []
         self.phrases = Phrases({name: axes[name] for name in run.axes}, of)
@@ -376,6 +366,7 @@ class StepPlanner:
                 self.phrases.drive(axis, pin, level)
 
     def _no_axis(self, place: KeyPath, name: str) -> tuple[KeyPath, str, str]:
+        self.strangers.add(place)
         return place, f"{name!r} is none of the run's axes", suggestion(name, self.run.axes)
 
     def _find(self, path: KeyPath, message: str, remedy: str) -> None:

@@ -222,6 +222,8 @@ def run_from_data(data: Mapping[str, object]) -> tuple[RunDocument, Document]:
 
 
 def _checked(document: Document) -> tuple[RunDocument, Document]:
+    if document.value is None and not document.findings:
+        raise document.error([Finding((), "the file is empty", 'begin with "run: NAME"')])
     check_kind(document, RUN)
     try:
         run = RunDocument.model_validate(document.value)

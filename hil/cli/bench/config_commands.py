@@ -116,14 +116,14 @@ def _other_kind(other: "OtherKindError", file: Path) -> CommandAnswer:
     """Check a document that is no bench's configuration."""
     from hil.compose import find_catalogue
     from hil.config.document_kinds import MACHINE, RUN
-    from hil.runs import parse_run
+    from hil.runs import checked_run
     from hil.toolpath.machine import parse_machine
     from hil.vocab.problem import ConfigError
 
     kind, text, answer = other.kind, other.text, dict[str, object]()
     try:
         if kind is RUN:
-            run, _ = parse_run(text, str(file))
+            run = checked_run(text, str(file))
             what = f"run {run.run}, {counted(len(run.steps), 'step')}"
             answer = {"run": run.run, "steps": len(run.steps)}
         elif kind is MACHINE:

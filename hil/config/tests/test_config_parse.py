@@ -207,6 +207,11 @@ def test_text_that_is_no_bench_at_all(text: str, problem: str) -> None:
         ("seed: 0115200", "0115200 is a number in base 8 to YAML: 39552"
          ' (write it in quotes: "0115200"; if a number is meant, without the leading 0)'),
         ("seed: 1:30", 'a whole number is wanted here, not "1:30" (write a whole number)'),
+        ("speed: 1,5", '"1,5" has a comma (write a point before decimals, as 1.5)'),
+        ("seed: 9600bd",
+         'a whole number is wanted here, not "9600bd" (write it without a unit, as 9600)'),
+        ("segments: {bus0: {stations: s1}}", 'a list is wanted here, not "s1" (write [s1])'),
+        ("faults: none", 'a list is wanted here, not "none" (write [] for none, or leave the key out)'),
         ("speed: .inf", "inf is not a number to compute with (write a finite number)"),
         ("speed: 1e999", "inf is not a number to compute with (write a finite number)"),
         ("speed: 0", "the number 0 is too small (write more than 0.0)"),
