@@ -17,7 +17,7 @@ from hil.testing.bench_dialogue import talk_at
 from hil.testing.bench_time import BenchTime
 from hil.testing.config_reading import read_config
 from hil.testing.faces import AxisFace, DeviceFace, FaultFace, PortFace, TapFace
-from hil.testing.given import GivenConfig, NamedThings, NoSuchName, no_such
+from hil.testing.given import GivenConfig, NamedThings, NoSuchName, checked_ms, no_such
 from hil.testing.kept_inputs import KeptInputs
 from hil.testing.memory_store import MEMORY_STORE
 from hil.testing.program_beside import ProgramBeside
@@ -179,12 +179,19 @@ class Bench:
         return begun
 
     def run(self, ms: float) -> None:
-        """Let ``ms`` milliseconds of simulated time pass."""
-        self._time.run_until(SimTimeNs(self.now_ns + round(ms * NS_PER_MS)))
+        """Let ``ms`` milliseconds of simulated time pass. Raises ValueError: they are less than 0."""
+        __tracebackhide__ = True
+        self._time.run_until(SimTimeNs(self.now_ns + round(checked_ms("run", ms) * NS_PER_MS)))
 
     def run_until(self, ms: float) -> None:
-        """Run until the simulated time is ``ms`` milliseconds; never back."""
-        self._time.run_until(SimTimeNs(round(ms * NS_PER_MS)))
+        """Run until the simulated time is ``ms`` milliseconds. Raises ValueError: it is later than that."""
+        __tracebackhide__ = True
+        until_ns = round(checked_ms("run_until", ms) * NS_PER_MS)
+        if until_ns < self.now_ns:
+            now_ms = f"{self.now_ns / NS_PER_MS:.15g}"
+            what = f"run_until(ms={ms:.15g}): it is {now_ms} ms already, and time does not go back"
+            raise ValueError(f"{what}; give {now_ms} or more, or use run(ms=...)")
+        self._time.run_until(SimTimeNs(until_ns))
 
     def wait_until(
         self, condition: Callable[[], object] | str, of_axis: str = "", /, *, within_ms: float = WITHIN_MS

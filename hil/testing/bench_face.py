@@ -104,7 +104,7 @@ class AnyBench(Protocol):
         """Let time pass."""
 
     def run_until(self, ms: float) -> None:
-        """Let time pass until it is so many milliseconds since the bench's start; never back."""
+        """Let time pass until it is so many milliseconds since the bench's start."""
 
     @overload
     def wait_until(self, condition: Callable[[], object], /, *, within_ms: float = ...) -> int: ...

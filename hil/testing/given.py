@@ -1,6 +1,7 @@
 """Things that a test gives: a configuration, bytes for ports and names. A slip is told in a sentence."""
 
 import json
+import math
 import os
 import reprlib
 from collections.abc import Iterator, Mapping
@@ -10,6 +11,7 @@ from typing import Any, TypeVar
 from hil.config import ConfigError
 from hil.vocab.near_words import meant
 from hil.vocab.problem import Problem
+from hil.vocab.typed_numbers import typed_number
 
 GivenConfig = str | os.PathLike[str] | Mapping[str, Any]
 """A path, YAML text or a dict. A string is text if it is empty, or has a colon or the end of a line."""
@@ -67,6 +69,26 @@ def checked_bytes(data: bytes) -> bytes:
         return bytes(data)
     instead = repr(data.encode()) if isinstance(data, str) else "b'...'"
     raise TypeError(f"a port carries bytes: {instead}, not {data!r}")
+
+
+def checked_ms(call: str, ms: float) -> float:
+    """Check a time in milliseconds that a test gives. ``call``: the method that it gives it to.
+
+    Raises:
+        TypeError: it is no number, with what to give instead.
+        ValueError: it is negative, or no number to compute with.
+    """
+    __tracebackhide__ = True
+    try:
+        is_from_0 = ms >= 0
+    except TypeError:
+        what = f"{ms!r} is text" if isinstance(ms, str) else f"{reprlib.repr(ms)} is no number"
+        number = typed_number(ms) if isinstance(ms, str) else ""
+        remedy = f"give a number of milliseconds, as {100 if isinstance(number, str) else number}"
+        raise TypeError(f"{call}(ms=...): {what}; {remedy}") from None
+    if not is_from_0 or math.isinf(ms):
+        raise ValueError(f"{call}(ms=...): {ms:g} is no time from now on; give 0 or more")
+    return ms
 
 
 Thing = TypeVar("Thing")

@@ -313,7 +313,7 @@ def test_a_hung_board_goes_on_where_it_was(rig):
         ("byte_flip", "s1", {"rate": 1, "rte": 1}, "rte: there is no such parameter; did you mean \"rate\""),
         ("byte_flip", "s1", {"rte": 1}, "rte: there is no such parameter; did you mean"),
         ("byte_flip", "s9", {}, "there is no 's9'; "),
-        ("byte_flop", "s1", {}, "fault: did you mean \"byte_flip\"? kinds are byte_flip"),
+        ("byte_flop", "s1", {}, "there is no fault 'byte_flop'; did you mean \"byte_flip\"? kinds"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(rig, kind, target, parameters, why):

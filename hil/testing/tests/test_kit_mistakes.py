@@ -124,3 +124,33 @@ def test_ports_take_bytes(kit: Bench, data: Any) -> None:
 def test_ports_take_all_that_is_bytes(kit: Bench) -> None:
     for data in (b"", bytearray(), memoryview(b"")):
         kit.port("m1").write(data)
+
+
+@pytest.mark.parametrize(
+    ("ms", "error", "said"),
+    [
+        ("5", TypeError, "run(ms=...): '5' is text; give a number of milliseconds, as 5"),
+        ("soon", TypeError, "run(ms=...): 'soon' is text; give a number of milliseconds, as 100"),
+        (None, TypeError, "run(ms=...): None is no number; give a number of milliseconds, as 100"),
+        (-5, ValueError, "run(ms=...): -5 is no time from now on; give 0 or more"),
+        (float("nan"), ValueError, "run(ms=...): nan is no time from now on; give 0 or more"),
+    ],
+)
+def test_a_time_that_is_none_is_a_sentence(kit: Bench, ms: Any, error: type[Exception], said: str) -> None:
+    at_ns = kit.now_ns
+    with pytest.raises(error) as raised:
+        kit.run(ms)
+    assert str(raised.value) == said
+    assert _frames(raised) == [Path(__file__).name]
+    assert kit.now_ns == at_ns
+
+
+def test_time_does_not_go_back(kit: Bench) -> None:
+    kit.run(ms=1)
+    now_ms = kit.now_ns / 1e6
+    kit.run_until(now_ms)
+    with pytest.raises(
+        ValueError, match=r"run_until\(ms=0\): it is .* ms already, and time does not go back;"
+    ):
+        kit.run_until(0)
+    assert kit.now_ns / 1e6 == now_ms

@@ -140,7 +140,7 @@ def test_what_cannot_be(log: Path, tmp_path: Path) -> None:
         with pytest.raises(ValueError, match="until_ms: write 0 to "):
             RecordedBench(log, until_ms)
     (tmp_path / "none.log").write_text("{}\n")
-    with pytest.raises(InputLogError, match="this is not an input log"):
+    with pytest.raises(InputLogError, match="this is no recording"):
         RecordedBench(tmp_path / "none.log")
     with pytest.raises(FileNotFoundError):
         RecordedBench(tmp_path / "nowhere.log")
