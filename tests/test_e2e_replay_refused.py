@@ -44,8 +44,8 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
             (fifo, "it is a FIFO, not a regular file"),
             (sock, "it is a socket, not a regular file"),
             (Path("/dev/zero"), "it is a character device, not a regular file"),
-            (tmp_path, "Is a directory"),
-            (tmp_path / "none", "No such file or directory"),
+            (tmp_path, "Is a directory; write a file in it"),
+            (tmp_path / "none", "No such file or directory; write a path that is there"),
         ]:
             assert refused(path) == f"hil: {path}: {why}\n"
 
@@ -54,9 +54,10 @@ def test_what_is_no_log_is_refused_with_its_place(tmp_path: Path) -> None:
     path = tmp_path / "some.log"
     reset = {"at_ns": 5, "device": "m1", "input": "reset"}
     for text, why in [
-        ("", "1: this is not an input log: it has no whole line; take a log as `hil serve --log` wrote it"),
-        ("hello\n", "1: this is no line of an input log: Expecting value, at character 1; take a log as"),
-        (log_of(format="x"), "1: this is not an input log; take a log as"),
+        ("", "1: this is no recording: it has no whole line; `hil recordings` lists those"),
+        ("hello\n", "1: this is no recording; `hil recordings` lists those that are there"),
+        (log_of(format="x"), "1: this is no recording; `hil recordings` lists"),
+        (log_of(reset) + "{broken\n", "3: this line is damaged: it is no JSON; take a log as `hil serve"),
         (log_of(version=4), "1: the log has version 4, of hil test; this program reads 1, 2 and 3; "),
         (
             log_of(reset, reset | {"at_ns": 2**63 - 1}),

@@ -8,6 +8,8 @@ from hil.vocab.parameters import filled
 
 SHORTEST_S = 0.001
 """Shortest time from one beginning of a fault to the next."""
+_SHOWN = 40
+"""Number of characters of a name that are shown."""
 
 
 def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault | None, dict[str, str]]:
@@ -15,7 +17,7 @@ def fault_of(kind: str, target: str, given: Mapping[str, object]) -> tuple[Fault
     (the kind's own name under "fault")."""
     known = FAULT_KINDS.get(kind)
     if known is None:
-        return None, {"fault": meant(kind, FAULT_KINDS, f"kinds are {', '.join(FAULT_KINDS)}")}
+        return None, {"fault": _no_kind(kind)}
     parameters, problems = filled(kind, (*known.parameters, *TIMING), given)
     if not problems and (problem := _repeat_problem(known, parameters)):
         problems = {"every_s": problem}
@@ -44,5 +46,17 @@ def fault_refusal(kind: str, target: str, given: Mapping[str, object]) -> Fault:
     """
     fault, problems = fault_of(kind, target, given)
     if fault is None:
-        raise FaultRefused("; ".join(f"{name}: {problem}" for name, problem in problems.items()))
+        raise FaultRefused(fault_problems(problems))
     return fault
+
+
+def fault_problems(problems: Mapping[str, str]) -> str:
+    """Text of the errors of ``fault_of``."""
+    return "; ".join(
+        problem if name == "fault" else f"{name[:_SHOWN]}: {problem}" for name, problem in problems.items()
+    )
+
+
+def _no_kind(kind: str) -> str:
+    known = meant(kind, FAULT_KINDS, f"kinds are {', '.join(FAULT_KINDS)}")
+    return f"there is no fault {kind[:_SHOWN]!r}; {known}"

@@ -12,7 +12,7 @@ from hil.firmware.set_point_paths import length_ns
 from hil.sim import inputs
 from hil.sim.bench import BenchRuntime
 from hil.sim.client_tap import ClientChannel, ClientTap, HasChannels
-from hil.sim.given_fault import fault_of
+from hil.sim.given_fault import fault_of, fault_problems
 from hil.sim.input_reading import decode, read_line
 from hil.sim.twin import Twin
 from hil.sim.verb_calls import verb_problem
@@ -89,7 +89,7 @@ def _fault_problem(bench: BenchRuntime, target: str, given: inputs.Inject | inpu
     parameters = dict(given.parameters)
     fault, problems = fault_of(given.kind, target, parameters)
     if problems or fault is None:
-        return "; ".join(f"{name[:_SHOWN]}: {problem}" for name, problem in problems.items())
+        return fault_problems(problems)
     if fault.parameters.keys() - parameters.keys() - ADDED_SINCE:
         return f"parameters of {given.kind} are {', '.join(fault.parameters)}, all of them"
     try:

@@ -140,10 +140,10 @@ def read_line(line: str | bytes) -> dict[str, Any]:
     """
     try:
         values = read_json(line)
-    except JsonError as error:
-        raise InputLogError(f"this is no line of an input log: {error}") from None
+    except JsonError:
+        raise InputLogError("this line is damaged: it is no JSON") from None
     if not isinstance(values, dict):
-        raise InputLogError("this is no line of an input log: it is no object")
+        raise InputLogError("this line is damaged: it is no object")
     return values
 
 
@@ -154,7 +154,7 @@ def taken(values: dict[str, Any], name: str, read: Callable[[Any], Any]) -> Any:
         InputLogError: it is missing, or not what it has to be.
     """
     if name not in values:
-        raise InputLogError(f"this is no line of an input log: it has no {name}")
+        raise InputLogError(f"this line is damaged: it has no {name}")
     try:
         return read(values.pop(name))
     except _Wrong as error:

@@ -23,6 +23,8 @@ from hil.vocab.time import NS_PER_S, SimTimeNs
 KILLED = "its last lines are missing: the program that writes it runs on, was killed, or had no room left"
 NOT_TOLD = "logs of version 1 do not say whether their last lines are missing"
 REMEDY = "take a log as `hil serve --log` wrote it"
+NO_RECORDING = "this is no recording"
+THERE_ARE = "`hil recordings` lists those that are there"
 _U32 = range(1 << 32)
 _AT = rb'\{"at_ns":(0|[1-9]\d{0,17}),"device":"([ !#-\[\]-~]*)",'
 _SENT = re.compile(
@@ -79,12 +81,13 @@ class LogReading:
             if self._why is not None:
                 raise InputLogError("this is a line behind the log's end")
             if self._header is None:
-                self._header = _header(read_line(line), self._name)
+                self._header = _header(_first(line), self._name)
                 self._note_checked()
             elif not self._take_frequent(data):
                 self._take(read_line(line))
         except InputLogError as error:
-            raise InputLogError(f"{place(self._name, self._number)}: {error}; {REMEDY}") from None
+            remedy = THERE_ARE if str(error) == NO_RECORDING else REMEDY
+            raise InputLogError(f"{place(self._name, self._number)}: {error}; {remedy}") from None
         self._crc = zlib.crc32(data, self._crc)
         self._good = self._number
 
@@ -96,8 +99,8 @@ class LogReading:
             InputLogError: there is not even a header.
         """
         if self._header is None:
-            missing = "this is not an input log: it has no whole line"
-            raise InputLogError(damage or f"{place(self._name, 1)}: {missing}; {REMEDY}")
+            missing = f"{NO_RECORDING}: it has no whole line"
+            raise InputLogError(damage or f"{place(self._name, 1)}: {missing}; {THERE_ARE}")
         cut = self._cut()
         if damage:
             self._leave_out()
@@ -194,7 +197,7 @@ class LogReading:
 
     def _take_end(self, values: dict[str, Any], *, has_checks: bool) -> None:
         if not has_checks and values != {"end": True}:
-            raise InputLogError("this is no line of an input log: its end is wrong")
+            raise InputLogError("this line is damaged: its end is wrong")
         why = taken(values, "why", text) if has_checks else STOPPED
         if has_checks:
             self._take_check(values)
@@ -224,7 +227,7 @@ def read_input_log(lines: Iterable[str | bytes], name: str = "", *, strict: bool
     ``strict``: a log that is damaged is refused, otherwise it is read as far as it is whole.
 
     Raises:
-        InputLogError: this is not an input log, or not of a version that is known here; says where.
+        InputLogError: this is no recording, or not of a version that is known here; says where.
     """
     reading = LogReading(name)
     try:
@@ -239,9 +242,16 @@ def read_input_log(lines: Iterable[str | bytes], name: str = "", *, strict: bool
     return reading.log()
 
 
+def _first(line: str | bytes) -> dict[str, Any]:
+    try:
+        return read_line(line)
+    except InputLogError:
+        raise InputLogError(NO_RECORDING) from None
+
+
 def _header(values: dict[str, Any], name: str) -> InputLog:
     if values.get("format") != LOG_FORMAT:
-        raise InputLogError("this is not an input log")
+        raise InputLogError(NO_RECORDING)
     program = ascii(values.get("program", "another program"))[:80].strip("'")
     version, known = values.get("version"), (*OLD_VERSIONS, LOG_VERSION)
     if version not in known or not isinstance(version, int) or isinstance(version, bool):

@@ -292,7 +292,10 @@ def test_any_log_is_replayed_or_refused_with_its_place() -> None:
             ('["position_deg",5.0]', '["position_deg","far"]'),
             'move_abs: position_deg: "far" is no number',
         ),
-        (('"kind":"byte_flip"', '"kind":"byte_eat"'), 'fault: did you mean "byte_delay"? kinds are '),
+        (
+            ('"kind":"byte_flip"', '"kind":"byte_eat"'),
+            "there is no fault 'byte_eat'; did you mean \"byte_delay\"? kinds are ",
+        ),
         (('["rate",0.01]', '["rate",7]'), "rate: 7 is too large; write 0 to 1"),
         (('"client_baud":9600', '"client_baud":0'), "m1: client_baud: write null, or 1 to 4294967295"),
         (
@@ -303,7 +306,7 @@ def test_any_log_is_replayed_or_refused_with_its_place() -> None:
             ('"version":2', '"version":99'),
             "the log has version 99, of hil test; this program reads 1, 2 and 3",
         ),
-        (('"format":"hil-inputs"', '"format":"x"'), "this is not an input log"),
+        (('"format":"hil-inputs"', '"format":"x"'), "this is no recording"),
     ],
 )
 def test_what_is_wrong_is_said(change: tuple[str, str], why: str) -> None:

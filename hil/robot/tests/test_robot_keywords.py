@@ -273,7 +273,7 @@ def test_each_test_has_a_bench_of_its_own(suite: Suite) -> None:
         ("Axis State    x1", "there is no axis 'x1'; there are m1, s1, s2"),
         ("Set Field    m1    colour    3", "there is no field to set 'colour'; there are"),
         ("Field Should Be    m1    colour    3", "m1 has no field 'colour'; there are at_ns, "),
-        ("Inject Fault    m1    shaft_jm", 'fault: did you mean "shaft_jam"?'),
+        ("Inject Fault    m1    shaft_jm", "there is no fault 'shaft_jm'; did you mean"),
         ("Clear Fault    7", "there is no fault 7; there are none"),
         (
             "Clear Fault    each",

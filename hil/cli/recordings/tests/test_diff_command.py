@@ -126,9 +126,9 @@ def test_bytes_that_are_others_today(log: Path) -> None:
     assert "now b'" in done.stdout
     assert "state of m1 now: position_deg=" in done.stdout
     said = hil("replay", other).stderr
-    assert said.startswith("different: m1, piece ")
+    assert said.startswith("hil: different: m1, piece ")
     assert said.endswith(f"\n`hil diff {other}` says what was before it\n")
-    assert f"  {said.splitlines()[0].removeprefix('different: ')}\n" in done.stdout  # in the same words
+    assert f"  {said.splitlines()[0].removeprefix('hil: different: ')}\n" in done.stdout  # in the same words
     values = told(other)
     assert values["state_now"]["m1"]["loop_on"] == 1
     (first,) = values["sent"]
@@ -170,7 +170,7 @@ def test_a_log_that_was_cut(log: Path, tmp_path: Path) -> None:
         (["one.log", "nowhere.log"], "nowhere.log: No such file or directory"),
         (["one.log", "nowhere.yaml"], "nowhere.yaml: No such file or directory"),
         (["one.log", "wrong.yaml"], "wrong.yaml:1:"),
-        (["wrong.log"], "this is not an input log"),
+        (["wrong.log"], "this is no recording"),
     ],
 )
 def test_bad_input(

@@ -108,7 +108,7 @@ def test_names_and_windows_that_are_not_there(log: Path, tmp_path: Path) -> None
     assert refused(log, "-o", file, "--every", "soon") == (
         "--every: 'soon' is no time; write it as 10ms, 50us, 1s, or step"
     )
-    assert "write 50000 or more" in refused(log, "-o", file, "--every", "1us")
+    assert "write 50us or more" in refused(log, "-o", file, "--every", "1us")
     assert refused(log, "-o", file, "--every", "1ms", "--rate", "5") == "choose one of --every and --rate"
     assert not [*tmp_path.iterdir()]
 
@@ -118,7 +118,7 @@ def test_formats_that_are_none(log: Path, tmp_path: Path) -> None:
     assert refused(log, "-o", "plain").startswith("plain: its name does not say in which format: ")
     assert refused(log, "-o", "-").startswith("add --format for the standard output: ")
     assert "there is no folder" in refused(log, "-o", tmp_path / "no" / "a.csv")
-    assert "this is no line of an input log" in refused(__file__, "-o", "a.csv")
+    assert "this is no recording; `hil recordings` lists" in refused(__file__, "-o", "a.csv")
 
 
 def test_much_is_asked_for_again(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
