@@ -105,7 +105,7 @@ def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     assert "no device 'm2'" in place.hil("plot", "m2", code=2)
     assert "write a name that ends in" in place.hil("plot", "m1", "-o", "x.gif", code=2)
     assert "there is no folder" in place.hil("plot", "m1", "-o", str(tmp_path / "no" / "x.csv"), code=2)
-    assert "write 50000 or more" in place.hil("plot", "m1", "--interval", "0.001", code=2)
+    assert "write 50us or more" in place.hil("plot", "m1", "--interval", "0.001", code=2)
     assert "give one of" in place.hil("pulses", "m1", code=2)
     assert "a rate of 1000000 Hz" in place.hil("pulses", "m1", "--steps", "1", "--rate", "1e6", code=2)
     train = tmp_path / "train.csv"

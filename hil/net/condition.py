@@ -26,7 +26,7 @@ _WORD = re.compile(
 )
 _ESCAPE = re.compile(rb"\\(x[0-9a-fA-F]{2}|.)")
 _ESCAPES = {b"r": b"\r", b"n": b"\n", b"t": b"\t", b"0": b"\0"}
-_EXAMPLE = "write it as in `position_deg > 89`"
+_EXAMPLE = "position_deg > 89"
 _MOST_WORDS, _DEEPEST = 500, 50
 
 
@@ -95,7 +95,9 @@ class Condition:
         """Check that it is of fields of a device alone. Raises ConditionError: it has one of them not."""
         for name in self.fields:
             if name not in known:
-                raise ConditionError(f"{device} has no field {name!r}; {meant(name, known)}")
+                beside = next((field for field in self.fields if field in known), "")
+                what = f" to compare {beside} with; write a number, or a field:" if beside else ";"
+                raise ConditionError(f"{device} has no field {name!r}{what} {meant(name, known)}")
         for test in self.tests:
             raise ConditionError(f"{test.name}: `hil find` looks for words in quotes, in a recording")
 
@@ -105,16 +107,16 @@ def compiled(text: str) -> Any:
     return eval(text, {"__builtins__": {}, **_CALLED})
 
 
-def parse_condition(text: str) -> Condition:
-    """Read a condition.
+def parse_condition(text: str, example: str = _EXAMPLE) -> Condition:
+    """Read a condition. ``example``: one for messages, as those have it who give it here.
 
     Raises:
         ConditionError: it is none.
     """
-    words = [*_words(text)]
+    words = [*_words(text, example)]
     if len(words) > _MOST_WORDS:
         raise ConditionError(f"this condition has {len(words)} words; write at most {_MOST_WORDS}")
-    return _Reader(text, words).condition()
+    return _Reader(text, words, f"write it as in `{example}`").condition()
 
 
 class _Word(NamedTuple):
@@ -137,8 +139,8 @@ _END = _Word("end", "")
 class _Reader:
     """Reader of a condition from its words, from the weakest of signs down to the strongest."""
 
-    def __init__(self, text: str, words: list[_Word]) -> None:
-        self._text, self._words = text, words
+    def __init__(self, text: str, words: list[_Word], remedy: str) -> None:
+        self._text, self._words, self._remedy = text, words, remedy
         self._at = self._depth = 0
         self._fields: dict[str, str] = {}
         self._tests: dict[TextTest, str] = {}
@@ -152,7 +154,7 @@ class _Reader:
         if left := self._next.text:
             raise ConditionError(f"{left!r} is too much: write `and` or `or` between two comparisons")
         if not self._fields and not self._tests:
-            raise ConditionError(f"{self._text!r} has no field; {_EXAMPLE}")
+            raise ConditionError(f"{self._text!r} has no field; {self._remedy}")
         return Condition(tuple(self._fields), tuple(self._tests), whole.python)
 
     # ---- words ----
@@ -213,13 +215,16 @@ class _Reader:
     def _comparison(self) -> _Part:
         if test := self._test():
             return test
-        left = self._sum(f"a field or a number is missing; {_EXAMPLE}")
+        begin = self._at
+        left = self._sum(f"a field or a number is missing; {self._remedy}")
         if left.opposite or not (sign := self._dropped("operator")):
             return left
         if self._next.kind == "text":
             example = f"m1.sent has {self._next.text}"
             raise ConditionError(f"words in quotes stand behind a name that has a text, as in `{example}`")
-        right = self._number(lambda: self._sum(f"behind {sign} a field or a number is missing"))
+        missing = f"behind {sign} a field or a number is missing"
+        remedy = f"write it as in `{self._spelled(begin)} 5`"
+        right = self._number(lambda: self._sum(f"{missing}; {remedy}"))
         return _Part(*(_compared(left.python, each, right.python) for each in (sign, _OPPOSITES[sign])))
 
     def _test(self) -> _Part | None:
@@ -345,7 +350,7 @@ def _data(word: _Word) -> bytes:
     )
 
 
-def _words(text: str) -> Iterator[_Word]:
+def _words(text: str, example: str) -> Iterator[_Word]:
     """Words of a condition, each with its kind."""
     for found in _WORD.finditer(text):
         kind, word = str(found.lastgroup), found[0].strip()
@@ -358,7 +363,7 @@ def _words(text: str) -> Iterator[_Word]:
             raise ConditionError(
                 f"the words behind {word} have no end"
                 if is_quote
-                else f"{word!r} means nothing here; {_EXAMPLE}"
+                else f"{word!r} means nothing here; write it as in `{example}`"
             )
         if kind == "operator" and word not in _OPPOSITES:
             raise ConditionError(f"write {_MEANT.get(word) or f'one of {_SIGNS}'}, not {word}")

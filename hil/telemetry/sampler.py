@@ -236,7 +236,7 @@ def interval_problem(interval_ns: Interval, points: int = 1) -> str | None:
     if interval_ns.denominator > MAX_DENOMINATOR:
         return f"an interval of {interval_ns} ns; write a fraction with at most {MAX_DENOMINATOR} below"
     if interval_ns < MIN_INTERVAL_NS:
-        return f"an interval of {str(interval_ns)[:40]} ns; write {MIN_INTERVAL_NS} or more"
+        return f"an interval of {str(interval_ns)[:40]} ns; write {MIN_INTERVAL_NS // 1000}us or more"
     if interval_ns > MAX_INTERVAL_NS:
         return f"an interval of {str(interval_ns)[:40]} ns; write at most {MAX_INTERVAL_NS}, an hour"
     most = int(interval_ns / MIN_INTERVAL_NS)

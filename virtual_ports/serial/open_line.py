@@ -1,6 +1,7 @@
 """An open serial port as the event loop sees it: by its file descriptor, or by threads where it has none."""
 
 import asyncio
+import errno
 import os
 import queue
 import threading
@@ -45,8 +46,13 @@ def open_serial(url: str, baud: int, rs485: bool = False) -> Any:
     return port
 
 
-def why(error: Exception) -> str:
-    """Describe an error of pyserial or the system in a few words."""
+def why(error: Exception, url: str = "") -> str:
+    """Describe an error of pyserial or the system in a few words. ``url``: of the port that was not opened,
+    for what to do."""
+    if url and "://" not in url and os.path.isfile(url):
+        return "this is no serial port, but a file; write a path as in /dev/ttyUSB0"
+    if url and getattr(error, "errno", None) == errno.ENOENT:
+        return f"{os.strerror(errno.ENOENT)}; plug it in, or correct its path"
     return os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
 
 

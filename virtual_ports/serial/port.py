@@ -19,6 +19,7 @@ log = logging.getLogger("hil")
 
 _BUSY = {errno.EAGAIN, errno.EBUSY}
 """Errors of flock(2), with which pyserial claims a port, and of open(2) after TIOCEXCL."""
+_CLOSE_IT = "; close it there"
 AGAIN_S = 1.0
 """Interval of attempts to open a port that is not there."""
 
@@ -96,13 +97,11 @@ class SerialPort:
                 None, open_serial, self._options.url, self._options.baud, self._options.rs485
             )
         except (OSError, ValueError) as error:
-            said = why(error)
-            if getattr(error, "errno", None) in _BUSY:
-                if (self.away or "").startswith(said):
-                    return  # who has it is looked for once, not each second
-                if holder := await self._loop.run_in_executor(None, device_holder, self._options.url):
-                    said = f"{said}: in use by {holder}"
-            self.away = said
+            if getattr(error, "errno", None) not in _BUSY:
+                self.away = why(error, self._options.url)
+            elif not (self.away or "").endswith(_CLOSE_IT):  # who has it is looked for once, not each second
+                holder = await self._loop.run_in_executor(None, device_holder, self._options.url)
+                self.away = f"in use by {holder or 'another program'}{_CLOSE_IT}"
             return
         kind = ThreadLine if self._options.url.startswith("rfc2217://") else FdLine
         self._lost.clear()

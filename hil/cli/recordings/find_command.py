@@ -69,7 +69,7 @@ def find(
     if sum((first, last, count)) > 1:
         raise fail("hil: choose one of --first, --last and --count", Exit.MISTAKE)
     try:
-        wanted = parse_condition(condition)
+        wanted = parse_condition(condition, "m1.position_deg > 89")
         interval: Interval | None = None if every == "step" else parse_length(every)
     except NoSuchTime as error:
         raise fail(f"hil: --every: {error}", Exit.MISTAKE) from None

@@ -248,5 +248,5 @@ def test_what_names_nothing(log: InputLog, text: str, said: str) -> None:
 
 
 def test_an_interval_that_cannot_be(log: InputLog) -> None:
-    with pytest.raises(ValueError, match="write 50000 or more"):
+    with pytest.raises(ValueError, match="write 50us or more"):
         found(log, "m1.e > 5", every_ms=0.001)

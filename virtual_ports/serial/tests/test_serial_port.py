@@ -1,6 +1,7 @@
 """A real serial port, played by pseudo-terminals, sockets and pyserial's own RFC 2217 client."""
 
 import asyncio
+import fcntl
 import gc
 import os
 import socket
@@ -135,7 +136,7 @@ def test_a_board_that_goes_comes_back(tmp_path: Path, monkeypatch: pytest.Monkey
 
     async def scenario(port: SerialPort, host: RecordingHost) -> None:
         assert port.away
-        assert "No such file" in port.away
+        assert port.away == "No such file or directory; plug it in, or correct its path"
         port.write(b"lost")
         assert port.stats().unheard_bytes == 4
         for connects in (1, 2, 3):
@@ -153,6 +154,26 @@ def test_a_board_that_goes_comes_back(tmp_path: Path, monkeypatch: pytest.Monkey
         assert host.failures == []
 
     run(str(link), scenario)
+
+
+def test_a_file_is_no_serial_port(tmp_path: Path) -> None:
+    async def scenario(port: SerialPort, host: RecordingHost) -> None:
+        assert port.away == "this is no serial port, but a file; write a path as in /dev/ttyUSB0"
+
+    (tmp_path / "b.yaml").touch()
+    run(str(tmp_path / "b.yaml"), scenario)
+
+
+def test_a_port_of_another_program_is_told_so() -> None:
+    master, slave = os.openpty()
+    fcntl.flock(slave, fcntl.LOCK_EX)
+
+    async def scenario(port: SerialPort, host: RecordingHost) -> None:
+        assert port.away == "in use by another program; close it there"
+
+    run(os.ttyname(slave), scenario)
+    os.close(master)
+    os.close(slave)
 
 
 def test_a_socket_is_a_serial_port_too() -> None:

@@ -84,11 +84,12 @@ def test_a_log_that_was_cut_is_searched_up_to_there(log: Path, tmp_path: Path) -
     ("words", "said"),
     [
         (("m1.positon_deg > 5",), 'did you mean "position_deg"?'),
-        (("m1.e >",), "behind > a field or a number is missing"),
+        (("m1.e >",), "behind > a field or a number is missing; write it as in `m1.e > 5`"),
+        ((")",), "a field or a number is missing where ')' stands; write it as in `m1.position_deg > 89`"),
         (("m1.e > 5", "--from", "70s"), "--from: 70s is not within the run, which is "),
         (("m1.e > 5", "--to", "soon"), "--to: 'soon' is no time; write it as 12.5s"),
         (("m1.e > 5", "--from", "3s", "--to", "2s"), "--from 3s is behind --to 2s"),
-        (("m1.e > 5", "--every", "1us"), "--every 1us: an interval of 1000 ns; write 50000 or more"),
+        (("m1.e > 5", "--every", "1us"), "--every 1us: an interval of 1000 ns; write 50us or more"),
         (("m1.e > 5", "--every", "often"), "--every: 'often' is no time"),
         (("m1.e > 5", "--first", "--count"), "choose one of --first, --last and --count"),
     ],
@@ -107,4 +108,4 @@ def test_a_file_that_is_no_log(tmp_path: Path) -> None:
     (tmp_path / "some.log").write_text("{}\n")
     done = find(tmp_path / "some.log", "m1.e > 5")
     assert done.exit_code == 2
-    assert "this is not an input log" in done.stderr
+    assert "this is no recording" in done.stderr
