@@ -98,7 +98,8 @@ def test_command_lines_are_right(page: str) -> None:
         except USAGE_ERROR as error:
             said = error.format_message()
             lacks = r".* is missing|.* has no value|.* is one of several commands|Usage: "
-            assert re.match(lacks, said), f"`hil {line}`: {said}"
+            stands_for = r'([A-Z]+): "\[?\1\]?" is no number'
+            assert re.match(f"{stands_for}|{lacks}", said), f"`hil {line}`: {said}"
 
 
 @pytest.mark.parametrize(("page", "heading"), [*PREPARATIONS, *ELSEWHERE])
