@@ -25,6 +25,8 @@ def not_text(file: str, error: UnicodeDecodeError) -> Problem:
     before = error.object[: error.start]
     begin = before.rfind(b"\n") + 1
     line, column = before.count(b"\n") + 1, len(before[begin:].decode(errors="replace")) + 1
+    if b"\0" in error.object:
+        return Problem(file, line, column, "this is no text file", "give a text, saved as UTF-8")
     message = f"the byte {error.object[error.start]:#04x} is not UTF-8 text"
     return Problem(file, line, column, message, "save the file as UTF-8")
 

@@ -142,6 +142,7 @@ def test_a_part_of_profile_that_does_not_do(tmp_path: Path, parts: str, said: st
     ("file", "content", "said"),
     [
         ("profile.yaml", b"", "profile.yaml:1:1: keys are wanted here, not nothing"),
+        ("profile.yaml", b"\x7fELF\0\xff", "profile.yaml:1:6: this is no text file (give a text, saved"),
         ("profile.yaml", b"\xff\xfe", "profile.yaml:1:1: the byte 0xff is not UTF-8 text"),
         ("profile.yaml", b"name: bad\n\tlaw: sac\n", "profile.yaml:2:1: a tab stands"),
         ("board.py", b"\xff\xfe", "board.py:1:2: SyntaxError: (unicode error)"),

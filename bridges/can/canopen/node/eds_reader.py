@@ -90,6 +90,10 @@ class _DeviceReader:
 
     def read(self) -> EdsDevice:
         objects = self._text.objects
+        if not objects and not self._text.others:
+            message = "this is no data sheet (EDS): it has no [section]"
+            self.problems.append(self._problem(1, message, "give the file of the drive's maker"))
+            return EdsDevice({}, {}, frozenset(), self._info())
         for (index, part), fields in objects.items():
             if part == WHOLE:
                 self._read_object(index, fields)

@@ -180,3 +180,12 @@ def test_a_file_of_endless_objects_is_refused() -> None:
 
 def test_types_that_no_processor_has_are_numbers() -> None:
     assert entry("DataType=0x18\nDefaultValue=0xFFFFFFFFFF").data_type is DataType.UNSIGNED40
+
+
+@pytest.mark.parametrize("text", ["", "hello\n", "; a note\n", "a=1\n"])
+def test_a_file_without_a_section_is_no_data_sheet(text: str) -> None:
+    with pytest.raises(ConfigError) as raised:
+        read_device(text, "bad.eds")
+    (found,) = raised.value.problems
+    assert found.message == "this is no data sheet (EDS): it has no [section]"
+    assert (found.file, found.line) == ("bad.eds", 1)
