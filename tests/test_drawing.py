@@ -67,7 +67,7 @@ def test_a_drawing_is_planned_and_its_problems_have_places(using: Using) -> None
             "part.ngc:4:3:",
         ]
         beyond = await drawn(ask, "G21 G90\nG1 X99 F1\nM2\n", file="part.ngc")
-        assert beyond["problems"] == ["part.ngc:2:1: X would go to 99 mm (its range is 0 to 50)"]
+        assert beyond["problems"] == ["part.ngc:2:1: X would go to 99 mm (write 0 to 50)"]
 
     using(use)
 

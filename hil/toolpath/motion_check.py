@@ -303,7 +303,7 @@ class MotionCheck:
 
     def _outside(self, place: TextPlace, axis: MachineAxis, position: float, verb: str) -> None:
         what = f"{axis.letter.upper()} {verb} {position:.6g} {axis.unit}"
-        self._find(place, what, f"its range is {axis.minimum:g} to {axis.maximum:g}")
+        self._find(place, what, f"write {axis.minimum:g} to {axis.maximum:g}")
 
     def _full(self, place: TextPlace) -> None:
         if not self.is_full:

@@ -52,8 +52,8 @@ def test_every_problem_of_the_whole_file_with_a_caret(tmp_path: Path) -> None:
     _, err = gcode(file, "--machine", MILL, code=2)
     said = [line for line in err.splitlines() if line.startswith(file)]
     assert [line.removeprefix(file) for line in said] == [
-        ":2:1: X would go to 500 mm (its range is 0 to 120)",
-        ":3:2: Y would go to -3 mm (its range is 0 to 80)",
+        ":2:1: X would go to 500 mm (write 0 to 120)",
+        ":3:2: Y would go to -3 mm (write 0 to 80)",
         ":4:1: the machine has no axis A (leave A out, or add it to the machine)",
     ]
     assert "    3 |  Y-3\n      |  ^\n" in err

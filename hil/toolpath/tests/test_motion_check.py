@@ -16,17 +16,17 @@ PLACE, FEED = TextPlace(1, 1), Feed("per_minute", 600.0)
 def test_each_problem_has_its_place():
     plan = planned("G21 G90 F100\nG1 X201\n  G1 Y-100.5 Z9\nG0 X-999 A5\nG1 X0 Y0 Z0", mill())
     assert said(plan.problems) == [
-        "drawing.ngc:2:1: X would go to 201 mm (its range is -100 to 200)",
-        "drawing.ngc:3:3: Y would go to -100.5 mm (its range is -100 to 200)",
+        "drawing.ngc:2:1: X would go to 201 mm (write -100 to 200)",
+        "drawing.ngc:3:3: Y would go to -100.5 mm (write -100 to 200)",
         "drawing.ngc:4:1: the machine has no axis A (leave A out, or add it to the machine)",
-        "drawing.ngc:4:1: X would go to -999 mm (its range is -100 to 200)",
+        "drawing.ngc:4:1: X would go to -999 mm (write -100 to 200)",
     ]
     assert plan.items == []
 
 
 def test_an_arc_that_passes_a_limit_between_its_ends():
     plan = planned("G21 G90 F100\nG0 X190 Y20\nG2 X190 Y-20 J-20\nG17 G3 X150 Y-20 I-20", mill())
-    assert said(plan.problems) == ["drawing.ngc:3:1: X would pass 210 mm (its range is -100 to 200)"]
+    assert said(plan.problems) == ["drawing.ngc:3:1: X would pass 210 mm (write -100 to 200)"]
 
 
 def test_an_arc_without_an_axis_of_its_plane():
