@@ -29,7 +29,8 @@ def carry_out(
     known = device.verbs.get(verb)
     if known is None or not (known.run or known.types):
         names = [name for name, each in device.verbs.items() if each.run or each.types]
-        raise VerbRefused("no_verb", f"there is no {verb!r} here; {meant(verb, names)}")
+        at = device.axes.label(device.name, part) if part else device.name
+        raise VerbRefused("no_verb", f"{at} has no {verb!r}; {meant(verb, names)}")
     at_ns, answer = runtime.do_verb(device, verb, known.filled(parameters), part)
     return dict(answer) | {"effective_at_ns": at_ns}
 

@@ -89,7 +89,7 @@ def test_what_does_not_do_is_refused_with_every_problem(on: Board) -> None:
     )
     code, why = on.refusal("fly")
     assert code == "no_verb"
-    assert why.startswith("there is no 'fly' here; there are position, velocity, torque, mode, enable, ")
+    assert why.startswith("m1 has no 'fly'; there are position, velocity, torque, mode, enable, ")
     assert on.refusal("reset")[0] == "no_verb"  # the device's face has it
 
 

@@ -104,6 +104,21 @@ def test_what_is_no_condition(text: str, said: str) -> None:
     assert said in str(error.value)
 
 
+def test_an_example_is_of_who_asks() -> None:
+    with pytest.raises(ConditionError, match=r"'\)' stands; write it as in `m1.position_deg > 89`"):
+        parse_condition(")", "m1.position_deg > 89")
+    with pytest.raises(ConditionError, match=r"is missing; write it as in `abs\(m1.e\) > 5`"):
+        parse_condition("abs(m1.e) >", "m1.position_deg > 89")
+
+
+def test_a_field_is_not_compared_with_a_word() -> None:
+    with pytest.raises(ConditionError) as error:
+        parse_condition("mode == foo").check("m1", ["mode", "e"])
+    assert str(error.value) == (
+        "m1 has no field 'foo' to compare mode with; write a number, or a field: there are mode, e"
+    )
+
+
 def test_words_in_quotes_and_bytes() -> None:
     condition = parse_condition(
         r"""m1.sent has "E\x1b\r\"é" or not bus0.text != 'a' and m1.sent has 0x0D0a"""

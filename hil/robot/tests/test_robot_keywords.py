@@ -263,7 +263,7 @@ def test_each_test_has_a_bench_of_its_own(suite: Suite) -> None:
         ("Set Pin    m1    D9    1", "m1 has no pin 'D9'; there are"),
         ("Set Pin    m1    D2    2", "level: 2 is too large; write 0 or 1"),
         ("Pass Time    long", "Argument 'duration' got value 'long' that cannot be converted to timedelta"),
-        ("Do Verb    m1    moves", "there is no 'moves' here; "),
+        ("Do Verb    m1    moves", "m1 has no 'moves'; "),
         ("Do Verb    m1    move_abs", "position_deg: this one is missing"),
         (
             "Do Verb    m1    move_abs    position_deg=far",

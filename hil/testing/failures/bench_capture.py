@@ -22,6 +22,9 @@ class BenchCapture:
         self._watchers: dict[str, Callable[[Any], None]] = {}
 
     def __enter__(self) -> "BenchCapture":
+        __tracebackhide__ = True
+        if not self._file.parent.is_dir():
+            raise FileNotFoundError(f"{self._file}: there is no folder {self._file.parent}; make it first")
         self._file.touch()  # a path that cannot be written is told at once
         self._since = len(self._kept.records)
         self._heard = {name: deque() for name in self._runtime.wires}

@@ -154,3 +154,9 @@ def test_time_does_not_go_back(kit: Bench) -> None:
     ):
         kit.run_until(0)
     assert kit.now_ns / 1e6 == now_ms
+
+
+def test_a_capture_into_no_folder_is_a_sentence(kit: Bench, tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError) as raised, kit.capture(tmp_path / "none" / "a.pcapng"):
+        pass
+    assert str(raised.value) == f"{tmp_path}/none/a.pcapng: there is no folder {tmp_path}/none; make it first"

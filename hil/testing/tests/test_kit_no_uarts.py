@@ -86,7 +86,7 @@ def test_it_has_no_port_and_nobody_types_there(bench: Bench) -> None:
             bench.port(name, uart)
         assert caught.value.args == (why,)
     for name in ("d1", "b1"):
-        with pytest.raises(VerbRefused, match="there is no 'type' here"):
+        with pytest.raises(VerbRefused, match="has no 'type'; "):
             bench.device(name).do("type", text="x")
     with pytest.raises(KeyError, match="b1 has no pin 'D0'; there are none"):
         bench.device("b1").pin("D0")
