@@ -40,11 +40,11 @@ def until(condition: Callable[[], Any]) -> None:
 
 
 def degrees(bench: ServedBench, name: str) -> float:
-    return float(json.loads(bench.hil("state", name, "--json"))["position_deg"])
+    return float(json.loads(bench.hil("status", name, "--json"))[name]["position_deg"])
 
 
 def is_there(bench: ServedBench, *names: str) -> bool:
-    states = [json.loads(bench.hil("state", name, "--json")) for name in names]
+    states = [json.loads(bench.hil("status", name, "--json"))[name] for name in names]
     return all(state["connected"] for state in states)
 
 
@@ -59,7 +59,7 @@ def test_verbs_move_the_motor_behind_the_line(
     assert degrees(line, twin) == pytest.approx(began_deg + 90, abs=2.5)
     bench.hil("axis", name, "move-abs", "3600", "velocity_rpm=60")
     bench.hil("axis", name, "stop", "--wait")
-    until(lambda: not json.loads(bench.hil("state", name, "--json"))["moving"])
+    until(lambda: not json.loads(bench.hil("status", name, "--json"))[name]["moving"])
     assert degrees(bench, name) < 3000
 
 
