@@ -67,7 +67,7 @@ complete -c hil -n '__hil_at \'\' -eq 0' -a sketch -d 'Build sketches, and look 
 complete -c hil -n '__hil_at \'\' -eq 0' -a axis -d 'Carry out a verb of a device, or list its verbs.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a stop -d 'Stop axes, or all that moves: end its runs and drawings.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a run -d 'Carry out a multi-axis run.'
-complete -c hil -n '__hil_at \'\' -eq 0' -a gcode -d 'Carry out a program over the line of a machine\'s SACs, or by runs of a bench.'
+complete -c hil -n '__hil_at \'\' -eq 0' -a gcode -d 'Carry out a program of G-code: over the line of a machine\'s SACs, or by runs of a bench.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a step -d 'Move a Mechaduino by a step, draw the response, and print overshoot and settling time.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a pulses -d 'Play a pulse train on the step/dir inputs of a board, at exact simulated times.'
 complete -c hil -n '__hil_at \'\' -eq 0' -a plot -d 'Record an axis from now on, and draw it.'

@@ -43,6 +43,8 @@ def stop(
     With --site it lists which benches have confirmed. Its exit code is 0 if all have.
 
     Example: hil stop
+
+    Example: hil stop m1 s1
     """
     how = "prejudice" if at_once else "grace"
     if site:

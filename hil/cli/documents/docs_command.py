@@ -22,7 +22,7 @@ def docs(
     topic: Annotated[
         str | None,
         typer.Argument(
-            help="A page, as in runs; with a heading, as in runs#write-a-run; a word to search; or a group"
+            help="A page, as in runs; with a heading, as in runs#carry-it-out; a word to search; or a group"
             " of pages. [default: all pages]",
             show_default=False,
         ),

@@ -131,9 +131,16 @@ class BenchOptions(NamedTuple):
             return ask(path, verb, **arguments)
         except ControlError as error:
             why, of = str(error), arguments.get("device")
-            if of and not error.is_mistake and str(of) not in why:
+            if of and not error.is_mistake and not _names(why, str(of)):
                 why = f"{of}: {why}"  # a board says what it cannot do now, and not which it is
             raise fail(why, exit_of(error)) from None
+
+
+def _names(text: str, device: str) -> bool:
+    """True if a text says which device it is about. A short name may be a word: `a`, `in`."""
+    import re
+
+    return text.startswith(device) or (len(device) > 2 and bool(re.search(rf"\b{re.escape(device)}\b", text)))
 
 
 ANY_BENCH = BenchOptions()

@@ -51,7 +51,7 @@ GUESSES = {
     **dict.fromkeys(("rewind", "playback"), "replay RECORDING"),
     **dict.fromkeys(("csv", "convert"), "export RECORDING"),
     **dict.fromkeys(("search", "grep"), "find RECORDING CONDITION"),
-    **dict.fromkeys(("compare",), "diff RECORDING RECORDING"),
+    **dict.fromkeys(("compare",), "diff RECORDING OTHER"),
     **dict.fromkeys(("zip", "pack", "report"), "bundle RECORDING"),
     # This program.
     **dict.fromkeys(("test", "pytest"), "docs ci"),

@@ -74,7 +74,7 @@ def gcode(
     ] = None,
     bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
-    """Carry out a program over the line of a machine's SACs, or by runs of a bench.
+    """Carry out a program of G-code: over the line of a machine's SACs, or by runs of a bench.
 
     First checks and plans all of it, and lists every problem with its line and column. Says how long the path
     is and takes, what is slowed down, and whether the line can keep up. On a terminal p pauses and resumes, s

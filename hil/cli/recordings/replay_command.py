@@ -62,6 +62,8 @@ def replay(
     given to it.
 
     Example: hil replay bench.log
+
+    Example: hil replay bench.log --until -0.1s
     """
     if events:
         if since is not None or to is not None or fork.serve or options.is_given:
