@@ -51,12 +51,31 @@ def read_bridges(
             )
         except ValidationError as error:
             findings += findings_of(error, kinds[name], path, document)
+            if rest := _rest(kinds[name], given, error):
+                options[name] = rest
         else:
             ports.old_keys += old_key_problems(document, path, dict(given or {}), read)
             ports.door(name, read)
             for port in read.wanted_ports() if isinstance(read, BridgeOptions) else ():
                 ports.want(f"the bridge {name}", (*path, *port.place), port)
     return options, findings
+
+
+def _rest(model: type[BaseModel], given: object, error: ValidationError) -> BaseModel | None:
+    """Options without the rows that are wrong, as of units, so that what else is wrong is found too; None:
+    something else is wrong."""
+    left: dict[str, Any] = json.loads(json.dumps(given or {}))
+    places = [tuple(map(str, each["loc"])) for each in error.errors(include_url=False)]
+    for place in places:
+        rows = left.get(place[0]) if len(place) > 1 else None
+        if not isinstance(rows, dict):
+            return None
+        rows.pop(place[1], None)
+    try:
+        rest = model.model_validate_json(json.dumps(left), strict=True)
+    except (ValidationError, Unusable):
+        return None
+    return rest if all(isinstance(getattr(rest, key, None), Mapping) for key, *_ in places) else None
 
 
 def bridge_findings(

@@ -89,7 +89,7 @@ class AxisCheck:
             return
         kind = given.get("kind")
         if kind is None:
-            self._add("the load has no kind", kinds, "load")
+            self._add("the load has no kind", f"add kind: and one of {', '.join(LOAD_KINDS)}", "load")
         elif not isinstance(kind, str) or kind not in LOAD_KINDS:
             self.findings.append(no_such((*self.path, "load", "kind"), "kind of load", str(kind), LOAD_KINDS))
         elif info and self.plant != "full":

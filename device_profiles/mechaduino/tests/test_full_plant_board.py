@@ -144,7 +144,7 @@ def test_a_board_runs_against_its_end_stop() -> None:
         ({"load": {"kind": "constant", "torque_nm": 1.0}},
          'load.torque_nm: unknown key (did you mean "torque_Nm"?)'),
         ({"load": {"kind": "constant", "torque_Nm": math.inf}}, "load.torque_Nm"),
-        ({"load": {"torque_Nm": 1.0}}, "load: the load has no kind (known kinds are: constant"),
+        ({"load": {"torque_Nm": 1.0}}, "load: the load has no kind (add kind: and one of constant"),
         ({"load": 3}, "load: a load's kind and numbers are wanted here"),
         ({"load": {"kind": "end_stops", "min_deg": 5.0, "max_deg": 5.0}},
          "there is no room between the stops"),
