@@ -70,7 +70,8 @@ def test_a_second_one_is_refused_and_leaves_the_first_ones_log(command: Command,
     assert second.returncode == Exit.MISTAKE
     assert (
         second.stderr
-        == f"hil: bench desk is running already, as process {pid}; `hil shutdown -b desk` ends it\n"
+        == f"hil: bench desk is running already, as process {pid}; `hil shutdown -b desk` ends it,"
+        " or write another name behind bench:\n"
     )
     assert [each.name for each in (tmp_path / "state/hil/desk").glob("serve.log*")] == ["serve.log"]
 

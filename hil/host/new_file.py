@@ -111,6 +111,16 @@ def _refuse_planted(link: Path) -> None:
         raise PermissionError(errno.EACCES, "it is a symlink of another user", str(link))
 
 
+def _refused(target: Path, number: int) -> OSError:
+    """Error of a file that cannot be made in its folder, in words about the folder where that is it."""
+    folder = target.parent
+    if number == errno.ENOENT and not folder.is_dir():
+        return FileNotFoundError(number, f"there is no folder {folder}", str(target))
+    if number in (errno.ENOENT, errno.EACCES, errno.EPERM):
+        return PermissionError(errno.EACCES, f"the folder {folder} cannot be written to", str(target))
+    return OSError(number, os.strerror(number), str(target))
+
+
 def _create(target: Path) -> tuple[int, Path]:
     """Create a new file beside the target, with the permissions of what is there."""
     try:
@@ -120,7 +130,10 @@ def _create(target: Path) -> tuple[int, Path]:
     if old and not os.access(target, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
     new = target.with_name(f".hil-{secrets.token_hex(8)}")
-    fd = os.open(new, _NEW, 0o600 if old else 0o666)
+    try:
+        fd = os.open(new, _NEW, 0o600 if old else 0o666)
+    except OSError as error:  # whose file name is the new one's, which nobody has given
+        raise _refused(target, error.errno or errno.EIO) from None
     if old:
         mode = stat.S_IMODE(old.st_mode) & 0o777
         try:

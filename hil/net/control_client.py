@@ -46,7 +46,8 @@ class BenchLate(BenchSilent):
 
 def already_running(bench: str, pid: int) -> str:
     """Reason why a bench is not started a second time."""
-    return f"bench {bench} is running already, as process {pid}; `hil shutdown -b {bench}` ends it"
+    ends = f"`hil shutdown -b {bench}` ends it"
+    return f"bench {bench} is running already, as process {pid}; {ends}, or write another name behind bench:"
 
 
 def listener(path: Path) -> int:

@@ -250,7 +250,7 @@ def init(
         write_file(file, first_bench(name, schema_file.name).encode())
         write_file(schema_file, json.dumps(json_schema(find_catalogue()), indent=2).encode() + b"\n")
     except OSError as error:
-        raise fail(f"hil: {error.filename or file}: {error.strerror}") from None
+        raise fail(f"hil: {error.filename or file}: {error.strerror}", 2) from None
     text = f"wrote {file}, and {schema_file.name} for editors"
     text += f"\nTry it: hil check {file}, then hil serve {file}"
     return CommandAnswer({"file": str(file), "schema": str(schema_file)}, text)

@@ -80,7 +80,7 @@ def _report(process: "subprocess.Popen[bytes]", told: int, log: Path) -> dict[st
     if line.endswith(b"\n"):
         report: dict[str, Any] = json.loads(line)
         if error := report.get("error"):
-            raise fail(f"hil: {error['message']}", error["exit_code"])
+            raise fail(error["message"], error["exit_code"])
         return report
     code, said = process.poll(), log.read_text(errors="replace").strip()
     why = f"the boards do not answer after {READY_S:g} s" if code is None else f"hil serve ended with {code}"

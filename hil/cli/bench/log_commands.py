@@ -10,6 +10,7 @@ import typer
 
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
+from hil.cli.framework.exit_codes import Exit
 
 if TYPE_CHECKING:
     from hil.wire.command_lines import CheckedLine
@@ -77,6 +78,9 @@ def commands(
     """
     since_ns = _since_ns(since) if since else 0
     read = list(_read_all(_files(files or [], bench, state_dir)))
+    if files and read and not any(each.line.row for each in read):
+        why = "this is no log of commands; `hil log commands` alone lists those of this computer"
+        raise fail(f"hil: {read[0].place}: {why}", Exit.MISTAKE)
     if check or passwords or authority:
         return _checked(
             read, _Known(_secrets(passwords), _authorities(authority)), bool(passwords or authority)
@@ -140,7 +144,7 @@ def _read_all(files: Mapping[str, list[Path]]) -> Iterator[_Read]:
                 with open_regular(path) as file:
                     content = file.read().decode(errors="replace")
             except OSError as error:
-                raise fail(f"hil: {path}: {error.strerror}") from None
+                raise fail(f"hil: {path}: {error.strerror}", Exit.MISTAKE) from None
             lines = [(number, line) for number, line in enumerate(content.split("\n"), 1) if line]
             places += [f"{path}:{number}" for number, _ in lines]
             texts += [line for _, line in lines]

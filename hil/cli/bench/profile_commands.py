@@ -90,7 +90,7 @@ def new(
         for file, text in files.items():
             write_file(board / file, text.encode())
     except OSError as error:
-        raise fail(f"hil: {error.filename or board}: {error.strerror}") from None
+        raise fail(f"hil: {error.filename or board}: {error.strerror}", 2) from None
     lines = [
         f"{board}: {', '.join(files)}",
         f"Try it: hil profile check {board}, and python -m pytest {board}",
@@ -117,6 +117,8 @@ def check(
     from hil.cli.framework.progress_bars import bar
     from hil.testing.profile_check import profile_failures
 
+    if folder.is_file():
+        raise fail(f"hil: {folder} is a file; give the board's folder, as `hil profile list` shows them", 2)
     if not folder.is_dir():
         raise fail(
             f"hil: there is no folder {folder}; write that of a board, as `hil profile list` shows them", 2

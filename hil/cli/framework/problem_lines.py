@@ -2,6 +2,8 @@
 
 import os
 import re
+import shlex
+import stat
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -27,22 +29,45 @@ def has_colours(stream: TextIO) -> bool:
 
 _REMEDIES = (
     (re.compile(r".*/dev/\S+: No such file or directory"), "`ls /dev/tty*` shows which ports there are"),
-    (re.compile(r".*: No such file or directory"), "write a path that is there"),
     (re.compile(r".*: Is a directory"), "write a file in it"),
     (re.compile(r".*: Not a directory"), "write a path whose folders are there"),
     (re.compile(r".*: there is no folder \S+"), "make it with mkdir, or write another path"),
+    (re.compile(r".*: the folder \S+ cannot be written to"), "take another one, or get the right to it"),
     (re.compile(r".*: Permission denied"), "get the right to it (`ls -l`), or take another place"),
     (re.compile(r".*: Read-only file system"), "take another place"),
 )
 """Remedies for what Linux says of a path, where a message ends with it."""
+_ABSENT = re.compile(r"(?:hil: )?(?:--\S+ )?((?!/dev/|\[)[^\n]*): No such file or directory")
+_CLOSED = re.compile(r"(?:hil: )?(?:--\S+ )?([^\n]*): Permission denied")
 
 
 def with_remedy(message: str) -> str:
     """Message with what to do where it ends in words of Linux alone."""
+    if found := _ABSENT.fullmatch(message):
+        return f"{message}; write a path that is there{_looked_for(Path(found[1]))}"
+    if (found := _CLOSED.fullmatch(message)) and _is_closed_file(Path(found[1])):
+        return f"{message}; `chmod u+r {shlex.quote(found[1])}` lets you read it"
     for pattern, remedy in _REMEDIES:
         if pattern.fullmatch(message):
             return f"{message}; {remedy}"
     return message
+
+
+def _looked_for(path: Path) -> str:
+    """Whole path of a relative one; empty for others."""
+    try:
+        return "" if path.is_absolute() else f" (it was looked for at {Path.cwd() / path})"
+    except OSError:  # the working folder has gone
+        return ""
+
+
+def _is_closed_file(path: Path) -> bool:
+    """True for a file of this user that he may not read."""
+    try:
+        state = path.stat()
+    except (OSError, ValueError):
+        return False
+    return stat.S_ISREG(state.st_mode) and state.st_uid == os.geteuid() and not state.st_mode & stat.S_IRUSR
 
 
 def headed(message: str) -> str:

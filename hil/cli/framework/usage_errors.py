@@ -84,7 +84,15 @@ def _about(parameter: Any) -> str:
 
 
 def _usage(context: Any) -> str:
-    return " ".join([context.command_path, *context.command.collect_usage_pieces(context)])
+    return " ".join([_new_name(context.command_path), *context.command.collect_usage_pieces(context)])
+
+
+def _new_name(path: str) -> str:
+    """Command in place of an old name, which is not taught any more."""
+    from hil.cli.framework.command_table import COMMANDS
+
+    row = COMMANDS.get(path.removeprefix("hil "))
+    return f"hil {row.now}" if row and row.now else path
 
 
 def _of_option(flag: str, context: Any, *, takes_none: bool) -> str:

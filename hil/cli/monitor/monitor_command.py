@@ -92,9 +92,10 @@ def monitor(
         raise fail("--hex has no place for what is typed; leave out --echo or --hex", Exit.MISTAKE)
     texts = _macros(macro or [], macros)
 
-    from hil.cli.monitor.monitor_session import MonitorSession
+    from hil.cli.monitor.monitor_session import MonitorSession, shared_words
     from hil.cli.monitor.port_look import NamedPort, PortWatch
     from hil.cli.monitor.typed_keys import LINE_ENDS, KeyReader
+    from hil.host.journal import say
     from hil.net.control_client import ControlError
     from hil.net.port_client import PortUnreachable
 
@@ -107,6 +108,8 @@ def monitor(
     waits = is_typed if wait is None else wait
     watch = PortWatch(port.look) if is_typed or waits else None
     session = MonitorSession(device, keys, view, is_typed, waits, echo, received, watch)
+    if seen and seen.clients and not is_typed:
+        say(f"hil: {shared_words(seen.address)}", sys.stderr)
     try:
         with suppress(KeyboardInterrupt):
             session.run(seen, first_words(device, greeting, seen))

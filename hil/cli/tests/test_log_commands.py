@@ -71,6 +71,12 @@ def test_the_check_finds_what_was_changed_and_who_signed(state: Path) -> None:
 
 
 def test_what_is_wrong_with_its_words_is_said(state: Path) -> None:
+    (state / "b.yaml").write_text("bench: b\n")
+    wrong = CliRunner().invoke(app, ["log", "commands", str(state / "b.yaml")])
+    assert wrong.exit_code == 2
+    assert f"{state}/b.yaml:1: this is no log of commands; `hil log commands` alone" in wrong.output
+    absent = CliRunner().invoke(app, ["log", "commands", str(state / "nofile")])
+    assert (absent.exit_code, "write a path that is there" in absent.output) == (2, True)
     assert "is no time; write 90s" in asked(state, "--since", "soon")[1]
     assert "keep_days: 30" in asked(state, "--bench", "none")[1]
 

@@ -10,6 +10,7 @@ import threading
 import types
 from collections.abc import Mapping
 from importlib.machinery import SourceFileLoader
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -40,11 +41,17 @@ def main() -> None:
     parser.add_argument("program")
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
     given = parser.parse_args()
+    if given.module and not _has_module(given.program):
+        _say(f"there is no module {given.program!r}; write one that python -m finds from {os.getcwd()}")
+        sys.exit(MISTAKE)
     mapped = dict(each.rpartition("=")[::2] for each in given.map)
     try:
         bench, beside = _bench(given)
         _place(bench, mapped, given.date, beside)
-    except (ConfigError, KeyError, ValueError) as error:
+    except ConfigError as error:
+        _say(f"the bench cannot be used; what to do stands in brackets\n{error}")
+        sys.exit(MISTAKE)
+    except (KeyError, ValueError) as error:
         _say(str(error))
         sys.exit(MISTAKE)
     code = _run(given.program, given.arguments, given.module)
@@ -75,8 +82,19 @@ def _bench(given: argparse.Namespace) -> tuple[Bench, Lockstep | None]:
     return bench, Lockstep(from_test, to_test, bench)
 
 
+def _has_module(name: str) -> bool:
+    """True if Python finds a module, or the package that it is in: to find out more would run it."""
+    sys.path.insert(0, os.getcwd())
+    try:
+        return find_spec(name.partition(".")[0]) is not None
+    except ValueError:  # of an empty name, as of no module
+        return False
+    finally:
+        del sys.path[0]
+
+
 def _say(text: str) -> None:
-    sys.stderr.write(f"hil virtual: {text}\n")
+    sys.stderr.write(f"hil: {text}\n")
 
 
 def _place(bench: Bench, mapped: Mapping[str, str], date_s: float, beside: Lockstep | None) -> None:
@@ -84,7 +102,7 @@ def _place(bench: Bench, mapped: Mapping[str, str], date_s: float, beside: Locks
     ports = bench.serial_ports
     turns = Turns(bench.runtime, [*ports.terminals.values()], bench.arrivals, _say)
     terminals = ports.named(mapped)
-    children, port_class = Children(turns, terminals), ports.class_for(turns, terminals)
+    children, port_class = Children(turns, terminals), ports.class_for(turns, terminals, has_map=True)
     ports.serial_class = port_class  # of ``hil://`` too
     start_real = _thread.start_new_thread
     put_in_place(

@@ -77,9 +77,12 @@ class SerialPorts:
         """Class of pyserial for these ports, at which a test's only thread waits."""
         return self.class_for(self.passing, self.terminals)
 
-    def class_for(self, passing: Passing, terminals: Mapping[str, PortTerminal]) -> type[serial.Serial]:
-        """Make a class of pyserial for some ports. ``passing``: how time passes for those who wait."""
-        return serial_class(SystemCalls(passing, terminals))
+    def class_for(
+        self, passing: Passing, terminals: Mapping[str, PortTerminal], *, has_map: bool = False
+    ) -> type[serial.Serial]:
+        """Make a class of pyserial for some ports. ``passing``: how time passes for those who wait;
+        ``has_map``: names can be given to ports by --map."""
+        return serial_class(SystemCalls(passing, terminals, has_map))
 
     def named(self, mapped: Mapping[str, str]) -> dict[str, PortTerminal]:
         """Terminals by their addresses, and by further paths that have names of ports. Raises KeyError."""

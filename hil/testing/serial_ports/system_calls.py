@@ -58,8 +58,10 @@ class SystemCalls:
     Long because each call that pyserial makes stands here, one short method each.
     """
 
-    def __init__(self, passing: Passing, terminals: Mapping[str, PortTerminal]) -> None:
-        self.passing, self.terminals = passing, terminals
+    def __init__(
+        self, passing: Passing, terminals: Mapping[str, PortTerminal], has_map: bool = False
+    ) -> None:
+        self.passing, self.terminals, self._has_map = passing, terminals, has_map
         self._files: dict[int, OpenTerminal | Abort] = {}
         self._numbers = itertools.count(_FIRST_FD)
         self._waited: tuple[Sequence[int], SimTimeNs] | None = None
@@ -78,7 +80,9 @@ class SystemCalls:
     def open(self, path: str, flags: int) -> int:
         """Open a terminal. Raises OSError: there is none of this name."""
         if path not in self.terminals:
-            raise _error(errno.ENOENT, f"no such port in this bench; {meant(path, self.terminals)}", path)
+            also = f"; or give --map {path}={next(iter(self.terminals), 'PORT')}" if self._has_map else ""
+            why = f"no such port in this bench; {meant(path, self.terminals)}{also}"
+            raise _error(errno.ENOENT, why, path)
         terminal = self.terminals[path]
         with self.passing.inside():
             terminal.open(self.passing.now_ns)

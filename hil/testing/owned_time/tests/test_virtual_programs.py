@@ -113,7 +113,7 @@ print("seen")
     done = run(tmp_path, text)
     assert done.stdout == "seen\n"
     assert done.stderr == (
-        "hil virtual: MainThread has not waited for 0.5 s at program.py:5: the others go on beside it, at the"
+        "hil: MainThread has not waited for 0.5 s at program.py:5: the others go on beside it, at the"
         " wall's pace; another run may differ\n"
     )
 
@@ -144,6 +144,7 @@ def test_input_waits_at_the_keyboard(tmp_path: Path) -> None:
         ),
         ("import threading\nthreading.Thread(target=lambda: 1 / 0).start()", 0, "ZeroDivisionError"),
         ("def f(:", 1, "SyntaxError"),
+        ("import serial; serial.Serial('/dev/x')", 1, "there are m1; or give --map /dev/x=m1"),
     ],
 )
 def test_ends_of_programs(tmp_path: Path, text: str, code: int, said: str) -> None:
@@ -160,6 +161,7 @@ def test_ends_of_programs(tmp_path: Path, text: str, code: int, said: str) -> No
         (("--date", "soon"), "program.py", "--date soon: write it as 2026-01-31T12:00:00, or now"),
         ((), "nothing.py", "nothing.py: there is no such program"),
         ((), "/bin/true", "/bin/true is no Python program"),
+        (("-m",), "nosuchmod", "hil: there is no module 'nosuchmod'; write one that python -m finds from"),
     ],
 )
 def test_mistakes_are_told_before_the_program_begins(
