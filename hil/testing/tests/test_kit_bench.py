@@ -72,7 +72,8 @@ def test_run_goes_on_and_run_until_never_goes_back() -> None:
     assert bench.now_ns == 1_500_001
     bench.run_until(2)
     assert bench.now_ns == bench.axis("m1").snapshot().at_ns == 2_000_000
-    bench.run_until(1)
+    with pytest.raises(ValueError, match="time does not go back"):
+        bench.run_until(1)
     assert bench.now_ns == 2_000_000
 
 
