@@ -20,5 +20,5 @@ def test_serve_tells_programs_when_boards_answer(place: Place) -> None:
     assert not ready.exists()
     nowhere = str(place.folder / "no" / "ready.json")
     said = place.launch(config(), "--ready-file", nowhere).refused()
-    why = f"there is no folder {nowhere.parent}; make it with mkdir, or write another path"
+    why = f"there is no folder {place.folder}/no; make it with mkdir, or write another path"
     assert said == f"hil: --ready-file {nowhere}: {why}\n"
