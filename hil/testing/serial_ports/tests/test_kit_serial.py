@@ -191,7 +191,8 @@ def test_can_bus_and_segment_taps_are_ports() -> None:
 
 
 def test_an_unknown_port_says_what_there_is() -> None:
-    with Bench(LINE) as b, pytest.raises(KeyError, match="there is no port 'bus0'; there are s1, s1"):
+    why = r"there is no port 'bus0'; did you mean \"bus0\.master\"\? there are s1, s1"
+    with Bench(LINE) as b, pytest.raises(KeyError, match=why):
         b.serial("bus0")
 
 
