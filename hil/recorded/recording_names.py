@@ -62,8 +62,9 @@ def found_recording(text: str, bases: Sequence[Path]) -> Path:
 
 def _there(there: list[Path], bases: Iterable[Path], bench: str) -> str:
     of = f" of {bench}" if bench else ""
-    count = f"there are {len(there)} recordings{of}" if there else f"there is no recording{of}"
-    return f"{count} in {' and '.join(map(str, bases))}"
+    counts = {0: "there is no recording", 1: "there is one recording"}
+    count = counts.get(len(there), f"there are {len(there)} recordings")
+    return f"{count}{of} in {' and '.join(map(str, bases))}"
 
 
 def _names(found: Iterable[Path]) -> str:
