@@ -79,7 +79,7 @@ def test_faults_of_a_device_are_not_those_of_one_with_a_longer_name(using: Using
         one, other = await begun("s1"), await begun("s10")
         line = await begun("s10.network", "byte_drop", rate=0.5)
         told = await refusal(ask("clear", number=other, on="s1"))
-        assert told == ("bad_parameter", f"there is no fault {other} on s1; there are: {one}")
+        assert told == ("bad_parameter", f"there is no fault {other} on s1; there are {one}")
         for wrong in (True, "1", [1], None):
             assert (await refusal(ask("clear", number=wrong, on="s1")))[0] == "bad_parameter"
         assert await ask("clear", number=float(one), on="s1") == {"cleared": [one]}

@@ -111,9 +111,10 @@ def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     train = tmp_path / "train.csv"
     train.write_text("at_s,steps,duration_s\n1,1,1\n1.5,1,1\n2,0.5,1\n")
     text = place.hil("pulses", "m1", "--file", str(train), code=2)
-    assert [line.split(": ")[0] for line in text.splitlines()] == [f"{train}:3", f"{train}:4"]
+    lines = (line.removeprefix("hil: ") for line in text.splitlines())
+    assert [line.split(": ")[0] for line in lines] == [f"{train}:3", f"{train}:4"]
     said = place.hil("step", "m1", "90", code=1)  # and no drawing
-    assert said == "hil: the look-up table is empty; calibrate it first\n"
+    assert said == "hil: m1: the look-up table is empty; calibrate it first\n"
 
 
 @pytest.mark.parametrize("words", [["plot", "m1"], ["step", "m1", "9"], ["pulses", "m1", "--stop"]])

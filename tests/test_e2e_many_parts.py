@@ -54,7 +54,7 @@ def test_every_part_at_every_door(place: Place) -> None:
         capture.terminate()
         assert capture.wait(PATIENCE_S) == 0
         assert "position: " in place.cli("axis", "arm.elbow")
-        assert "set_point: 47" in place.cli("axis", "arm.elbow", "position", "47")
+        assert "its set-point is 47.00 deg" in place.cli("axis", "arm.elbow", "position", "47")
         place.cli("set", "arm.elbow", "load_torque_Nm", "0.01")
         place.cli("pin", "arm.elbow", "D3", "1")
         assert server.ask("state", device="arm.elbow")["load_torque_Nm"] == 0.01
@@ -143,7 +143,7 @@ def test_boards_without_serial_interfaces_at_every_door(place: Place) -> None:
     assert (listed["d1"], listed["b1"]) == (["drive", "1", "none"], ["brick", "1", "none"])
     assert "d1: 1 starts" in place.cli("status")
     assert "position: set the angle" in place.cli("axis", "d1")
-    assert "set_point: 60" in place.cli("axis", "d1", "position", "60")
+    assert "its set-point is 60.00 deg" in place.cli("axis", "d1", "position", "60")
     place.cli("pin", "d1", "D3", "1")
     place.cli("reset", "b1")
     (place.folder / "r.yaml").write_text("run: r\naxes: {d1: {}}\nsteps:\n  - move: {d1: 20}\n")
@@ -181,7 +181,7 @@ def test_a_reload_adds_and_removes_boards_without_serial_interfaces(place: Place
     server = place.serve(bench({"p1": PINGER}))
     top: dict[str, Any] = {"speed": 2, "profile_path": [BOARDS]}
     assert reload(place, server, {"p1": PINGER} | MUTE, **top) == {"kept": ["p1"], "added": ["d1", "b1"]}
-    assert "set_point: 60" in place.cli("axis", "d1", "position", "60")
+    assert "its set-point is 60.00 deg" in place.cli("axis", "d1", "position", "60")
     assert reload(place, server, {"p1": PINGER}, **top) == {"kept": ["p1"], "removed": ["d1", "b1"]}
     place.write(bench({"d1": MUTE["d1"] | {"port": "pty"}}), "t.yaml")
     assert "devices.d1.port: a drive has no serial interface" in server.ask("reload")["problems"]

@@ -99,8 +99,11 @@ def test_faults_come_and_go(place: Place, pair: Any) -> None:
         (("byte_dop", "s2"), "there is no fault"),
         (("byte_drop", "s9", "rate=1"), "there is no 's9'"),
         (("byte_drop", "s2"), "rate: this one is missing"),
-        (("byte_drop", "s2", "rate=2"), "rate: write 0 to 1"),
-        (("byte_drop", "s2", "rate=1", "x=1"), "x: parameters of byte_drop are rate, towards, seed"),
+        (("byte_drop", "s2", "rate=2"), "rate: 2 is too large; write 0 to 1"),
+        (
+            ("byte_drop", "s2", "rate=1", "x=1"),
+            "x: there is no such parameter; parameters of byte_drop are rate, towards, seed",
+        ),
         (("byte_drop", "s2", "rate=1", "towards=up"), "towards: write board or client"),
     ):
         refused = hil(place, "fault", "inject", *parameters, "-b", "r")
@@ -207,7 +210,10 @@ def away(place: Place, at: str, **launch: Any) -> tuple[str, str]:
 
 
 def test_why_a_board_is_away_and_what_brings_it_back(place: Place) -> None:
-    assert away(place, "/dev/ttyUSB97") == ("No such file or directory", "plug it in")
+    assert away(place, "/dev/ttyUSB97") == (
+        "No such file or directory",
+        "plug it in",
+    )
     said, remedy = away(place, "/dev/null")
     assert "Inappropriate ioctl" in said
     assert remedy == "this is no serial port: correct `at:`"
@@ -217,7 +223,7 @@ def test_why_a_board_is_away_and_what_brings_it_back(place: Place) -> None:
     main, terminal = os.openpty()
     with serial.Serial(os.ttyname(terminal), exclusive=True):
         said, remedy = away(place, os.ttyname(terminal))
-        assert re.search(rf": in use by \S+ \(process {os.getpid()}\)", said)
+        assert re.search(rf"^in use by \S+ \(process {os.getpid()}\)", said)
         assert remedy == "end the program that has it open"
     os.close(main)
     os.close(terminal)
@@ -227,5 +233,5 @@ def test_a_service_that_is_closed_to_adapters_says_what_opens_it(place: Place, t
     manager = Manager(tmp_path)
     said, remedy = away(place, "/dev/ttyUSB97", env=manager.env)
     manager.close()
-    assert said == "No such file or directory"
+    assert said.startswith("No such file or directory")
     assert "adapters.conf" in remedy

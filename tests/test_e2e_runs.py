@@ -133,7 +133,7 @@ def test_runs_are_listed_shown_and_cancelled(place: Place) -> None:
     assert ended(server, "far")["why"] == "it was cancelled with an immediate stop"
     said = place.cli("run", "cancel", "fa", *where, code=2)
     assert said.startswith("hil: there is no run 'fa'; did you mean \"far\"? there are far, far-2; `hil ")
-    assert said.endswith(" runs` lists them\n")
+    assert said.endswith(" run list` lists them\n")
     assert json.loads(place.cli("status", "--json"))["runs"] == []
 
 

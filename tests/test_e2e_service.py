@@ -171,7 +171,7 @@ def test_a_wrong_configuration_in_the_journal(place: Place, manager: Manager) ->
     lines = errors.read_text().splitlines()
     assert lines
     assert all(line.startswith("<3>") for line in lines)
-    assert f"{path}:1:" in lines[0]
+    assert f"{path}:1:" in lines[1]
     assert manager.wait("STATUS=") == f"STATUS={path} has problems; the log lists them"
 
 

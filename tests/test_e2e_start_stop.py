@@ -258,7 +258,7 @@ def test_table_files_that_cannot_be_used(place: Place) -> None:
 
 def test_log_that_cannot_be_written(place: Place) -> None:
     said = place.launch(config(), "--log", str(place.folder / "none" / "log")).refused()
-    assert f"log {place.folder}/none/log: No such file" in said
+    assert f"log {place.folder}/none/log: there is no folder" in said
     assert nothing_left(place)
 
 

@@ -100,6 +100,6 @@ def test_the_end_of_the_log_is_there(place: Place) -> None:
     with socket.create_server(("0.0.0.0", 0)) as taken:
         listen = f"0.0.0.0:{taken.getsockname()[1]}"
         text = config(bridges={"metrics": {"listen": listen, "insecure": True}})
-        warned, refused, *_ = place.launch(text).refused().splitlines()
+        warned, _, refused, *_ = place.launch(text).refused().splitlines()
     assert warned.startswith("WARNING bridges.metrics: insecure")
     assert ": bridges.metrics.listen: 0.0.0.0:" in refused

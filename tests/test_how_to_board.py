@@ -118,4 +118,6 @@ def test_the_list_has_all_boards_and_what_is_wrong_with_one(lab: Path) -> None:
     *_, end = said("check", "try.yaml")
     assert end == "try.yaml: bench t, 1 device, no problems; not used and not usable: spoilt"
     assert "it loads: " in said("profile", "check", "boards/spoilt", code=1)[0]
-    assert said("profile", "check", "boards/nowhere", code=2) == ["hil: there is no folder boards/nowhere"]
+    assert said("profile", "check", "boards/nowhere", code=2)[0].startswith(
+        "hil: there is no folder boards/nowhere; "
+    )

@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from hil.cli.framework.progress_bars import progress_words
 
 SCRIPT = """
-import sys, time
+import signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
 from hil.cli.framework.progress_bars import bar
 with bar("m1 calibrates", "s simulated") as shown:
     shown.tell(12, 26)

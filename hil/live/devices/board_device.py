@@ -35,6 +35,8 @@ _BACK = {
     os.strerror(errno.EISDIR): "this is no serial port: correct `at:`",
     os.strerror(errno.EBUSY): "end the program that has it open",
     os.strerror(errno.EAGAIN): "end the program that has it open",  # from the lock that each program takes
+    "in use by ": "end the program that has it open",
+    "no serial port": "this is no serial port: correct `at:`",
 }
 """Remedies by the system's words, which pyserial puts into longer sentences."""
 
@@ -170,7 +172,7 @@ class BoardDevice(RealDevice):
     def problems(self, is_service: bool) -> Iterator[HealthProblem]:
         line = self._backend.line
         if away := line.stats().away:
-            what = f"{line.address}: {self._backend.failure or away}"
+            what = f"{line.address}: {self._backend.failure or away.partition('; ')[0]}"
             yield HealthProblem(
                 "port", self.name, what, f"{_back(away, is_service)}; it is tried again each second"
             )
@@ -195,6 +197,6 @@ class BoardDevice(RealDevice):
 
 def _back(why: str, is_service: bool) -> str:
     """Remedy that brings a board back, whose port could not be opened."""
-    if is_service and why in _CLOSED_TO_SERVICES:
+    if is_service and why.partition("; ")[0] in _CLOSED_TO_SERVICES:
         return "plug it in, and open adapters to the service: the drop-in adapters.conf, `hil docs service`"
     return next((remedy for said, remedy in _BACK.items() if said in why), "plug it in")

@@ -342,7 +342,7 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
     path.write_text("hello\n")
     with Looking(path) as looking:
         assert looking.process.stderr
-        assert "input log" in looking.process.stderr.read().decode()
+        assert "this is no recording" in looking.process.stderr.read().decode()
         assert looking.process.wait(30) == 1
 
 

@@ -239,7 +239,7 @@ def test_it_says_what_would_be_in_it_and_asks(tmp_path: Path, monkeypatch: pytes
     assert (done.exit_code, done.stderr) == (2, "hil: bench.hilz is a bundle already\n")
     done = hil("bundle", log, "-y", "-o", tmp_path / "no" / "where.hilz")
     assert done.exit_code == 2
-    assert "No such file or directory" in done.stderr
+    assert "there is no folder" in done.stderr
 
 
 def test_a_file_of_a_board_with_a_name_that_no_bundle_has(tmp_path: Path) -> None:
