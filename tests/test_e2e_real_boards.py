@@ -104,7 +104,10 @@ def test_faults_come_and_go(place: Place, pair: Any) -> None:
             ("byte_drop", "s2", "rate=1", "x=1"),
             "x: there is no such parameter; parameters of byte_drop are rate, towards, seed",
         ),
-        (("byte_drop", "s2", "rate=1", "towards=up"), 'towards: there is no "up" here; write board or client'),
+        (
+            ("byte_drop", "s2", "rate=1", "towards=up"),
+            'towards: there is no "up" here; write board or client',
+        ),
     ):
         refused = hil(place, "fault", "inject", *parameters, "-b", "r")
         assert refused.returncode == 2
