@@ -114,7 +114,7 @@ def compiled(progress: Path) -> tuple[float, float]:
 
 
 def of_core(progress: Path) -> str:
-    """What has been compiled, in words."""
+    """Describe how much has been compiled."""
     part, begun = compiled(progress)
     if not begun:
         return "C is translated"

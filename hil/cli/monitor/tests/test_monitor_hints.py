@@ -1,4 +1,4 @@
-"""What `hil monitor` says first, and what Enter sends."""
+"""First words of `hil monitor`, and the bytes that Enter sends."""
 
 from pathlib import Path
 
