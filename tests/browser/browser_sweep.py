@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 from browser_pages import Bench, Between, fits, in_layout, served, violations
-from e2e_support import READY_NS
+from e2e_support import READY_NS, until
 from playwright.sync_api import Browser, Page, expect
 
 SERVO = {"profile": "mechaduino", "flash": {"table": "identity"}}
@@ -42,7 +42,7 @@ VIEWS = (
 )
 READY = tuple(f"layout/ready/{name}" for name in ("bench", "tuning", "bus", "cell", "wall"))
 SIZES = {390: 9000, 1440: 2600}
-"""Widths, each with a height in which nothing is out of sight."""
+"""Widths, each with the height that a window begins with. It grows with what is shown."""
 SAMPLE = {(ALL, "dark", 390), (ALL, "light", 1440)}
 
 
@@ -73,6 +73,16 @@ def until_shown(page: Page) -> None:
     expect(page.get_by_text(re.compile("^(is being loaded|Connecting)"))).to_have_count(0)
 
 
+def has_in_sight(page: Page, count: int) -> bool:
+    """Make the window as high as the page, and return whether it has ``count`` panels.
+
+    Panels out of sight are not drawn, and the page's height follows fonts and the fields of boards.
+    """
+    height = page.evaluate("document.documentElement.scrollHeight")
+    page.set_viewport_size({"width": page.evaluate("innerWidth"), "height": height})
+    return page.locator(".panel").count() == count
+
+
 @pytest.mark.parametrize(
     ("where", "theme", "width"),
     [
@@ -89,7 +99,7 @@ def test_a_place_is_for_everybody_and_whole(pages: Bench, where: str, theme: str
     page = pages.open(place, viewport=size, color_scheme=theme)
     until_shown(page)
     if where == ALL:
-        expect(page.locator(".panel")).to_have_count(len(PANELS))
+        until(lambda: has_in_sight(page, len(PANELS)), "each kind of panel")
     fits(page, width)
     assert violations(page) == []
 
