@@ -36,7 +36,7 @@ NAVIGATION: Mapping[str, list[str]] = {
     ),
     "Use: motion": _how_to("move-axes", "runs", "gcode", "switches", "race"),
     "Use: lines and buses": _how_to(
-        "segments", "mother", "sac-network", "modbus", "scada", "can", "can-channels", "zenoh", "web", "usb"
+        "segments", "line", "sac-network", "modbus", "scada", "can", "can-channels", "zenoh", "web", "usb"
     ),
     "Use: your own board": _how_to(
         "own-sketch", "arduino", "own-mechaduino", "mechaduino-troubles", "easydriver", "walter", "own-drive",

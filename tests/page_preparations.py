@@ -419,7 +419,7 @@ def _(session: Session) -> None:
     session.varies = (DEG,)
 
 
-@before("mother", "Commands")
+@before("line", "Commands")
 def _(session: Session) -> None:
     serve_line(session)
     session.varies = (r"\d+\.\d+ m?s", " +")

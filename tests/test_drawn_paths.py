@@ -24,7 +24,7 @@ from hil.toolpath.machine import parse_machine
 from hil.toolpath.node_phrases import NodePhrases
 from hil.toolpath.path_plan import plan_path, plan_program
 
-EXAMPLES = ROOT / "examples/mother"
+EXAMPLES = ROOT / "examples/line"
 LIMITS = "min_mm: -200, max_mm: 200, velocity_mm_per_min: 1500, acceleration_mm_per_s2: 200"
 MILL = f"""
 machine: mill

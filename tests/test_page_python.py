@@ -26,8 +26,8 @@ PROGRAMS = {
     ("lab", "Reserve a bench"): "test_e2e_lease.py",
     ("modbus", "Position in registers, start bit, done bit"): "test_how_to_modbus.py",
     ("modbus", "Nodes on an RS485 line"): "test_how_to_modbus.py",
-    ("mother", "In a program"): "test_page_python.py",
-    ("mother", "Units at a tap or a port"): "test_page_python.py",
+    ("line", "In a program"): "test_page_python.py",
+    ("line", "Units at a tap or a port"): "test_page_python.py",
     ("own-mechaduino", "Your own sketch on a Mechaduino"): "test_how_to_own_boards.py",
     ("ports", "tcp: a socket"): "test_page_python.py",
     ("ports", "rfc2217: a socket with baud, break and modem lines"): "test_page_python.py",
@@ -106,7 +106,7 @@ def test_ports_as_the_page_opens_them(place: Place) -> None:
 
 
 def test_a_program_is_the_master_of_a_line(place: Place) -> None:
-    with Session(place, "docs/how-to/mother.md") as session:
+    with Session(place, "docs/how-to/line.md") as session:
         serve_line(session)
         assert session.program("In a program") == session.text("In a program", "text")
 
@@ -114,7 +114,7 @@ def test_a_program_is_the_master_of_a_line(place: Place) -> None:
 @pytest.mark.thorough
 def test_a_program_polls_units_of_modbus(place: Place) -> None:
     heading = "Units at a tap or a port"
-    with Session(place, "docs/how-to/mother.md") as session:
+    with Session(place, "docs/how-to/line.md") as session:
         session.serve(
             "bench: plant\n"
             "devices: {m1: {profile: mechaduino}, m2: {profile: mechaduino}}\n"

@@ -1,4 +1,4 @@
-"""Programs in G-code as CAM programs write them, the same each time, for the mill of ``examples/mother``.
+"""Programs in G-code as CAM programs write them, the same each time, for the mill of ``examples/line``.
 
 ``python examples/gcode/make_programs.py`` writes those of this folder; with a name of a file and a number of
 lines it writes a larger engraving.

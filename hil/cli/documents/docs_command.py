@@ -15,6 +15,8 @@ from hil.cli.framework.shown_view import Grid, Line, ShownView, line
 _MOST_HEADINGS = 4
 """Headings of a page that a search lists."""
 _MOST_ROWS = 30
+_NOW = {"mother": "line"}
+"""Pages that have another name now, by the one before."""
 _HINT = "`hil docs PAGE` shows one, `hil docs PAGE#HEADING` from a heading on, `hil docs WORD` searches."
 
 
@@ -45,7 +47,11 @@ def docs(
     if topic in GROUPS:
         return _listed({name: page for name, page in pages.items() if group_of(page) == topic}, whole=True)
     name, _, heading = topic.rpartition("/")[2].partition("#")
-    if (name := name.removesuffix(".md")) not in pages:
+    name = name.removesuffix(".md")
+    if name in _NOW:
+        typer.echo(f"hil: the page `{name}` is now `{_NOW[name]}`", err=True)
+        name = _NOW[name]
+    if name not in pages:
         return _searched(topic, pages)
     text = pages[name].file.read_text()
     if heading:

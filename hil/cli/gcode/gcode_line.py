@@ -18,7 +18,7 @@ from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.interrupts import noted
 from hil.cli.framework.shown_words import fixed
 from hil.cli.gcode.gcode_files import PlannedFile
-from hil.cli.lines.mother_lines import LineOptions, on_lines, place_of
+from hil.cli.lines.named_lines import LineOptions, on_lines, place_of
 
 if TYPE_CHECKING:
     from hil.master import LiveMaster

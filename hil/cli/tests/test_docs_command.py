@@ -67,6 +67,13 @@ def test_a_page_begins_at_a_heading() -> None:
     assert 'did you mean "metrics"?' in wrong.output
 
 
+def test_a_page_that_was_renamed_is_found_by_its_old_name() -> None:
+    old = hil("docs", "mother#commands")
+    assert (old.exit_code, old.stderr) == (0, "hil: the page `mother` is now `line`\n")
+    assert old.stdout == hil("docs", "line#commands").stdout
+    assert "mother" not in json.loads(hil("docs", "--json").output)
+
+
 def test_a_word_that_is_no_page_is_searched() -> None:
     found = json.loads(hil("docs", "metrics", "--json").output)["found"]
     assert {"page": "health#metrics", "text": "Metrics"} in found

@@ -68,7 +68,7 @@ def test_a_word_that_nobody_guesses() -> None:
     assert guessed("Move_Abs") == GUESSES["move-abs"]
 
 
-@pytest.mark.parametrize("words", ["help", "help run", "help fault inject", "help mother send"])
+@pytest.mark.parametrize("words", ["help", "help run", "help fault inject", "help line send"])
 def test_help_is_the_help_of_the_command(words: str) -> None:
     shown, asked = (CliRunner().invoke(app, line) for line in (words.split(), [*words.split()[1:], "--help"]))
     assert (shown.exit_code, shown.output) == (0, asked.output)

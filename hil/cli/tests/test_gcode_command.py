@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from hil.cli.framework.command_group import app
 
-EXAMPLES = Path(__file__).parents[3] / "examples" / "mother"
+EXAMPLES = Path(__file__).parents[3] / "examples" / "line"
 MILL, DRAWING = str(EXAMPLES / "mill.yaml"), str(EXAMPLES / "drawing.ngc")
 
 

@@ -9,7 +9,7 @@ import typer
 from hil.cli.framework.ask import BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
-from hil.cli.lines.mother_lines import (
+from hil.cli.lines.named_lines import (
     ANY_LINE,
     LineOptions,
     NodeNames,

@@ -9,7 +9,7 @@ import typer
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
-from hil.cli.lines.mother_lines import LineOptions
+from hil.cli.lines.named_lines import LineOptions
 
 ProgramFile = Annotated[Path, typer.Argument(help="The program (RS-274/NGC).", show_default=False)]
 MachineFile = Annotated[

@@ -12,7 +12,7 @@ from hil.cli.framework.command_answers import AsJson, CommandAnswer
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.shown_view import Grid, ShownView, line
 from hil.cli.framework.shown_words import echo_words
-from hil.cli.lines.mother_lines import (
+from hil.cli.lines.named_lines import (
     ANY_LINE,
     TO_ALL,
     Asked,

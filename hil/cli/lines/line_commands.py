@@ -7,7 +7,7 @@ import typer
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.progress_bars import bar
-from hil.cli.lines.mother_lines import (
+from hil.cli.lines.named_lines import (
     ANY_LINE,
     TO_ALL,
     Asked,

@@ -16,7 +16,7 @@ import pytest
 from hil.testing import LiveError, ServedBench, live
 
 pytestmark = pytest.mark.long
-EXAMPLES = Path(__file__).parents[3] / "examples" / "mother"
+EXAMPLES = Path(__file__).parents[3] / "examples" / "line"
 PROGRAM = "import sys; sys.argv[0] = 'hil'; from hil.cli.entry import main; main()"
 PATIENCE_S = 60.0
 TOUR = "G21 G90 G64 F1200\nG1 X8\nY6\nG3 X2 Y6 I-3\nG1 X0 Y0\nM2\n"

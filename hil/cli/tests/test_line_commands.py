@@ -32,31 +32,31 @@ def bench() -> Iterator[ServedBench]:
         yield made
 
 
-def mother(bench: ServedBench, *words: str) -> str:
+def on_line(bench: ServedBench, *words: str) -> str:
     return bench.hil("line", *words)
 
 
 def test_outcomes_of_commands(bench: ServedBench) -> None:
-    said = mother(bench, "send", "bus0.master", "4-5", "v150", "m10")
+    said = on_line(bench, "send", "bus0.master", "4-5", "v150", "m10")
     assert [line.partition(",")[0] for line in said.splitlines()] == [
         *("4 v150: done", "5 v150: done", "4 m10: done", "5 m10: done")
     ]
-    assert mother(bench, "send", "bus0.master", "all", "v100") == "all v100: sent\n"
+    assert on_line(bench, "send", "bus0.master", "all", "v100") == "all v100: sent\n"
 
 
 def test_outcomes_that_are_not_known_and_refused(bench: ServedBench) -> None:
     bench.hil("fault", "inject", "packet_no_ack", "s4.network")
     with pytest.raises(LiveError, match="exit code 5"):
-        mother(bench, "send", "bus0.master", "4", "m10", "v150")
+        on_line(bench, "send", "bus0.master", "4", "m10", "v150")
     bench.hil("fault", "clear")
     bench.hil("fault", "inject", "packet_nak", "s4.network")
     with pytest.raises(LiveError, match="exit code 1"):
-        mother(bench, "send", "bus0.master", "4", "v150")
+        on_line(bench, "send", "bus0.master", "4", "v150")
     bench.hil("fault", "clear")
 
 
 def test_outcomes_for_programs(bench: ServedBench) -> None:
-    (row,) = json.loads(mother(bench, "send", "bus0.master", "5", "v150", "--json"))
+    (row,) = json.loads(on_line(bench, "send", "bus0.master", "5", "v150", "--json"))
     assert 4 < row.pop("round_trip_ms") < 1000
     assert row == {
         **{"line": "bus0.master", "node": 5, "command": "v150"},
@@ -65,18 +65,18 @@ def test_outcomes_for_programs(bench: ServedBench) -> None:
 
 
 def test_stop_release_and_text(bench: ServedBench) -> None:
-    assert mother(bench, "release", "bus0.master") == "all y: sent\n"
-    said = mother(bench, "stop", "bus0.master", "--nodes", "4", "--at-once").splitlines()
+    assert on_line(bench, "release", "bus0.master") == "all y: sent\n"
+    said = on_line(bench, "stop", "bus0.master", "--nodes", "4", "--at-once").splitlines()
     assert said[0] == "all S: sent"
     assert said[1].startswith("4 S: done")
-    assert mother(bench, "text", "bus0.master", "5", "good", "morning").startswith("5 good morning: done")
+    assert on_line(bench, "text", "bus0.master", "5", "good", "morning").startswith("5 good morning: done")
 
 
 def test_scan_and_nodes(bench: ServedBench) -> None:
-    (found,) = json.loads(mother(bench, "scan", "bus0.master", "--addresses", "4-9", "--json"))
+    (found,) = json.loads(on_line(bench, "scan", "bus0.master", "--addresses", "4-9", "--json"))
     assert [each["node"] for each in found["nodes"]] == [4, 5]
     assert found["addresses"] == 6
-    said = mother(bench, "nodes", "bus0.master", "--addresses", "4-9").splitlines()
+    said = on_line(bench, "nodes", "bus0.master", "--addresses", "4-9").splitlines()
     assert [line.split()[:2] for line in said] == [
         ["line", "node"],
         ["bus0.master", "4"],
@@ -88,9 +88,9 @@ def test_scan_and_nodes(bench: ServedBench) -> None:
 def test_a_queue_is_there_and_read_back(bench: ServedBench, tmp_path: Path) -> None:
     file = tmp_path / "queue.txt"
     file.write_text("".join(ROW.format(position) for position in range(1, 31)))
-    said = mother(bench, "queue", "bus0.master", "4,5", str(file))
+    said = on_line(bench, "queue", "bus0.master", "4,5", str(file))
     assert said == "".join(f"{node}: 30 of 30 rows are there; read back, as sent\n" for node in (4, 5))
-    rows = json.loads(mother(bench, "queue", bench.port("bus0.master"), "4", str(file), "--json"))
+    rows = json.loads(on_line(bench, "queue", bench.port("bus0.master"), "4", str(file), "--json"))
     assert [(row["done"], row["is_read_back"]) for row in rows] == [(30, False)]
 
 
@@ -101,11 +101,11 @@ def test_a_queue_with_problems_goes_nowhere(bench: ServedBench, tmp_path: Path) 
         LiveError,
         match=r"exit code 2\nhil: 30 problems in .*\n.*queue.txt:1:1: RPM 69 and cycle 4000 contradict",
     ):
-        mother(bench, "queue", "bus0.master", "4", str(file))
+        on_line(bench, "queue", "bus0.master", "4", str(file))
 
 
 def test_what_nodes_say_is_printed_as_it_comes(bench: ServedBench) -> None:
-    mother(bench, "send", "bus0.master", "4", "$O1")
+    on_line(bench, "send", "bus0.master", "4", "$O1")
     where = ("--runtime-dir", str(bench.folder / "run"))
     words = ("line", "watch", "bus0.master", "-c", "6", "--json", *where)
     with subprocess.Popen(
@@ -123,7 +123,7 @@ def test_what_nodes_say_is_printed_as_it_comes(bench: ServedBench) -> None:
     times_ms = [row["command_ms"] for row in rows if row["command_ms"] is not None]
     assert times_ms
     assert all(50 < each < 5000 for each in times_ms)
-    mother(bench, "send", "bus0.master", "4", "$O0")
+    on_line(bench, "send", "bus0.master", "4", "$O0")
 
 
 def test_a_live_table_ends_by_a_key(bench: ServedBench) -> None:
