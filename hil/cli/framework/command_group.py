@@ -46,10 +46,9 @@ class AllCommands(Quick, TyperGroup):
             return super().resolve_command(ctx, args)
         except USAGE_ERROR as error:
             from hil.cli.framework.guessed_words import guessed
-            from hil.vocab.near_words import did_you_mean
 
             if line := guessed(args[0]):
-                error.message = f"there is no command {args[0]!r}; {did_you_mean(f'hil {line}')}"
+                error.message = f"there is no command {args[0]!r}; did you mean `hil {line}`?"
             raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
