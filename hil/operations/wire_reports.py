@@ -7,6 +7,7 @@ from hil.config.station_names import CANOPEN, node_name
 from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
 from hil.sim.card import NumberedCard
+from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.device import Device
 from hil.vocab.monitoring import HealthProblem
@@ -66,9 +67,15 @@ def data_sheet(sim: BenchRuntime, axis: str) -> dict[str, str]:
 
 
 def listed_nodes(sim: BenchRuntime) -> list[dict[str, Any]]:
-    """List the CANopen nodes with their buses."""
+    """List the nodes that have a number: of CANopen, and stations of segments by their present addresses."""
     cards = _numbered(sim).items()
-    return [{"node": name, "id": card.node_id, "bus": card.wire.name} for name, card in cards]
+    stations = [
+        {"node": name, "id": address, "bus": bus}
+        for bus, segment in sim.segments.items()
+        for name, address in segment.addresses().items()
+        if owner_of(name) in sim.devices
+    ]
+    return [{"node": name, "id": card.node_id, "bus": card.wire.name} for name, card in cards] + stations
 
 
 def _numbered(sim: BenchRuntime) -> Mapping[str, NumberedCard]:

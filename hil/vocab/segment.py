@@ -95,6 +95,9 @@ class SegmentView(Protocol):
     def speeds(self) -> Mapping[str, int]:
         """Speeds of all stations now, in baud."""
 
+    def addresses(self) -> Mapping[str, int]:
+        """Addresses of the stations that have one now."""
+
     def clashes(self) -> Mapping[int, list[str]]:
         """Stations on the line by address, for each address that several have."""
 

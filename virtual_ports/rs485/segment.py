@@ -133,16 +133,16 @@ class Rs485Segment:
     def speeds(self) -> Mapping[str, int]:
         return {name: station.receiver.baud_now for name, station in self.stations.items()}
 
+    def addresses(self) -> Mapping[str, int]:
+        return {name: of.address for name, of in self.stations.items() if of.address is not None}
+
     def clashes_with(self, address: int, but: str) -> list[str]:
         members = self.stations.by_address.get(address, {})
         return [name for name, member in members.items() if name != but and not member.is_cut]
 
     def clashes(self) -> Mapping[int, list[str]]:
-        on_line = {
-            address: [name for name, member in members.items() if not member.is_cut]
-            for address, members in self.stations.by_address.items()
-            if address is not None and len(members) > 1
-        }
+        several = [at for at, of in self.stations.by_address.items() if at is not None and len(of) > 1]
+        on_line = {address: self.clashes_with(address, but="") for address in several}
         return {address: names for address, names in on_line.items() if len(names) > 1}
 
     def counters(self, elapsed_ns: int) -> dict[str, Any]:

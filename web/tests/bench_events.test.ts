@@ -11,6 +11,12 @@ describe("events of the bench", () => {
     for (const garbage of [null, 3, {}, { ...RAW, number: "x" }, { ...RAW, kind: "others" }, { ...RAW, text: 1 }]) expect(readEvent(garbage, "a")).toBeNull();
   });
 
+  it("have the log's warnings among them", () => {
+    const warning = readEvent({ ...RAW, kind: "log", text: "WARNING the disk is full" }, "a")!;
+    expect(filtered([warning], [], "disk")).toEqual([warning]);
+    expect(countsOf([warning]).log).toBe(1);
+  });
+
   it("take the places of those of before, and stay in the order of time", () => {
     const first = withRows(NO_EVENTS, [row(1, { at_s: 5 }), row(2, { at_s: 4 })]);
     const then = withRows(first, [row(1, { at_s: 5, count: 9 })]);

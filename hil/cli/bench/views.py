@@ -200,20 +200,14 @@ def _motion(shot: dict[str, Any]) -> tuple[str, str, str, str]:
 
 
 def doctor_view(findings: list["Diagnosis"]) -> ShownView:
-    """View of ``hil doctor``: the findings, then costs and remedies in lines that can be copied."""
+    """View of ``hil doctor``: the findings, then costs and remedies; commands in them stay whole."""
     columns = ("verdict", "what", "found")
     rows = [(finding.verdict, finding.name, finding.found) for finding in findings]
-    remarks = [
-        Line(
-            [
-                ("\n" + finding.name, _VERDICT_STYLE[finding.verdict]),
-                (f": {finding.cost}", ""),
-                (f"\n  {finding.remedy}" if finding.remedy else "", ""),
-            ]
-        )
-        for finding in findings
-        if finding.cost
-    ]
+    remarks = list[Line]()
+    for finding in (each for each in findings if each.cost):
+        said = [("\n" + finding.name, _VERDICT_STYLE[finding.verdict]), (f": {finding.cost}", "")]
+        remarks.append(Line(said, wraps=True))
+        remarks += [line(f"  {finding.remedy}", wraps=True)] if finding.remedy else []
     return ShownView(Grid(columns, columns, rows, prose=("found",)), *remarks)
 
 

@@ -1,14 +1,16 @@
 """``hil fault``."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any
 
 import typer
 
 from hil.cli.boards.axis_command import number_or_text
+from hil.cli.boards.time_given import seconds_of
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.shown_view import Grid, Line, ShownView, line
+from hil.vocab.address import owner_of
 from hil.vocab.fault_words import GROUPS, example, group_of, shown_by
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING, FaultKind
 from hil.vocab.near_words import did_you_mean, nearest_or_begun
@@ -24,8 +26,8 @@ def kinds(
     kind: Annotated[
         str | None,
         typer.Argument(
-            help="A kind, to have all about it; a group, as encoder; or a place of a running bench, as s2:"
-            " only the kinds that fit it. [default: all kinds, a line each]",
+            help="A kind, to have all about it; a group, as encoder; or a place of a running bench, as s2,"
+            " or a kind of its boards, as sac: only the kinds that fit it. [default: all kinds, a line each]",
             show_default=False,
         ),
     ] = None,
@@ -34,6 +36,8 @@ def kinds(
     """List the kinds of faults in their groups, or show all about one.
 
     Example: hil fault kinds encoder_slip
+
+    Example: hil fault kinds s2
     """
     if kind is not None and kind in FAULT_KINDS:
         return _one_kind(FAULT_KINDS[kind], _places_here(bench))
@@ -109,6 +113,9 @@ def _fitting(target: str, bench: BenchOptions) -> Iterator[FaultKind]:
     if (places := _places_here(bench)) is None and (near := nearest_or_begun(target, FAULT_KINDS)):
         raise fail(f"hil: there is no kind of fault {target!r}; {did_you_mean(*near)}", 2)
     known = {row["place"]: row["kinds"] for row in places or bench.ask("fault_places")}
+    if target not in known and (of_profile := _places_of_profile(target, known, bench)):
+        fit = {kind for place in of_profile for kind in known[place]}
+        return (kind for name, kind in FAULT_KINDS.items() if name in fit)
     if target not in known:
         near = nearest_or_begun(target, [*FAULT_KINDS, *GROUPS, *known])
         there = f"`hil fault kinds` lists the kinds, and places here are {', '.join(known) or 'none'}"
@@ -117,20 +124,39 @@ def _fitting(target: str, bench: BenchOptions) -> Iterator[FaultKind]:
     return (FAULT_KINDS[name] for name in known[target])
 
 
+def _places_of_profile(profile: str, places: Iterable[str], bench: BenchOptions) -> list[str]:
+    """Places of the devices that have a profile, as sac; none: no device of the bench has it."""
+    devices = {row["device"] for row in bench.ask("list")["devices"] if row["profile"] == profile}
+    return [place for place in places if owner_of(place) in devices]
+
+
 def inject(
     fault: Annotated[str, typer.Argument(help="Its kind; `hil fault kinds` lists them.")],
     target: Annotated[str, typer.Argument(help="The place of the fault, as in s2.")],
     parameters: Annotated[list[str] | None, typer.Argument(help="As in rate=0.01 towards=board.")] = None,
+    for_: Annotated[
+        str | None,
+        typer.Option(
+            "--for",
+            metavar="TIME",
+            help="How long it lasts, of simulated time: 2s, 500ms, 1min; as for_s=2. [default: until it is"
+            " cleared]",
+            show_default=False,
+        ),
+    ] = None,
     bench: BenchOptions = ANY_BENCH,
 ) -> CommandAnswer:
-    """Inject a fault. It lasts until it is cleared.
+    """Inject a fault. It lasts until it is cleared, or --for a time.
 
     Example: hil fault inject byte_drop m1 rate=0.01
+
+    Example: hil fault inject shaft_jam m1 --for 2s
     """
+    words = [*(parameters or []), *([] if for_ is None else [f"for={for_}"])]
     given: dict[str, Any] = {}
-    for name, value in map(_parameter, parameters or []):
+    for name, value in map(_parameter, words):
         if name in given:
-            raise fail(f"hil: {name} is given twice", 2)
+            raise fail(f"{name} is given twice; leave one out", 2)
         given[name] = value
     answer = bench.ask("inject", fault=fault, target=target, parameters=given)
     return CommandAnswer(answer, f"fault {answer['number']}")
@@ -139,7 +165,9 @@ def inject(
 def _parameter(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals:
-        raise fail(f'hil: "{text}" is no parameter; write it as in rate=0.01', 2)
+        raise fail(f'"{text}" is no parameter; write it as in rate=0.01', 2)
+    if name == "for":  # as the faults of `hil replay` have it
+        return "for_s", seconds_of(value, "--for")
     return name, number_or_text(value)
 
 

@@ -32,6 +32,8 @@ def capture(
         typer.Option(
             "--write",
             "-w",
+            "--output",
+            "-o",
             help="Write pcapng to this file, and print nothing; - is the standard output.",
         ),
     ] = None,

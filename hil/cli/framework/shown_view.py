@@ -5,7 +5,8 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import typer
@@ -41,7 +42,8 @@ class Grid(NamedTuple):
     """Table. ``texts``: columns that stand to the left; all others to the right. ``gap``: spaces between
     columns, 1 or 2. Where it is too wide for the terminal, columns of ``prose`` are wrapped at spaces, then
     columns stand below their rows with their names: those of ``later`` first, the last of all before others.
-    So names stay whole. It has no head if no column has a name."""
+    So names stay whole. It has no head if no column has a name. ``notes``: lines below a row, by its number
+    from 0; on a terminal they are wrapped at spaces."""
 
     columns: Sequence[str]
     texts: Collection[str]
@@ -49,6 +51,7 @@ class Grid(NamedTuple):
     gap: int = 2
     prose: Collection[str] = ()
     later: Sequence[str] = ()
+    notes: Mapping[int, Sequence[str]] = MappingProxyType({})
 
 
 def line(text: str, style: str = "", *, wraps: bool = False) -> Line:
@@ -65,7 +68,7 @@ class ShownView:
     def __rich_console__(self, console: "Console", options: "ConsoleOptions") -> "RenderResult":
         from rich.text import Text
 
-        width = min(options.max_width, _columns() or options.max_width)
+        width = min(options.max_width, terminal_columns() or options.max_width)
         for block in self._blocks:
             if isinstance(block, Line):
                 if block.wraps:
@@ -86,7 +89,7 @@ class ShownView:
 
     def text(self) -> str:
         """Text of it for the standard output: on a terminal not wider than that, where it can be."""
-        return self._text(_columns())
+        return self._text(terminal_columns())
 
     def _text(self, width: int | None) -> str:
         return "\n".join(each for block in self._blocks for each in _lines(block, width))
@@ -102,7 +105,7 @@ class ShownView:
             typer.echo(str(self))
 
 
-def _columns() -> int | None:
+def terminal_columns() -> int | None:
     """Width of the terminal; None: the standard output is none."""
     return shutil.get_terminal_size().columns if is_terminal() else None
 
@@ -132,7 +135,11 @@ def _table(grid: Grid, width: int | None) -> tuple[list[str], list[str]]:
     lines = [
         each
         for number, row in enumerate(shown.rows)
-        for each in [*shown.lines(row, widths), *_below(grid, rows[number], sorted(below), width or 0)]
+        for each in [
+            *shown.lines(row, widths),
+            *_below(grid, rows[number], sorted(below), width or 0),
+            *_noted(grid.notes.get(number, ()), width),
+        ]
     ]
     return shown.head(widths), lines
 
@@ -212,13 +219,24 @@ def _below(grid: Grid, row: list[list[str]], columns: list[int], width: int) -> 
     return lines
 
 
+def _noted(notes: Sequence[str], width: int | None) -> list[str]:
+    lines = [part for each in notes for part in _split(each)]
+    if width is None:
+        return [f"   {each}" for each in lines]
+    return [f"   {part}" for each in lines for part in _wrapped(each, max(width - 3, _LEAST_PROSE))]
+
+
 def _sentence(text: str, width: int) -> list[str]:
     held = re.sub("`[^`]*`", lambda command: command[0].replace(" ", _HELD), text)
     return [part.replace(_HELD, " ") for part in _wrapped(held, width)]
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [""]
+    indent = " " * (len(text) - len(text.lstrip(" ")))
+    wrap = textwrap.TextWrapper(
+        width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+    return wrap.wrap(text) or [""]
 
 
 def _split(text: str) -> list[str]:

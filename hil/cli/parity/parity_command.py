@@ -10,6 +10,7 @@ from hil.cli.boards.time_given import seconds_of
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.shown_view import ShownView, line
 from hil.cli.framework.shown_words import counted
 
 
@@ -60,7 +61,7 @@ def parity(
     Example: hil parity sac/identify --at /dev/ttyUSB0
     """
     from hil.cli.parity.board_at_port import BoardAtPort
-    from hil.cli.parity.parity_views import score_words, session_lines, session_row
+    from hil.cli.parity.parity_views import score_words, session_blocks, session_row
     from hil.cli.parity.session_choice import chosen_sessions
 
     own_folders = tuple(folder.resolve() for folder in folders or ())
@@ -78,13 +79,15 @@ def parity(
         raise fail("hil: --at says where the board is, as in --at /dev/ttyUSB0", Exit.MISTAKE)
     board = BoardAtPort(chosen, own_folders, at, baud)
     played = board.play(tolerance_ms, record)
-    lines = [line for each in played for line in session_lines(each, show)]
+    below = list[str]()
     if left_out:
-        lines.append(f"Left out: {_turning(left_out)}: --moves types them too.")
+        below.append(f"Left out: {_turning(left_out)}: --moves types them too.")
     if unplayed := [each.name for each in chosen[len(played) :]]:
-        lines.append(f"Not typed any more: {', '.join(unplayed)}.")
+        below.append(f"Not typed any more: {', '.join(unplayed)}.")
     if len(played) > 1:
-        lines.append(f"All: {score_words(played)}.")
+        below.append(f"All: {score_words(played)}.")
+    blocks = (block for each in played for block in session_blocks(each, show))
+    view = ShownView(*blocks, *(line(each, wraps=True) for each in below))
     is_equal = all(each.is_equal for each in played) and not unplayed
     answer = {
         "profile": board.profile,
@@ -95,7 +98,7 @@ def parity(
         "not_typed": unplayed,
     }
     code = Exit.INTERRUPTED if board.is_interrupted else Exit.DONE if is_equal else Exit.FAILED
-    return CommandAnswer(answer, "\n".join(lines), code)
+    return CommandAnswer(answer, view.text(), code)
 
 
 def _turning(names: Sequence[str]) -> str:
@@ -131,4 +134,4 @@ def _listed(words: Sequence[str], profile: str | None, folders: Sequence[Path]) 
         f"{', MAY TURN THE SHAFT' if row['moves'] else ''}. {row['about']}"
         for row in rows
     ]
-    return CommandAnswer(rows, "\n".join(lines))
+    return CommandAnswer(rows, ShownView(*(line(each, wraps=True) for each in lines)).text())

@@ -6,16 +6,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hil.cli.framework.shown_view import Grid, Line, line, terminal_columns
 from hil.cli.framework.shown_words import counted
 from hil.testing.parity.parity_scores import FIRST, LAST, STOOD, SessionScore, StepScore, percentile
 from hil.testing.parity.typed_session import TypedSession
 from hil.vocab.shown_text import printable
 
 _KEYS = {FIRST: "first_byte", LAST: "last_byte", STOOD: "end_of_motion"}
-_EVENTS = ((FIRST, "first byte"), (LAST, "last byte"), (STOOD, "stands"))
+_EVENTS = ((FIRST, "first"), (LAST, "last"), (STOOD, "stands"))
 _SIDES = ("board", "twin", "late")
-_COMMAND, _SIDE = 24, 46
-"""Maximum widths of a command and of one side of two answers."""
+_COMMAND, _SIDE, _LEAST_SIDE = 24, 46, 12
+"""Maximum widths of a command and of one side of two answers, and its least one."""
+_MARGIN = 6
+"""Characters of a line beside those two sides."""
 _AROUND = 2
 """Number of lines before and after one that is not the same."""
 P95 = 95.0
@@ -46,45 +49,51 @@ def score_words(played: Sequence[PlayedSession]) -> str:
     return f"{equal} of {counted(of, 'command')} equal, {percent:.1f} %{times}"
 
 
-def session_lines(played: PlayedSession, shows: bool) -> Iterator[str]:
+def session_blocks(played: PlayedSession, shows: bool) -> Iterator[Line | Grid]:
     """Table of a session, with its differences. ``shows``: also the answers that part, side by side."""
     score = played.score
-    yield f"{played.name}: {score_words([played])}"
+    yield line(f"{played.name}: {score_words([played])}", wraps=True)
     if score.steps:
-        yield from _table(score, shows)
+        yield _table(score, shows)
+    if score.host_ms:
+        late = f"{score.host_ms:.1f} ms after the twin's"
+        yield line(
+            f"  The quickest answer came {late}: that is host and adapter, and not counted.", wraps=True
+        )
+    for label, (ours, theirs) in score.origins.items():
+        if ours != theirs:
+            said = f'  "{label.strip()}" begins at {ours:g}, the twin\'s at {theirs:g}: changes count.'
+            yield line(said, wraps=True)
     if played.session.board and not played.is_equal:
-        yield f"  The twin has {json.dumps(dict(played.session.board))}: the board should, too."
+        has = json.dumps(dict(played.session.board))
+        yield line(f"  The twin has {has}: the board should, too.", wraps=True)
     if played.broken:
         number = len(score.steps)
         where = f"at command {number} of {score.of}" if number else "before its first command"
-        yield f"  Broken off {where}: {played.broken}"
+        yield line(f"  Broken off {where}: {played.broken}", wraps=True)
     if played.recording:
-        yield f"  Recorded: {played.recording}"
+        yield line(f"  Recorded: {played.recording}")
 
 
-def _table(score: SessionScore, shows: bool) -> Iterator[str]:
+def _table(score: SessionScore, shows: bool) -> Grid:
     events = [
         event for event in _EVENTS if event[0] != STOOD or any(each.step.stands for each in score.steps)
     ]
-    heads = ["", "command", "bytes", *(side for _ in events for side in _SIDES), "score"]
-    cells = [heads, *(_cells(each, [name for name, _ in events]) for each in score.steps)]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    group = [sum(widths[3 + 3 * i : 6 + 3 * i]) + 4 for i in range(len(events))]
-    titles = (f"{f'{title}, ms':^{width}}" for (_, title), width in zip(events, group, strict=True))
-    yield f"  {'':{sum(widths[:3]) + 6}}{'  '.join(titles)}".rstrip()
-    for row, step in zip(cells, [None, *score.steps], strict=True):
-        left, right = map(str.ljust, row[:3], widths[:3]), map(str.rjust, row[3:], widths[3:])
-        yield f"  {'  '.join([*left, *right])}"
-        if step:
-            yield from (f"      {line}" for line in _difference_lines(step))
-            if shows and step.parting:
-                yield from (f"      {line}" for line in _side_by_side(step.match.lines))
-    if score.host_ms:
-        late = f"{score.host_ms:.1f} ms after the twin's"
-        yield f"  The quickest answer came {late}: that is host and adapter, and not counted."
-    for label, (ours, theirs) in score.origins.items():
-        if ours != theirs:
-            yield f'  "{label.strip()}" begins at {ours:g}, the twin\'s at {theirs:g}: changes count.'
+    sides = [f"{title}\n{side}\nms" for _, title in events for side in _SIDES]
+    notes = {
+        number: [
+            *_difference_lines(step),
+            *(_side_by_side(step.match.lines) if shows and step.parting else ()),
+        ]
+        for number, step in enumerate(score.steps)
+    }
+    return Grid(
+        ("", "command", "bytes", *sides, "score"),
+        ("command", "bytes"),
+        [_cells(each, [name for name, _ in events]) for each in score.steps],
+        later=[name for name in sides if "late" not in name],
+        notes=notes,
+    )
 
 
 def _cells(each: StepScore, events: Sequence[str]) -> list[str]:
@@ -124,14 +133,15 @@ def _difference_lines(each: StepScore) -> Iterator[str]:
 
 def _side_by_side(lines: Sequence[tuple[str, str, bool]]) -> Iterator[str]:
     """Lines of two answers; ``|`` between those that are not the same, with a few around them."""
-    yield f"{'the board':{_SIDE}}   the twin"
+    side = min(_SIDE, max((terminal_columns() or 2 * _SIDE + _MARGIN) - _MARGIN, 2 * _LEAST_SIDE) // 2)
+    yield f"{'the board':{side}}   the twin"
     near = [
         any(not same for *_, same in lines[max(i - _AROUND, 0) : i + _AROUND + 1]) for i in range(len(lines))
     ]
     for (ours, theirs, same), is_near, before in zip(lines, near, [True, *near], strict=False):
         if is_near:
-            sides = [shown(text)[:_SIDE] for text in (ours, theirs)]
-            yield f"{sides[0]:{_SIDE}} {' ' if same else '|'} {sides[1]}".rstrip()
+            sides = [shown(text)[:side] for text in (ours, theirs)]
+            yield f"{sides[0]:{side}} {' ' if same else '|'} {sides[1]}".rstrip()
         elif before:
             yield "..."
 

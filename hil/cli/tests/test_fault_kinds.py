@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from hil.cli.boards.axis_command import number_or_text
 from hil.cli.framework.command_group import app
+from hil.testing import LiveError, live
 from hil.vocab.fault_words import GROUPS, SIGNS, example, group_of
 from hil.vocab.faults import FAULT_KINDS, TIMING, FaultKind
 from hil.vocab.parameters import filled
@@ -64,3 +65,32 @@ def test_a_slip_is_named() -> None:
     wrong = hil("fault", "kinds", "byte_dorp")
     assert wrong.exit_code == 2
     assert 'did you mean "byte_drop"?' in wrong.output
+
+
+CONFIG = {
+    "bench": "t",
+    "devices": {"m1": {"profile": "mechaduino"}, "s1": {"profile": "sac"}, "s2": {"profile": "sac"}},
+    "segments": {"bus0": {"stations": ["s1", "s2"]}},
+}
+
+
+@pytest.mark.long
+def test_at_a_bench() -> None:
+    """Kinds that fit a kind of board, a fault that ends by itself, and the addresses at which nodes are."""
+    with live(CONFIG) as bench:
+        of_board, of_place = (
+            {row["kind"] for row in json.loads(bench.hil("fault", "kinds", name, "--json"))}
+            for name in ("sac", "s1")
+        )
+        assert "shaft_jam" in of_place < of_board
+        assert "encoder_slip" not in of_board
+        bench.hil("fault", "inject", "shaft_jam", "s1", "--for", "20min")
+        bench.hil("fault", "inject", "shaft_jam", "s2", "for=1500s")
+        rows = json.loads(bench.hil("fault", "list", "--json"))
+        assert [row["parameters"]["for_s"] for row in rows] == [1200.0, 1500.0]
+        with pytest.raises(LiveError, match="for_s is given twice"):
+            bench.hil("fault", "inject", "shaft_jam", "s1", "for=900s", "--for", "1s")
+        bench.hil("sac", "command", "$CM7", "$R", "--device", "s2")
+        here = [{"node": f"s{each}.network", "id": at, "bus": "bus0"} for each, at in ((1, 85), (2, 7))]
+        bench.wait_until(lambda: json.loads(bench.hil("list", "--json"))[0]["nodes"] == here)
+        assert "node 7 on bus0" in bench.hil("list")

@@ -1,4 +1,4 @@
-/** List of what happened, the newest first: who asked for what, faults, runs, refusals, clients, reloads, lateness. */
+/** List of what happened, the newest first: who asked for what, faults, runs, refusals, clients, reloads, lateness, the log's warnings. */
 
 import { useState } from "preact/hooks";
 import { happened, instance } from "../happened";

@@ -6,9 +6,23 @@ import type { PastMark } from "./past";
 
 export type BenchEvent = Operations["events"]["answer"]["events"][number];
 
-/** Kinds of rows; "page": what this page said. */
-export const EVENT_KINDS = ["verbs", "typed", "faults", "motors", "runs", "refusals", "clients", "reloads", "lateness", "trouble", "page"] as const;
-export type EventKind = (typeof EVENT_KINDS)[number];
+/** Kinds of rows: each that the bench has, and "page": what this page said. */
+export type EventKind = BenchEvent["kind"] | "page";
+const KINDS: Record<EventKind, true> = {
+  verbs: true,
+  typed: true,
+  faults: true,
+  motors: true,
+  runs: true,
+  refusals: true,
+  clients: true,
+  reloads: true,
+  lateness: true,
+  trouble: true,
+  log: true,
+  page: true,
+};
+export const EVENT_KINDS = Object.keys(KINDS) as EventKind[];
 
 export interface EventRow {
   key: string;

@@ -29,7 +29,7 @@ export const WORDS: [string, string][] = [
   ["GAP", "Test of a SAC whether the next command came in time: if not, it begins from slow speed."],
   ["xRef", "A list of rows of a SAC's queue, in any order, that it can run."],
   ["layout", "Panels and their places, with a name. Its address has all of it."],
-  ["events", "What happened to the bench, and who asked for it: verbs, faults, runs, refusals, clients, reloads, lateness."],
+  ["events", "What happened to the bench, and who asked for it: verbs, faults, runs, refusals, clients, reloads, lateness, warnings of its log."],
   ["stop all", "Ends all runs and drawings and stops all axes that move, before anything that waits at the bench."],
   ["following error e", "On a card: how far the shaft is from its set-point; the bar is logarithmic."],
   ["role", "What you may do here: a viewer looks, an operator moves axes and starts runs, an admin also injects faults."],

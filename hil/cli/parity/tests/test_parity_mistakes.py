@@ -10,22 +10,24 @@ import typer
 from typer.testing import CliRunner
 
 from hil.cli.framework.command_group import app
+from hil.cli.framework.shown_view import ShownView
 from hil.cli.parity.board_port import refuse_port
-from hil.cli.parity.parity_views import PlayedSession, score_words, session_lines, shown
+from hil.cli.parity.parity_views import PlayedSession, score_words, session_blocks, shown
 from hil.testing.parity.parity_scores import scored
 from hil.testing.parity.typed_session import StepAnswer, typed_session
 
 TABLE = r"""mine: 0 of 2 commands equal, 76.7 %; times within 24.0 ms (p95)
-                        first byte, ms       last byte, ms         stands, ms
-     command  bytes    board  twin  late  board  twin    late  board   twin  late   score
-  1  "a b\r"  90.0 %     2.0   1.0  +0.0   30.0   5.0  +24.0!      -      -     -  86.7 %
-      parts at byte 7: expected "two\r\n", got "twO\r\n"
-      last byte: 24.0 ms later than the twin, more than 20 ms
-      the board                                        the twin
-      one\r\n                                          one\r\n
-      twO\r\n                                        | two\r\n
-  2  go\r     1 equal    4.0   1.0  +2.0    5.0   2.0    +2.0   99.0  never     !  66.7 %
-      end of motion: the twin did not stand within 0.005 s
+                      first  first  first   last  last    last  stands  stands  stands
+                      board   twin   late  board  twin    late   board    twin    late
+    command  bytes       ms     ms     ms     ms    ms      ms      ms      ms      ms   score
+ 1  "a b\r"  90.0 %     2.0    1.0   +0.0   30.0   5.0  +24.0!       -       -       -  86.7 %
+   parts at byte 7: expected "two\r\n", got "twO\r\n"
+   last byte: 24.0 ms later than the twin, more than 20 ms
+   the board                                        the twin
+   one\r\n                                          one\r\n
+   twO\r\n                                        | two\r\n
+ 2  go\r     1 equal    4.0    1.0   +2.0    5.0   2.0    +2.0    99.0   never       !  66.7 %
+   end of motion: the twin did not stand within 0.005 s
   The quickest answer came 1.0 ms after the twin's: that is host and adapter, and not counted.
   Broken off at command 2 of 2: gone
   Recorded: r.json
@@ -160,8 +162,8 @@ def played(board: list[StepAnswer], twin: list[StepAnswer], **keys: Any) -> Play
 def test_the_table() -> None:
     board = [StepAnswer("one\r\ntwO\r\n", 2.0, 30.0), StepAnswer("x", 4.0, 5.0, 99.0)]
     twin = [StepAnswer("one\r\ntwo\r\n", 1.0, 5.0), StepAnswer("x", 1.0, 2.0)]
-    lines = list(session_lines(played(board, twin, broken="gone", recording=Path("r.json")), True))
-    assert lines == TABLE.splitlines()
+    view = ShownView(*session_blocks(played(board, twin, broken="gone", recording=Path("r.json")), True))
+    assert [each.rstrip() for each in str(view).splitlines()] == TABLE.splitlines()
 
 
 def test_a_sum_of_several() -> None:
