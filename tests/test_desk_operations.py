@@ -174,7 +174,7 @@ def test_a_calibration_is_over_when_the_board_is_at_its_menu_again(using: Using)
         code, why = await refusal(ask.wait("m1", done, 0.5))
         assert (code, why) == ("not_now", "it has not ended after 0.5 s; ask for its state")
         code, why = await refusal(ask.verb("m1", "enable"))
-        assert (code, "its main program starts, or is in a routine" in why) == ("not_now", True)
+        assert (code, "it calibrates itself" in why) == ("not_now", True)
         await ask("reset", "m1")
         await ask.until_ready("m1", done.effective_at_ns + 6_000_000_000)
 

@@ -44,6 +44,8 @@ class Mechaduino:
         self.path_from_ns = 0
         self.is_busy = True
         """True while the main program starts, runs a routine or asks for a number."""
+        self.letter = ""
+        """Command that it carries out, or carried out last; empty: it starts, or none has come."""
 
     # ---- setup() and loop() ----
 
@@ -77,6 +79,7 @@ class Mechaduino:
 
     def command(self, letter: int) -> Steps:
         """Carry out the command of a byte; any other is none."""
+        self.letter = chr(letter) if letter >= 0 else ""
         command = COMMANDS_BY_LETTER.get(letter)
         steps = command.run(self) if command else None
         if steps:

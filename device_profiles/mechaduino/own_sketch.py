@@ -44,7 +44,7 @@ class SketchedMechaduino(Mechaduino):
         if not self.serial.available():
             return
         letter = self.serial.read()
-        self.is_busy = True
+        self.is_busy, self.letter = True, chr(letter)
         if hook := own.get(chr(letter)):
             yield from call(hook, self._face, self._waits)
         else:

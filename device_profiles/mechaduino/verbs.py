@@ -20,6 +20,13 @@ _ANGLE_DEG = 1e6
 _POSITION = ord("x")
 _DIR_NS = 1000
 """Time in which the direction is told before the first pulse: chosen."""
+_BUSY_WITH = {
+    "": "it starts, and takes commands 4 s after power-up; wait until then",
+    "c": "it calibrates itself, which takes 26 s and more; wait for the end, or reset it",
+    "j": "it makes its step response, after a count-down of 10 s; wait for the end, or reset it",
+}
+"""Routines that take longest, by the letter that began each, and what to do meanwhile."""
+_EMPTY = "its look-up table is empty, so it holds no angle: disable it, then calibrate it"
 
 Answer = Mapping[str, float | str | int]
 
@@ -27,7 +34,8 @@ Answer = Mapping[str, float | str | int]
 def _at_the_menu(board: Mechaduino) -> None:
     """Refuse while the main program is busy: a serial client could not disturb it either."""
     if board.is_busy:
-        why = "its main program starts, or is in a routine or at a prompt; let it end, or reset it"
+        at_prompt = f"its command {board.letter} runs, or asks for a number at its terminal"
+        why = _BUSY_WITH.get(board.letter, f"{at_prompt}; answer it there, wait for the end, or reset it")
         raise VerbRefused("not_now", why)
 
 
@@ -65,7 +73,10 @@ def enable(board: Mechaduino) -> Answer:
     board.axis.set("mode", ord(letter))
     board.axis.set("r", r)
     board.axis.loop(True)
-    return {"set_point": board.axis.get("r")}
+    if letter not in "xh":
+        return {}
+    lacks = {} if board.table.is_written else {"remark": _EMPTY}
+    return {"set_point": board.axis.get("r")} | lacks
 
 
 def gains(board: Mechaduino, **given: float) -> Answer:

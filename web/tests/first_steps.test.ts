@@ -31,7 +31,7 @@ describe("things to try", () => {
   it("begin with a calibration where the board is new", () => {
     const [turn] = firstSteps(bench, status, all);
     expect(stepBefore(turn!, "the look-up table is empty; calibrate it first")!.commands).toEqual(["hil axis m1 disable", "hil axis m1 calibrate"]);
-    expect(stepBefore(turn!, "its main program starts")).toBeNull();
+    expect(stepBefore(turn!, "it starts, and takes commands 4 s after power-up; wait until then")).toBeNull();
   });
 
   it("are turning, typing and breaking, each with its command", () => {

@@ -15,8 +15,9 @@ from hil.cli.framework.shown_words import counted
 _TEXT = """\
 # yaml-language-server: $$schema=$SCHEMA
 # A bench of hil: virtual boards behind real serial ports. The line above tells editors of the keys.
-#   hil check FILE    lists what is wrong with it
-#   hil serve FILE    runs it until Ctrl-C
+#   hil check $FILE    lists what is wrong with it
+#   hil serve $FILE    runs it until Ctrl-C, and says how its ports are opened
+#   hil reload    takes what you have changed here since, while it runs
 #   hil docs ports    describes ports; hil docs lists all pages
 
 # The bench's name: commands find it by that, and ports stand in a folder of that name.
@@ -26,31 +27,32 @@ devices:
   # A Mechaduino, a servo motor with a terminal. Its port is a pseudo-terminal; hil list says where.
   m1:
     profile: mechaduino # hil profile list names all kinds of boards
+    flash: {table: identity} # calibrated; without this line it is as new, and c calibrates it in 26 s
     # port: {kind: tcp, listen: 7001} # a TCP port instead, for socket://127.0.0.1:7001
-    # flash: {table: identity} # calibrated from the start
     # axis: {load_torque_Nm: 0.02} # what is at its shaft; hil docs reference has all keys
 
-  # A stepper controller with a command line of its own.
+  # A SAC, a stepper controller with a command line of its own.
   s1:
     profile: sac
     # baud: 38400
 
+# Other programs, and people, reach the axes through bridges: the page, zenoh, Modbus, metrics.
+bridges:
+  web: {} # a page for the browser; hil serve prints its address
+  # modbus: {}
+
 # What goes wrong from the start on; hil fault inject does it in a running bench. hil fault kinds lists all.
 # faults:
 #   - {fault: byte_drop, target: m1, rate: 0.01}
-
-# Other programs reach the axes through bridges: zenoh, Modbus, metrics, CAN.
-# bridges:
-#   modbus: {}
 
 # Same seed and same inputs, same bytes.
 # seed: 0
 """
 
 
-def first_bench(name: str, schema: str) -> str:
-    """Write a configuration of a bench. ``schema``: name of the schema's file beside it."""
-    return Template(_TEXT).substitute(NAME=name, SCHEMA=schema)
+def first_bench(name: str, file: str, schema: str) -> str:
+    """Write a configuration of a bench. ``file``: its name; ``schema``: that of the schema beside it."""
+    return Template(_TEXT).substitute(NAME=name, FILE=file, SCHEMA=schema)
 
 
 if TYPE_CHECKING:
@@ -230,11 +232,12 @@ def init(
 ) -> CommandAnswer:
     """Write a commented configuration, and its schema for editors beside it.
 
-    Files that exist are not changed.
+    Files that exist are not changed. The bench has the name of the file; in bench.yaml, that of its folder.
 
     Example: hil init lab.yaml
     """
     import re
+    import shlex
 
     from hil.compose import find_catalogue
     from hil.config import schema as json_schema
@@ -245,9 +248,10 @@ def init(
         raise fail(f"hil: {there} is there already; choose another name, or remove it", 2)
     if not file.parent.is_dir():
         raise fail(f"hil: {file}: there is no folder {file.parent}", 2)
-    name = re.sub("[^a-z0-9_-]", "-", file.stem.lower()).lstrip("0123456789_-")[:32] or "bench"
+    called = file.absolute().parent.name if file.stem == "bench" else file.stem
+    name = re.sub("[^a-z0-9_-]", "-", called.lower()).lstrip("0123456789_-")[:32] or "bench"
     try:
-        write_file(file, first_bench(name, schema_file.name).encode())
+        write_file(file, first_bench(name, shlex.quote(file.name), schema_file.name).encode())
         write_file(schema_file, json.dumps(json_schema(find_catalogue()), indent=2).encode() + b"\n")
     except OSError as error:
         raise fail(f"hil: {error.filename or file}: {error.strerror}", 2) from None

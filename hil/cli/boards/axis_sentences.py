@@ -87,8 +87,10 @@ def _gains(done: VerbDone) -> str:
 
 
 def _enabled(done: VerbDone) -> str:
-    holds = f", and holds the shaft at {done.goal}" if done.goal else ""
-    return f"{done.device}: its control loop is on{holds}"
+    said = f"{done.device}: its control loop is on"
+    if remark := done.answer.get("remark"):
+        return f"{said}; {remark}"
+    return f"{said}, and holds the shaft at {done.goal}" if done.goal else said
 
 
 def _stops(done: VerbDone) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import typer
+import yaml
 from typer.testing import CliRunner
 
 from hil.cli.documents.command_tree import CliCommand, commands
@@ -190,3 +191,11 @@ def test_init_writes_what_check_takes_and_leaves_what_is_there(tmp_path: Path) -
     nowhere = CliRunner().invoke(app, ["init", str(tmp_path / "none" / "a.yaml")])
     assert (nowhere.exit_code, nowhere.output.count("\n")) == (2, 1)
     assert f"there is no folder {tmp_path / 'none'}" in nowhere.output
+
+
+def test_benches_of_init_in_two_folders_have_two_names(tmp_path: Path) -> None:
+    for folder, name in (("Press 2", "press-2"), ("mill", "mill"), ("47", "bench")):
+        file = tmp_path / folder / "bench.yaml"
+        file.parent.mkdir()
+        assert CliRunner().invoke(app, ["init", str(file)]).exit_code == 0
+        assert yaml.safe_load(file.read_text())["bench"] == name

@@ -59,13 +59,14 @@ def refusal(**keys: object) -> str:
 def test_the_demo_is_a_valid_bench_with_both_boards_and_defaults() -> None:
     catalogue = find_catalogue()
     demo = parse((ROOT / "examples" / "demo.yaml").read_text(), "demo.yaml", catalogue)
-    devices = {"m1": {"profile": "mechaduino"}, "s1": {"profile": "sac"}}
+    calibrated = {"profile": "mechaduino", "flash": {"table": "identity"}}
+    devices = {"m1": calibrated, "s1": {"profile": "sac"}}
     assert demo == from_dict({"bench": "demo", "devices": devices, "bridges": {"web": {}}}, catalogue)
     assert demo.devices["s1"].baud == 38400
     assert (demo.rate_hz, demo.speed, demo.seed, demo.cpu) == (1000, 1.0, 0, None)
     m1 = demo.devices["m1"]
     assert m1.port.kind == "pty"
-    assert (m1.baud, m1.flash.table, m1.hardware, m1.plant) == (None, "stored", "0.1", "simple")
+    assert (m1.baud, m1.flash.table, m1.hardware, m1.plant) == (None, "identity", "0.1", "simple")
     assert m1.spi_previous_command == 0xFFFF
     assert m1.axis_parameters(CATALOGUE.profiles["mechaduino"])["supply_V"] == 12.0
 
