@@ -241,4 +241,4 @@ $(VENV)/.dev: $(BUILT_OF)
 
 # Where hil itself is built already.
 IF_BUILT = $(if $(shell $(MAKE) -q $(VENV)/.base 2>/dev/null && echo built),--packages)
-build = $(or $(wildcard $(BIN)/python),$(PYTHON)) packaging/build_venv.py $(1) $(VENV)
+build = $(if $(wildcard $(BIN)/pip),$(BIN)/python,$(PYTHON)) packaging/build_venv.py $(1) $(VENV)

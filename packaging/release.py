@@ -10,6 +10,7 @@ import hashlib
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tarfile
@@ -205,41 +206,66 @@ def make_deb(clone: Path, into: Path, wheels: list[Made]) -> Made | None:
     return Made(into / made.name, release, f"packaging/deb/build {wheel.path.name}", "that wheel, dpkg-dev")
 
 
+def prepare(into: Path) -> tuple[str, int]:
+    """Refuse what cannot become a release; returns the commit and its time, in s since 1970."""
+    if into.exists() and any(into.iterdir()) and not (into / "RELEASE.md").exists():
+        sys.exit(f"hil: no release was made: {into} has other files in it; name an empty or a new folder")
+    try:
+        changed = output("git", "status", "--porcelain")
+    except FileNotFoundError:
+        sys.exit("hil: no release was made: git is missing: sudo apt install git")
+    if changed:
+        sys.exit(f"hil: a release is of a commit, and this checkout has changes; commit them:\n{changed}")
+    return output("git", "rev-parse", "HEAD"), int(output("git", "log", "-1", "--format=%ct"))
+
+
+def make(commit: str, epoch_s: int, work: Path) -> Path:
+    """Make all files in a folder to work in; returns where they are."""
+    clone, into = work / "clone", work / "release"
+    into.mkdir()
+    output("git", "-c", "safe.directory=*", "clone", "-q", "--no-local", str(ROOT), str(clone))
+    output("git", "checkout", "-q", commit, cwd=clone)
+    say(1, "wheels, each tried without a compiler: a minute each on idle cores")
+    wheels = make_wheels(clone, into)
+    version = wheels[0].path.name.split("-")[1]
+    source = Source(version, commit, epoch_s, *built_by(wheels[0].path))
+    say(2, "the source distribution")
+    sdist = make_sdist(clone, into, source, work / "venv")
+    say(3, "the Debian package")
+    deb = make_deb(clone, into, wheels)
+    if deb is None:
+        print("left out: this needs Debian, dpkg-dev, and a wheel of its python3")
+    say(4, "RELEASE.md and SHA256SUMS")
+    files = [*wheels, sdist, *([deb] if deb else [])]
+    (into / "SHA256SUMS").write_text("".join(f"{each.digest}  {each.path.name}\n" for each in files))
+    (into / "RELEASE.md").write_text(page(source, files))
+    return into
+
+
 def main() -> None:
     into = Path(sys.argv[1] if sys.argv[1:] else ROOT / "dist" / "release").resolve()
-    if changed := output("git", "status", "--porcelain"):
-        sys.exit(f"hil: a release is of a commit, and this checkout has changes; commit them:\n{changed}")
-    commit, epoch_s = output("git", "rev-parse", "HEAD"), int(output("git", "log", "-1", "--format=%ct"))
+    commit, epoch_s = prepare(into)
     os.environ |= {"SOURCE_DATE_EPOCH": str(epoch_s), "PYTHONHASHSEED": "0"}
     os.umask(0o022)
-    shutil.rmtree(into, ignore_errors=True)
-    into.mkdir(parents=True)
-    with tempfile.TemporaryDirectory() as folder:
-        clone = Path(folder) / "clone"
-        output("git", "clone", "-q", "--no-local", str(ROOT), str(clone))
-        output("git", "checkout", "-q", commit, cwd=clone)
-        say(1, "wheels, each tried without a compiler: a minute each")
-        wheels = make_wheels(clone, into)
-        if not wheels:
-            sys.exit("hil: no wheel was made: no CPython from 3.11 to 3.14 is here; install one")
-        version = wheels[0].path.name.split("-")[1]
-        source = Source(version, commit, epoch_s, *built_by(wheels[0].path))
-        say(2, "the source distribution")
-        sdist = make_sdist(clone, into, source, Path(folder) / "venv")
-        say(3, "the Debian package")
-        deb = make_deb(clone, into, wheels)
-        if deb is None:
-            print("left out: this needs Debian, dpkg-dev, and a wheel of its python3")
-        say(4, "RELEASE.md and SHA256SUMS")
-        files = [*wheels, sdist, *([deb] if deb else [])]
-        (into / "SHA256SUMS").write_text("".join(f"{each.digest}  {each.path.name}\n" for each in files))
-        (into / "RELEASE.md").write_text(page(source, files))
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.default_int_handler)
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        os.environ["TMPDIR"] = folder  # what is interrupted leaves nothing
+        made = make(commit, epoch_s, Path(folder))
+        # A release that was there stays until there is a whole one.
+        shutil.rmtree(into, ignore_errors=True)
+        into.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copytree(made, into)
     print(into / "RELEASE.md")
 
 
 if __name__ == "__main__":
     try:
         main()
+    except KeyboardInterrupt:
+        sys.exit("\nhil: no release was made: interrupted; nothing was changed")
+    except OSError as error:
+        sys.exit(f"hil: no release was made: {error.filename or 'a file'}: {error.strerror}")
     except subprocess.CalledProcessError as error:
         said = (error.stderr or b"").strip()
         what = " ".join(map(str, error.cmd))

@@ -84,7 +84,7 @@ def test_a_file_that_git_does_not_track_is_in_no_debian_package(checkout: Path) 
     built = run(checkout, "packaging/deb/build")
     assert built.returncode == 2
     said, *listed = built.stderr.splitlines()
-    assert said == "packaging/deb/build: git does not track these: `git add` them, or move them away:"
+    assert said == "hil: no package was built, git does not track these: `git add` them, or move them away:"
     assert listed == ["docs/how-to/notes.md", "systemd/hil.service.orig", "wireshark/own.lua"]
 
 
