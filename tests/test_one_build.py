@@ -1,11 +1,13 @@
 """One build serves the demo, the tests, wheels and packages; it says what it does, and why it failed."""
 
+import fcntl
 import importlib.util
 import os
 import re
 import shutil
 import subprocess
 import sys
+import time
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -76,7 +78,7 @@ def test_a_wheel_takes_what_is_compiled(compiled: Path) -> None:
     }
 
 
-@pytest.mark.parametrize("why", ["a source is newer", "another Python", "a release"])
+@pytest.mark.parametrize("why", ["a source is newer", "another Python", "a release", "one was cut off"])
 def test_it_is_compiled_again(compiled: Path, why: str) -> None:
     env = {}
     if why == "a source is newer":
@@ -84,10 +86,13 @@ def test_it_is_compiled_again(compiled: Path, why: str) -> None:
         os.utime(compiled / "hil/core/native/hil_core.h")
     elif why == "another Python":
         (compiled / "build" / f"compiled-by-{sys.implementation.cache_tag}").write_text("3.11 of others")
+    elif why == "one was cut off":
+        (compiled / "build" / "unfinished").touch()
     else:
         env = {"SOURCE_DATE_EPOCH": "1700000000"}
     done = built(compiled, **env)
     assert done.returncode != 0
+    assert (compiled / "build" / "unfinished").exists()  # the next one begins from nothing, too
     assert "'false'" in done.stderr or "false failed" in done.stderr, done.stderr
 
 
@@ -112,19 +117,25 @@ def test_what_is_missing_is_named_before_anything_is_built(tmp_path: Path) -> No
     assert not (tmp_path / "venv").exists()
 
 
+def stand_in(venv: Path, text: str) -> list[str]:
+    """Make a venv whose Python is a script; returns the command that installs packages in it."""
+    (venv / "bin").mkdir(parents=True)
+    for name, script in (("pip", ""), ("python", text)):
+        (venv / "bin" / name).write_text(f"#!/bin/sh\n{script}\n")
+        (venv / "bin" / name).chmod(0o755)
+    return [sys.executable, "packaging/build_venv.py", "--packages", str(venv), "plot"]
+
+
+def build(command: list[str], **env: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command, cwd=ROOT, env=os.environ | env, capture_output=True, text=True, timeout=60, check=False
+    )
+
+
 def test_a_step_that_fails_shows_the_end_of_its_log(tmp_path: Path) -> None:
     venv = tmp_path / "venv"
-    (venv / "bin").mkdir(parents=True)
-    for name, text in (("pip", ""), ("python", "echo no matching distribution; exit 1")):
-        (venv / "bin" / name).write_text(f"#!/bin/sh\n{text}\n")
-        (venv / "bin" / name).chmod(0o755)
-    done = subprocess.run(
-        [sys.executable, "packaging/build_venv.py", "--packages", str(venv), "plot"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    gcc = "echo gcc -O2 -Wall -c hil/a.c -o build/a.o"
+    done = build(stand_in(venv, f"{gcc}; echo no matching distribution; exit 1"))
     assert done.returncode == 1
     first, second, failed, *rest = done.stdout.splitlines()
     assert first == f"[1/2] the venv {venv} is there"
@@ -134,6 +145,86 @@ def test_a_step_that_fails_shows_the_end_of_its_log(tmp_path: Path) -> None:
     )
     assert rest == ["    no matching distribution"]
     assert done.stderr == "hil: not built, for the reason above; then run the same command again\n"
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ("OSError: [Errno 28] No space left on device", "the disk is full: free 600 MB"),
+        ("Temporary failure in name resolution", "pip's index is not reached: see to the network"),
+        ("Failed to establish a new connection: [Errno 111]", "pip's index is not reached"),
+        ("[SSL: CERTIFICATE_VERIFY_FAILED]", "PIP_CERT=FILE names your certificates"),
+        ("a.c:1: fatal error: Python.h: No such file", "sudo apt install python3-dev"),
+        ("a.c:1: fatal error: stdlib.h: No such file", "sudo apt install libc6-dev"),
+        ("[Errno 30] Read-only file system", "build in a clone of your own"),
+    ],
+)
+def test_a_known_reason_is_told_with_what_to_do(tmp_path: Path, said: str, told: str) -> None:
+    done = build(stand_in(tmp_path / "venv", f"echo '{said}'; exit 1"))
+    assert done.returncode == 1
+    assert told in done.stderr
+    assert f"    {said}" in done.stdout
+
+
+def test_variables_that_lead_pip_elsewhere_are_not_handed_on(tmp_path: Path) -> None:
+    shown = stand_in(tmp_path / "venv", 'echo "<$PYTHONPATH$PIP_TARGET>" "$PIP_USER"')
+    done = build(shown, PYTHONPATH=str(tmp_path), PIP_TARGET=str(tmp_path), PIP_USER="1")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "venv" / "packages.log").read_text() == "<> 0\n"
+
+
+def test_two_builds_go_on_one_after_the_other(tmp_path: Path) -> None:
+    command = stand_in(tmp_path / "venv", "exit 0")
+    with (ROOT / "packaging" / "build_venv.py").open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as other:
+            assert other.stdout
+            assert other.stdout.readline() == f"Another build runs in {ROOT}: this one waits for its end.\n"
+            assert other.poll() is None
+            fcntl.flock(file, fcntl.LOCK_UN)
+            assert other.stdout.read().startswith("[1/2] the venv")
+    assert other.returncode == 0
+
+
+def test_one_that_is_ended_ends_what_it_has_started(tmp_path: Path) -> None:
+    command = stand_in(
+        tmp_path / "venv", f"sh -c 'echo > {tmp_path}/begun; sleep 60; echo > {tmp_path}/late'"
+    )
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as job:
+        while not (tmp_path / "begun").exists():
+            assert job.poll() is None
+            time.sleep(0.02)
+        job.terminate()
+        assert job.stderr
+        assert job.stderr.read() == "\nhil: not built, interrupted; run the same command again\n"
+    assert not (tmp_path / "late").exists()
+
+
+def test_a_venv_that_cannot_be_made_is_told_and_none_is_left(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    done = build([sys.executable, "packaging/build_venv.py", "--packages", str(tmp_path / "file/venv")])
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"hil: not built, the venv {tmp_path}/file/venv cannot be made: ")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_venv_that_was_cut_off_or_whose_python_is_gone_is_made_again(tmp_path: Path) -> None:
+    runs = loaded("packaging/build_venv.py").runs
+    stand_in(tmp_path / "venv", "")
+    assert runs(tmp_path / "venv")
+    (tmp_path / "venv/bin/python").unlink()
+    (tmp_path / "venv/bin/python").symlink_to(tmp_path / "gone")
+    assert not runs(tmp_path / "venv")
+    assert not runs(tmp_path / "none")
+
+
+def test_progress_says_how_many_packages_there_will_be() -> None:
+    of_packages = loaded("packaging/build_venv.py").of_packages
+    said = "Collecting a>=1\n  Downloading a.whl\nCollecting b\n"
+    assert of_packages(said, 0) == "2 packages are fetched"
+    assert (
+        of_packages(f"{said}Installing collected packages: b, c, a\n", 1) == "1 of 3 packages are installed"
+    )
 
 
 def test_extras_are_found_with_those_that_they_name() -> None:

@@ -81,6 +81,18 @@ def test_a_release_is_refused_where_something_is_changed(release: ModuleType, tm
     assert "this checkout has changes; commit them:\n?? packaging/" in done.stderr
 
 
+def test_a_release_leaves_a_folder_of_others_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("mine")
+    done = subprocess.run(
+        [sys.executable, ROOT / "packaging/release.py", tmp_path], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"hil: no release was made: {tmp_path} has other files in it; name an empty or a new folder\n"
+    )
+    assert (tmp_path / "thesis.txt").exists()
+
+
 def test_a_wheel_says_for_which_systems_it_is(release: ModuleType) -> None:
     assert (
         release.audience_of("hil_motion-1.0-cp314-cp314-linux_aarch64.whl") == "CPython 3.14, Linux aarch64"
