@@ -148,7 +148,7 @@ def of_packages(said: str, come: int) -> str:
     """Describe how far pip is, by what it has said, and the number of packages that have come."""
     if listed := re.search(r"^Installing collected packages: (.*)$", said, re.M):
         return f"{come} of {listed[1].count(',') + 1} packages are installed"
-    return f"{len(re.findall('^Collecting ', said, re.M))} packages are fetched"
+    return f"{len(re.findall('^(?:Collecting|Processing) ', said, re.M))} packages are fetched"
 
 
 def cause(said: str) -> str:
