@@ -35,6 +35,7 @@ REMEDY = re.compile(r"; |\([a-z`]|\? |: write ")
 def place() -> Iterator[Place]:
     with Place() as made:
         for name, text in DATA["files"].items():
+            (made.folder / name).parent.mkdir(parents=True, exist_ok=True)
             made.write(text, name)
         made.serve(BENCH).ready()
         yield made

@@ -39,9 +39,10 @@ def problems(given: str, head: str = HEAD) -> list[str]:
 GIVE = "give each device a place of its own"
 ONE = {
     "{rtu: ~}": "17: rtu: a list is wanted here, not nothing (write [] for none, or leave the key out)",
-    "{rtu: {path: a}}": "17: rtu: a list is wanted here, not a mapping (write [] for none, or leave the key"
-    " out)",
-    "{rtu: [~]}": '18: rtu.0: keys are wanted here, not nothing (write "key: value" lines, indented below)',
+    "{rtu: {path: a}}": '17: rtu: a list is wanted here, not a mapping (begin it with "- ", as an item of a'
+    " list, or write [ ] around it)",
+    "{rtu: [~]}": "18: rtu.0: keys are wanted here, not nothing (write {path: ...}; its keys are path,"
+    " device, baud, echo, units)",
     "{rtu: [{path: ''}]}": "25: rtu.0.path: there is nothing in it (write what it is)",
     "{rtu: [{path: 5}]}": "25: rtu.0.path: YAML takes this for the number 5; text is wanted (write it in"
     ' quotes: "5")',

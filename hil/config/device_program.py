@@ -67,6 +67,9 @@ ProgramKey = Annotated[
 """Key of a program: text in a configuration, ``ProgramFile`` when it was checked."""
 
 
+_SOURCES = (".ino", ".pde", ".c", ".cpp", ".py")
+
+
 class ProgramCheck:
     """Check of the programs of one device. ``findings``: mistakes in the configuration; ``problems``: in the
     files."""
@@ -112,6 +115,10 @@ class ProgramCheck:
         if not is_path(text):
             remedy = "write the path, as in build/blink.ino.hex"
             self._add(key, f"a file's path is wanted here, not {shown(text)}", remedy)
+            return None
+        if text.lower().endswith(_SOURCES):
+            remedy = "compile it (`hil sketch build`), and write the .hex file that comes out"
+            self._add(key, f"{text} is a source, and a compiled program is meant", remedy)
             return None
         from hil.sketch.chip_program import packed
         from hil.sketch.program_error import ProgramError

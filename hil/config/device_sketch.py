@@ -101,6 +101,13 @@ def problems_of(sketch: SketchText) -> Iterator[Problem]:
     """Problems of a sketch's text: what is no Python, functions that are missing, or take something else."""
     import ast  # who has no sketch does not wait for it
 
+    if sketch.file.lower().endswith((".ino", ".cpp", ".c")):
+        remedy = "write setup() and loop() in a .py file: `hil docs own-mechaduino`"
+        yield Problem(
+            sketch.file, 1, 1, "this is C++, and a sketch beside the stock firmware is Python", remedy
+        )
+        return
+
     try:
         tree = ast.parse(sketch.text, sketch.file)
     except SyntaxError as error:

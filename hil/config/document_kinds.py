@@ -1,5 +1,6 @@
 """Kinds of documents that users write, and what a document is that was given in the place of another."""
 
+from pathlib import PurePath
 from typing import NamedTuple
 
 from hil.config.document import Document, Finding
@@ -23,9 +24,14 @@ MACHINE = DocumentKind(
     "a machine", frozenset({"machine"}), "`hil gcode PROGRAM --machine FILE` draws with it"
 )
 DRIVE_MAP = DocumentKind(
-    "a map of a Modbus drive", frozenset({"modbus_map"}), "`map: FILE` at a device uses it"
+    "a map of a Modbus drive",
+    frozenset({"modbus_map", "word_order", "position_deg", "velocity_rpm", "set_point_deg", "cells"}),
+    "`map: FILE` at a device uses it",
 )
-KINDS = (BENCH, RUN, MACHINE, DRIVE_MAP)
+BOARD = DocumentKind(
+    "a board's profile", frozenset({"title", "uarts", "dialogue"}), "`hil profile check FOLDER` checks it"
+)
+KINDS = (BENCH, RUN, MACHINE, DRIVE_MAP, BOARD)
 
 
 class OtherKindError(ConfigError):
@@ -37,7 +43,9 @@ class OtherKindError(ConfigError):
     def __init__(self, document: Document, kind: DocumentKind, wanted: DocumentKind) -> None:
         mark = next(key for key in document.keys if len(key) == 1 and key[0] in kind.marks)
         message = f"this is {kind.what}, not {wanted.what}"
-        finding = Finding(mark, message, kind.use.replace("FILE", document.file), at_key=True)
+        folder = str(PurePath(document.file).parent)
+        use = kind.use.replace("FILE", document.file).replace("FOLDER", folder)
+        finding = Finding(mark, message, use, at_key=True)
         super().__init__(document.error([finding]).problems)
         self.kind = kind
 

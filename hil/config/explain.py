@@ -21,6 +21,7 @@ from pydantic_core import CoreSchema, ErrorDetails
 from pydantic_core.core_schema import ErrorType, no_info_plain_validator_function
 
 from hil.config.document import Document, Finding, KeyPath
+from hil.config.shape_words import for_keys, for_list
 from hil.config.yaml_words import missing_space
 from hil.vocab.address import NAME_PATTERN
 from hil.vocab.near_words import did_you_mean, meant, nearest_or_longer
@@ -104,6 +105,16 @@ _NUMBERS = {
 _MAPPINGS = {"model_type", "model_attributes_type", "dict_type", "mapping_type"}
 _TEXTS = {"string_type", "path_type"}
 _LISTS = {"list_type", "tuple_type", "set_type", "frozen_set_type", "iterable_type"}
+_OTHER_WORDS = {
+    "fault": ("kind", "type", "name"),
+    "target": ("at", "on", "device", "axis", "port", "where"),
+    "profile": ("board", "type", "kind", "model"),
+    "bench": ("name",),
+    "run": ("name",),
+    "stations": ("devices", "nodes"),
+    "asks": ("command", "pattern", "receives"),
+}
+"""Words that people write for a key that is missing then."""
 _ITEMS = re.compile(r"[\w./-]+(?:, *[\w./-]+)*")
 """Names without the brackets of a list around them."""
 _NO_ITEMS = {"none", "None", "no", "off", "all"}
@@ -151,7 +162,14 @@ def findings_of(
     for detail in error.errors(include_url=False):
         path = (*prefix, *detail["loc"], *detail.get("ctx", {}).get("at", ()))
         if detail["type"] == "missing":
+            present = _keys_in(document, path[:-1])
+            if "<<" in present:
+                continue  # what was to be merged in has it
             remedy = f'add the line "{path[-1]}: ..."'
+            if other := next((each for each in _OTHER_WORDS.get(str(path[-1]), ()) if each in present), None):
+                remedy = did_you_mean(str(path[-1]))
+                findings.append(Finding((*path[:-1], other), "unknown key", remedy, at_key=True))
+                continue
             missing.append(Finding(path, "this key is missing", remedy))
         elif detail["type"] == "extra_forbidden":
             known = _keys_of(_model_at(model, detail["loc"][:-1]))
@@ -159,7 +177,8 @@ def findings_of(
         elif path[-1:] == ("[key]",):
             findings.append(_explain(detail, path[:-1], document, at_key=True))
         else:
-            findings.append(_explain(detail, document.known(path), document))
+            wanted = _annotation_at(model, detail["loc"]) if detail["type"] in _MAPPINGS else None
+            findings.append(_explain(detail, document.known(path), document, wanted=wanted))
     # A mistyped key is also a missing one: the first is enough to say.
     remedies = {(f.path[:-1], f.remedy) for f in findings}
     unspaced = {(*f.path[:-1], str(f.path[-1]).partition(":")[0]) for f in findings if f.path}
@@ -170,13 +189,16 @@ def findings_of(
     ]
 
 
-def _explain(detail: ErrorDetails, path: KeyPath, document: Document, at_key: bool = False) -> Finding:
-    message, remedy = words_of(detail, document.raw.get(path))
+def _explain(
+    detail: ErrorDetails, path: KeyPath, document: Document, at_key: bool = False, wanted: object = None
+) -> Finding:
+    message, remedy = words_of(detail, document.raw.get(path), wanted)
     return Finding(path, message, remedy, at_key)
 
 
-def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
-    """Message and remedy for an error of pydantic; ``raw``: the value as it was written."""
+def words_of(detail: ErrorDetails, raw: str | None, wanted: object = None) -> tuple[str, str]:
+    """Message and remedy for an error of pydantic; ``raw``: the value as it was written; ``wanted``: the
+    annotation of what is meant, where keys are."""
     kind, value, context = detail["type"], detail["input"], detail.get("ctx", {})
     if "remedy" in context:
         return detail["msg"], str(context["remedy"])
@@ -205,13 +227,17 @@ def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
     if kind in _MAPPINGS:
         if isinstance(value, str) and (spaced := missing_space(value)):
             return "there is no space after the colon", f'write "{spaced}"'
-        return f"keys are wanted here, not {shown(value)}", 'write "key: value" lines, indented below'
+        remedy = for_keys(value, wanted)
+        return f"keys are wanted here, not {shown(value)}", remedy
     if kind in ("bool_type", "bool_parsing"):
         return f"true or false is wanted here, not {shown(value)}", "write true or false"
     if kind in ("literal_error", "enum"):
         return f"{shown(value)} is none of the choices", f"write {context.get('expected', 'one of them')}"
     if kind == "string_pattern_mismatch" and context.get("pattern") == NAME_PATTERN:
         remedy = "a name is a letter a-z and up to 31 more of a-z, 0-9, _ and -"
+        plain = re.sub(r"[^a-z0-9_-]+", "_", str(value).strip(" '\"“”„‘’").lower())[:32].strip("_")
+        if re.match(NAME_PATTERN, plain):
+            remedy = f"write {plain}: {remedy}"
         if spaced := missing_space(str(value)):
             remedy = f'write a space after the colon: "{spaced}"'
         return f"{shown(value)} is not a name", remedy
@@ -220,6 +246,7 @@ def words_of(detail: ErrorDetails, raw: str | None) -> tuple[str, str]:
     if kind in _LISTS:
         is_item = isinstance(value, str) and _ITEMS.fullmatch(value) and value not in _NO_ITEMS
         remedy = f"write [{value}]" if is_item else "write [] for none, or leave the key out"
+        remedy = for_list(value) or remedy
         return f"a list is wanted here, not {shown(value)}", remedy
     if kind in ("too_short", "string_too_short"):
         return "there is nothing in it", "add one at least" if kind == "too_short" else "write what it is"
@@ -251,8 +278,11 @@ def shown(value: object) -> str:
 
 def _keys_in(document: Document, path: KeyPath) -> Collection[str]:
     value: Any = document.value
-    for part in path:
-        value = value[part]
+    try:
+        for part in path:
+            value = value[part]
+    except (LookupError, TypeError):  # a check has completed it
+        return ()
     return value if isinstance(value, dict) else ()
 
 
@@ -261,6 +291,11 @@ def _keys_of(model: type[BaseModel] | None) -> list[str]:
 
 
 def _model_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> type[BaseModel] | None:
+    annotation = _annotation_at(model, loc)
+    return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
+
+
+def _annotation_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> Any:
     annotation: Any = model
     for part in loc:
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -268,7 +303,7 @@ def _model_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> type[BaseMo
             annotation = None if field is None else _needed(field.annotation)
         else:
             annotation = _needed(next(iter(get_args(annotation)[-1:]), None))
-    return annotation if isinstance(annotation, type) and issubclass(annotation, BaseModel) else None
+    return annotation
 
 
 def _needed(annotation: Any) -> Any:

@@ -11,8 +11,8 @@ import yaml
 from yaml.composer import Composer
 from yaml.resolver import Resolver
 
-from hil.config.document import MAX_DEPTH, Document, Finding, KeyPath, Spot, is_unicode
-from hil.config.yaml_words import syntax_problem, unreadable_character
+from hil.config.document import MAX_DEPTH, NUL, Document, Finding, KeyPath, Spot, is_unicode
+from hil.config.yaml_words import ODD_SPACE, ODD_SPACES, indented_oddly, syntax_problem, unreadable_character
 from hil.vocab.problem import ConfigError, Problem
 
 _TAG = "tag:yaml.org,2002:"
@@ -80,6 +80,8 @@ def document_from_yaml(text: str, file: str) -> Document:
     node = _compose(text, file)
     if node is not None:
         document.value = _value(document, (), node)
+    if any(str(key[-1])[:1] in ODD_SPACES for key in document.keys):
+        raise ConfigError([Problem(file, at.line, at.column, *ODD_SPACE) for at in indented_oddly(text)])
     return document
 
 
@@ -96,6 +98,9 @@ def _compose_slowly(text: str, file: str) -> yaml.Node | None:
         loader = _Loader(text)
         return loader.get_single_node()
     except yaml.reader.ReaderError as error:
+        if NUL in text:
+            why = Problem(file, 1, 1, "this is no text file", "give a text, saved as UTF-8")
+            raise ConfigError([why]) from None
         before = text[: error.position]
         spot = Spot(before.count("\n") + 1, len(before) - before.rfind("\n"))
         message, remedy = unreadable_character(text[error.position])
@@ -130,9 +135,16 @@ def _value(document: Document, path: KeyPath, node: yaml.Node) -> object:
 
 def _mapping(document: Document, path: KeyPath, node: yaml.MappingNode) -> dict[str, object]:
     result: dict[str, object] = {}
+    before: yaml.Node | None = None
     for key_node, value_node in node.value:
         name = key_node.value
         spot = _spot(key_node)
+        if node.flow_style and before is not None and _is_decimals(before, key_node, value_node):
+            message = f'"{before.value},{name}" has a comma'
+            remedy = f"write a point before decimals, as {before.value}.{name}"
+            document.findings.append(Finding((*path, *list(result)[-1:]), message, remedy))
+            continue
+        before = value_node
         if not isinstance(name, str) or not is_unicode(name):
             document.findings.append(
                 Finding(path, "a key must be a name", "write a plain name before the colon", spot=spot)
@@ -149,6 +161,21 @@ def _mapping(document: Document, path: KeyPath, node: yaml.MappingNode) -> dict[
     return result
 
 
+def _is_decimals(before: yaml.Node, key: yaml.Node, value: yaml.Node) -> bool:
+    """True for the decimals of ``{m1: 1,5}``: digits at once behind a number and its comma, without a value
+    of their own."""
+    numbers = (f"{_TAG}int", f"{_TAG}float")
+    return (
+        before.tag in numbers
+        and isinstance(key.value, str)
+        and key.value.isdecimal()
+        and value.tag == f"{_TAG}null"
+        and not value.value
+        and key.start_mark.line == before.end_mark.line
+        and key.start_mark.column == before.end_mark.column + 1
+    )
+
+
 def _key_findings(path: KeyPath, name: str, tag: str) -> list[Finding]:
     kind = tag.removeprefix(_TAG)
     if kind == "merge":
@@ -163,6 +190,8 @@ def _key_findings(path: KeyPath, name: str, tag: str) -> list[Finding]:
     }.get(kind, f"a value of type {kind}")
     quotable = re.fullmatch("[A-Za-z][A-Za-z0-9_-]*", name)
     remedy = f'write it in quotes: "{name}"' if quotable else "a name begins with a letter, as in m1"
+    if path[-2:-1] == ("objects",) and re.fullmatch("[0-9]{4}", name):
+        remedy = f"write it with an h behind it: {name}h"  # an index of CANopen, in base 16
     return [Finding(path, f"YAML takes this key for {meaning}, not for a name", remedy, at_key=True)]
 
 
@@ -188,7 +217,7 @@ def _number(document: Document, path: KeyPath, text: str, kind: str) -> object:
         document.find(path, "is too long for a number", "write fewer digits")
         return None
     if kind == "int" and re.fullmatch("[-+]?0[0-7]+", plain):
-        remedy = f'write it in quotes: "{text}"; if a number is meant, without the leading 0'
+        remedy = f'write {plain.lstrip("+0") or 0} for the number, or "{text}" in quotes for a text'
         message = f"{text} is a number in base 8 to YAML: {int(plain, 8)}"
         document.find(path, message, remedy)
         return None

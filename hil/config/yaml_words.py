@@ -56,6 +56,13 @@ _TOKENS = {
     "<document start>": "---",
     "<document end>": "...",
 }
+ODD_SPACES = tuple("\u00a0\u2002\u2003\u2007\u2009\u202f\u3000")
+"""Spaces that look like plain ones, as a web page or a word processor has them."""
+ODD_SPACE = (
+    "a space that is none to YAML (U+00A0 or the like) stands here, as copied from a web page",
+    "write plain spaces",
+)
+_ODDLY = re.compile(f"^ *[{''.join(ODD_SPACES)}]", re.M)
 _NO_SPACE = re.compile(r"""^\s*(?:-\s+)?(?P<key>[A-Za-z_][\w.-]*):(?P<value>[^\s:/"'][^:]*|"[^"]*")$""")
 
 
@@ -74,6 +81,7 @@ def syntax_problem(error: yaml.MarkedYAMLError, text: str, file: str) -> Problem
     stopped = _spot(mark) if mark else Spot(1, 1)
     words = (
         _no_space(error, text, stopped)
+        or _no_space_after_dash(error, text, stopped)
         or _too_deep(error, text, stopped)
         or _unclosed(error)
         or _out_of_line(error, text, stopped)
@@ -92,6 +100,14 @@ def unreadable_character(character: str) -> tuple[str, str]:
 def shown_character(character: str) -> str:
     """Character as it looks, or by its number if it cannot be seen."""
     return f'"{character}"' if character.isprintable() else f"U+{ord(character):04X}"
+
+
+def indented_oddly(text: str) -> list[Spot]:
+    """Places of the first of such spaces in each line that begins with some."""
+    return [
+        Spot(text.count("\n", 0, found.start()) + 1, found.end() - found.start())
+        for found in _ODDLY.finditer(text)
+    ]
 
 
 def missing_space(text: str) -> str | None:
@@ -118,6 +134,16 @@ def _no_space(error: yaml.MarkedYAMLError, text: str, stopped: Spot) -> _Words |
                 "there is no space after the colon", f'write "{written}"', Spot(number, line.index(":") + 2)
             )
     return None
+
+
+def _no_space_after_dash(error: yaml.MarkedYAMLError, text: str, stopped: Spot) -> _Words | None:
+    """Words for ``-key: value`` and ``-{key: value}``, which YAML takes for a key that begins with a dash."""
+    line = text.split("\n")[stopped.line - 1] if stopped.line <= text.count("\n") + 1 else ""
+    if "mapping values" not in (error.problem or "") or not (found := re.match(r"\s*-(?=[^\s-])", line)):
+        return None
+    written = f"- {line[found.end() :].rstrip()}"
+    shown = written if len(written) <= 40 else f"{written[:40]}..."
+    return _Words("there is no space after the dash", f'write "{shown}"', Spot(stopped.line, found.end() + 1))
 
 
 def _too_deep(error: yaml.MarkedYAMLError, text: str, stopped: Spot) -> _Words | None:

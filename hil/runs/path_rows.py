@@ -38,15 +38,17 @@ class PathReading:
         path: TimedPath,
         place: KeyPath,
         document: Document,
-        begin_deg: Sequence[float],
+        begin_deg: Sequence[float] | None,
         rules: Mapping[str, AxisRules],
     ) -> None:
+        """Read the rows. ``begin_deg``: where the axes are before; None: that is not known, and the rows are
+        not compared with the limits."""
         self._path, self._place, self._block = path, place, document.blocks.get((*place, "rows"))
         self.findings: list[Finding] = []
         self._numbers: list[int] = []
         """Line of each row in the path's text, from 0 on."""
         self.rows = list(self._read())
-        if not self.findings:
+        if not self.findings and begin_deg is not None:
             self._check(begin_deg, [rules[name] for name in path.axes])
         if len(self.findings) > NAMED:
             rest = len(self.findings) - NAMED
@@ -100,7 +102,7 @@ class PathReading:
     @staticmethod
     def _wrong_value(values: Sequence[float]) -> tuple[int, str, str] | None:
         if not 1e-6 <= values[0] <= LONGEST_S:
-            return 0, f"{values[0]:g} s", f"a row takes 0.000001 to {LONGEST_S:g} s"
+            return 0, f"{values[0]:g} s is no time of a row", f"it takes 0.000001 to {LONGEST_S:g} s"
         if not 0 <= values[1] <= 2:
             return 1, f"it begins with {values[1]:g} times its mean speed", "write 0 to 2"
         for at, angle in enumerate(values[2:], 2):

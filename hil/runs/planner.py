@@ -244,7 +244,11 @@ class StepPlanner:
             trajectory = self._through(place, names, rows, [point.at_s for point in points])
         except PlanError as error:
             which = names[error.axis] + ": " if error.axis is not None else ""
-            raise _Impossible(place, f"{which}{error.what}", "see the points and their times") from None
+            raise _Impossible(
+                place,
+                f"{which}{error.what}",
+                "let times grow from point to point",
+            ) from None
         self._check_way(place, names, trajectory)
         targets_deg = dict(zip(names, rows[-1], strict=True))
         self.phrases.move(targets_deg, trajectory.duration_ns, names, trajectory)

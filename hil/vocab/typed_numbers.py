@@ -10,6 +10,8 @@ import re
 _UNSIGNED = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _NUMBER = rf"[-+]?{_UNSIGNED}"
 _WITH_UNIT = re.compile(rf"({_NUMBER})\s*([^\W\d_][^\d\s]*(?:\^?2|²)?|[°%])")
+_WITH_THOUSANDS = re.compile(rf"({_NUMBER})\s*([kKM])")
+_IN_BASE_16 = re.compile(rf"(?!{_NUMBER}$)(?:0[0-9A-Fa-f]+|[0-9][0-9A-Fa-f]{{2,}})")
 _WITH_COMMA = re.compile(r"([-+]?\d+),(\d+)")
 _WITH_SIGNS = re.compile(rf"[-+]+([-+]{_UNSIGNED})")
 _MOST_SHOWN = 40
@@ -71,11 +73,14 @@ _ALSO = {
     **{each: "Nm" for each in ("N.m", "N·m", "N*m")},
     **{each: "Hz" for each in ("hz", "HZ")},
     **{each: "kHz" for each in ("khz", "KHz")},
-    **{each: "bit/s" for each in ("baud", "Bd", "bps", "bits/s")},
+    **{each: "bit/s" for each in ("baud", "Bd", "bd", "bps", "bits/s")},
     "°/s": "deg/s",
     "percent": "%",
 }
 """Other spellings."""
+_UNITS_OF_NAMES = {"baud": "bit/s", "bit_rate": "bit/s", "rate_hz": "Hz"}
+_PLAIN_UNITS = {"current", "voltage", "torque", "frequency", "rate"}
+"""Quantities whose values are in the unit without a prefix where a name says none."""
 _NAMED = {"True": "true", "False": "false", "None": "nothing"}
 
 
@@ -94,7 +99,7 @@ def unit_in(name: str) -> str:
     """Unit that a name says, as that of ``position_deg`` or ``acceleration_rpm_per_s``; empty: it says
     none."""
     ending = name.replace("_per_s", "/s").rpartition("_")[2]
-    return ending if ending in _UNITS and "_" in name else ""
+    return ending if ending in _UNITS and "_" in name else _UNITS_OF_NAMES.get(name, "")
 
 
 def quoted(given: object) -> str:
@@ -119,6 +124,11 @@ def number_problem(given: str, unit: str = "", limits: str = "a number") -> tupl
         return f"{said} is a text", f"write the number without quotes, as {text}"
     if found := _WITH_COMMA.fullmatch(text):
         return f"{said} has a comma", f"write a point before decimals, as {found[1]}.{found[2]}"
+    if found := _WITH_THOUSANDS.fullmatch(text):
+        times, name = (1e6, "million") if found[2] == "M" else (1e3, "thousand")
+        return f"{said} has {found[2]} for {name}", f"write {plain_number(float(found[1]) * times)}"
+    if _IN_BASE_16.fullmatch(text) and not _is_with_unit(text):
+        return f"{said} is a number in base 16", f"write 0x before it, as 0x{text}"
     if found := _WITH_UNIT.fullmatch(text):
         return _unit_problem(said, found[1], _ALSO.get(found[2], found[2]), unit, limits)
     if found := _WITH_SIGNS.fullmatch(text):
@@ -129,6 +139,11 @@ def number_problem(given: str, unit: str = "", limits: str = "a number") -> tupl
         is_huge = False
     what = f"{said} is too large" if is_huge else f"{said} is no number" if text else "no number is given"
     return what, f"write {limits}"
+
+
+def _is_with_unit(text: str) -> bool:
+    found = _WITH_UNIT.fullmatch(text)
+    return bool(found and text[0] != "0" and _ALSO.get(found[2], found[2]) in _UNITS)
 
 
 def _unit_problem(said: str, number: str, is_in: str, unit: str, limits: str) -> tuple[str, str]:
@@ -144,10 +159,14 @@ def _unit_problem(said: str, number: str, is_in: str, unit: str, limits: str) ->
     if of == wanted:
         return f"{said} is in {other}", f"{without}, as {plain_number(float(number) * size / own)}"
     if not unit:
-        return f"{said} has a unit", f"{without}, as {number}"
+        value = plain_number(float(number) * size) if of in _PLAIN_UNITS and size != 1 else number
+        return f"{said} has a unit", f"{without}, as {value}"
     return f"{said} is in {other}, and {name} are meant", f"write {limits}"
 
 
 def plain_number(value: float) -> str:
-    """Format a number of at most six digits, without an exponent where none is needed."""
+    """Format a number of at most six digits, without an exponent where none is needed; a whole one with all
+    its digits."""
+    if 1 <= abs(value) < 1e12 and abs(value - round(value)) < 1e-9 * abs(value):
+        return str(round(value))
     return f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-")

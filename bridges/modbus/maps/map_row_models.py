@@ -33,6 +33,14 @@ NEW_KEYS = (
 PART_NAME = "^[A-Za-z][A-Za-z0-9_.]{0,47}$"
 
 
+def _name_of_cell(value: object) -> object:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    remedy = f"for {value:g} decimals write scale: {10.0**-value:g}" if 0 < value <= 9 else "write scale:"
+    what = f"decimals is the cell that has the number of decimals, not the number {value:g}"
+    raise PydanticCustomError("decimals", "{what}", {"what": what, "remedy": remedy})
+
+
 def _usable_scale(value: float) -> float:
     if not 1 / _MOST_SCALE <= abs(value) <= _MOST_SCALE:
         what = f"a scale of {value:g} fits no value" if value else "with a scale of 0 every value is 0"
@@ -103,7 +111,7 @@ class PlaceText(DefaultsModel):
     per: _Factor | None = Field(
         default=None, description="Number, or the name of a cell, that the value is divided by."
     )
-    decimals: Annotated[str, Field(pattern=PART_NAME)] | None = Field(
+    decimals: Annotated[str, Field(pattern=PART_NAME), BeforeValidator(_name_of_cell)] | None = Field(
         default=None, description="Cell with the number of decimals that the register has."
     )
     offset: float | None = Field(default=None, description="Added to the number x `scale`.")

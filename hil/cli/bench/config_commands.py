@@ -80,12 +80,12 @@ def check(
 
     Example: hil check bench.yaml
     """
-    from hil.config.document_kinds import OtherKindError
+    from hil.config.document_kinds import BOARD, OtherKindError
 
     try:
         bench = config_of(config)
     except OtherKindError as error:
-        if diff is not None:
+        if diff is not None or error.kind is BOARD:
             raise fail(str(error), 2) from None
         return _other_kind(error, config)
     if problems := _table_problems(bench, config):
@@ -200,14 +200,22 @@ def _table_problems(bench: "BenchConfig", config: Path) -> list[str]:
         return []
     from hil.compose import find_catalogue
     from hil.compose.build import TableFileError, start_sections
+    from hil.config.document import Finding
+    from hil.config.yaml_text import document_from_yaml
 
-    problems, boards = [], find_catalogue(path=bench.profile_path).boards
+    findings, boards = [], find_catalogue(path=bench.profile_path).boards
     for name, device in devices.items():
         try:
             start_sections(device, boards[device.profile], {}, config.parent)
         except TableFileError as error:
-            problems.append(f"{config}: devices.{name}.flash.table: {error}")
-    return problems
+            remedy = "give the file of a whole table, or write identity, stored or empty"
+            if isinstance(error.__cause__, OSError):
+                remedy = "write where it is, from this file on"
+            findings.append(Finding(("devices", name, "flash", "table"), str(error), remedy))
+    if not findings:
+        return []
+    document = document_from_yaml(config.read_text("utf-8-sig") if config.is_file() else "", str(config))
+    return [*map(str, document.error(findings).problems)]
 
 
 def schema(

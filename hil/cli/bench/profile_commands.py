@@ -11,6 +11,7 @@ from hil.cli.framework.command_answers import CommandAnswer
 
 if TYPE_CHECKING:
     from hil.config import BenchConfig
+    from hil.vocab.problem import Problem
 
 _OF_HIL = "device_profiles."
 """Beginning of the packages of hil's own boards, which are whole, and need not be tried."""
@@ -123,6 +124,8 @@ def check(
         raise fail(
             f"hil: there is no folder {folder}; write that of a board, as `hil profile list` shows them", 2
         )
+    if problems := _problems(folder):
+        raise fail("\n".join(map(str, problems)), 2)
     with bar(f"{folder} is checked"):
         failures = list(profile_failures(folder))
     played = _played(folder, sessions, failures) if sessions and not failures else 0
@@ -132,6 +135,23 @@ def check(
     warnings = _warnings(folder)
     answer = {"folder": str(folder), "passes": True, "sessions": played, "warnings": warnings}
     return CommandAnswer(answer, "\n".join([*warnings, f"{folder}: passes all checks{also}"]))
+
+
+def _problems(folder: Path) -> list["Problem"]:
+    """Problems of the files of a board, or that there is none in its folder."""
+    from hil.compose import find_catalogue
+    from hil.discovery.board_places import MAKE_ONE
+
+    place = folder.resolve()
+    catalogue = find_catalogue(path=[place.parent])
+    if problems := catalogue.problems(place.name):
+        return [*problems]
+    if place.name in catalogue.profiles:
+        return []
+    inside = sorted(find_catalogue(path=[place]).profiles.keys() - catalogue.profiles.keys())
+    if inside:
+        raise fail(f"{folder} is no board, there are boards in it; check one, as {folder / inside[0]}", 2)
+    raise fail(f"{folder} is no board; {MAKE_ONE}", 2)
 
 
 def _warnings(folder: Path) -> list[str]:

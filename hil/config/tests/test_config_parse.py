@@ -138,7 +138,7 @@ spede: 3
 """
     assert problems(text) == [
         'b.yaml:1:8: bench: "Big" is not a name'
-        " (a name is a letter a-z and up to 31 more of a-z, 0-9, _ and -)",
+        " (write big: a name is a letter a-z and up to 31 more of a-z, 0-9, _ and -)",
         "b.yaml:3:3: devices.on: YAML takes this key for the truth value true, not for a name"
         ' (write it in quotes: "on")',
         'b.yaml:3:17: devices.on.profile: there is no profile "mechaduno"'
@@ -147,9 +147,9 @@ spede: 3
         " (a name begins with a letter, as in m1)",
         'b.yaml:4:7: devices.1.profil: unknown key (did you mean "profile"?)',
         "b.yaml:5:6: devices.m2: keys are wanted here, not nothing"
-        ' (write "key: value" lines, indented below)',
+        " (write {profile: ...}, with what it is to be)",
         "b.yaml:8:29: devices.m3.port.mode: 0660 is a number in base 8 to YAML: 432"
-        ' (write it in quotes: "0660"; if a number is meant, without the leading 0)',
+        ' (write 660 for the number, or "0660" in quotes for a text)',
         'b.yaml:8:35: devices.m3.port.grop: unknown key (did you mean "group"?)',
         "b.yaml:9:22: devices.m3.axis.supply_V: 30 V is outside the supply range of mechaduino 0.1"
         ' (write 8 to 25, or hardware: "0.2")',
@@ -167,7 +167,7 @@ spede: 3
         ("", '1:1: the file is empty (begin with "bench: NAME" and "devices:")'),
         ("# nothing yet\n", '1:1: the file is empty (begin with "bench: NAME" and "devices:")'),
         ("- a\n", '1:1: keys are wanted here, not a list (write "key: value" lines, indented below)'),
-        ("demo", '1:1: keys are wanted here, not "demo" (write "key: value" lines, indented below)'),
+        ("demo", '1:1: keys are wanted here, not "demo" (write {bench: ..., devices: ...})'),
         ("bench: t\ndevices:\n\tm1: x\n", "3:1: a tab stands where YAML wants spaces"
          " (indent with spaces, not with tabs)"),
         ("bench: a: b\n", '1:9: a colon cannot stand here: "key: value" begins a line of its own'
@@ -206,11 +206,11 @@ def test_text_that_is_no_bench_at_all(text: str, problem: str) -> None:
         ("seed: 0x" + "f" * 17, "is too large a number (a whole number has at most 64 bits)"),
         ("seed: " + "9" * 5000, "is too long for a number (write fewer digits)"),
         ("seed: 0115200", "0115200 is a number in base 8 to YAML: 39552"
-         ' (write it in quotes: "0115200"; if a number is meant, without the leading 0)'),
+         ' (write 115200 for the number, or "0115200" in quotes for a text)'),
         ("seed: 1:30", 'a whole number is wanted here, not "1:30" (write a whole number)'),
         ("speed: 1,5", '"1,5" has a comma (write a point before decimals, as 1.5)'),
         ("seed: 9600bd",
-         'a whole number is wanted here, not "9600bd" (write it without a unit, as 9600)'),
+         '"9600bd" has a unit (write it without a unit, as 9600)'),
         ("segments: {bus0: {stations: s1}}", 'a list is wanted here, not "s1" (write [s1])'),
         ("faults: none", 'a list is wanted here, not "none" (write [] for none, or leave the key out)'),
         ("speed: .inf", "inf is not a number to compute with (write a finite number)"),
@@ -263,7 +263,7 @@ def test_one_bad_line_gives_one_problem_on_that_line(line: str, problem: str) ->
          " a file is written with its folder, as in ./x)"),
         ({"flash": {"tabel": "empty"}}, 'flash.tabel: unknown key (did you mean "table"?)'),
         ({"flash": None},
-         'flash: keys are wanted here, not nothing (write "key: value" lines, indented below)'),
+         'flash: keys are wanted here, not nothing (write {table: ...}; its keys are table, address)'),
         ({"port": "ptty"},
          'port: there is no kind of port "ptty" (did you mean "pty"? known are: memory, pty, tcp)'),
         ({"port": 5}, "port: the name of a kind of port is wanted here, or its options, not the number 5"

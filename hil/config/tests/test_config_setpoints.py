@@ -69,7 +69,7 @@ def test_what_is_left_out_has_defaults() -> None:
         ("{timeout: 5}", '5:17: {}.timeout: unknown key (did you mean "timeout_ms"?)'),
         (
             "100",
-            '5:16: {}: keys are wanted here, not the number 100 (write "key: value" lines, indented below)',
+            "5:16: {}: keys are wanted here, not the number 100 (write {{timeout_ms: 100}})",
         ),
     ],
 )
@@ -132,7 +132,7 @@ def test_bridges_are_read_with_their_own_models() -> None:
         ("{zenoh: {keys: 0}}", "5:25: bridges.zenoh.keys: the number 0 is too small (write 1 or more)"),
         (
             "zenoh",
-            '5:10: bridges: keys are wanted here, not "zenoh" (write "key: value" lines, indented below)',
+            '5:10: bridges: keys are wanted here, not "zenoh" (write {zenoh: {{}}})',
         ),
     ],
 )

@@ -13,7 +13,7 @@ FORMS = {
     "parameters": {"filled", "plain"},  # what a Parameter means, for several
     "fault_words": {"example", "group_of", "shown_by"},  # how a kind of fault is told
     "typed_numbers": {  # what a text says of a number, for every door that takes one
-        *("typed_number", "number_problem", "_unit_problem"),
+        *("typed_number", "number_problem", "_unit_problem", "_is_with_unit"),
         *("unit_in", "unit_said", "quoted", "plain_number"),
     },
     "near_words": {
