@@ -54,7 +54,10 @@ def test_one_whom_the_bench_does_not_know_learns_nothing(place: Place) -> None:
         connect_sync("nobench", door, user="anna", password="long-enough-for-a-secret", timeout_s=0.5)
 
 
-def test_one_that_comes_to_the_router_later_is_waited_for(place: Place) -> None:
+def test_one_that_comes_to_the_router_later_is_waited_for(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hil.client.link.AWAY_S", PATIENCE_S)  # a busy computer starts it in more than 1.5 s
     door = free_door()
     place.serve(bench("first", listen=[door]), bench="first")
     with ThreadPoolExecutor() as pool:
