@@ -4,6 +4,8 @@
 ``completion_names.py`` the names that they ask for, ``man.py`` the man page, ``reference.py`` the reference,
 with the tables of ``surroundings.py``. ``help_commands.py`` has the commands that print them.
 ``docs_command.py`` shows pages: ``page_text.py`` finds their headings, ``shown_page.py`` lays them out.
+``command_page.py`` writes the page of commands, which begins with those of ``tasks.py``; ``shown_help.py`` is
+`hil help`.
 
 May import: hil.cli.bench, hil.cli.captures, hil.cli.framework, hil.compose, hil.config, hil.core,
 hil.discovery, hil.gcode, hil.host, hil.net, hil.operations, hil.recorded, hil.runs, hil.sim, hil.toolpath,

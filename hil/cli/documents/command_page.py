@@ -1,4 +1,5 @@
-"""The page of all commands (``docs/commands.md``): the rule of their names, a line for each, old names."""
+"""The page of all commands (``docs/commands.md``): the rule of their names, tasks, a line for each, old
+names."""
 
 import re
 from collections.abc import Iterator
@@ -6,6 +7,7 @@ from collections.abc import Iterator
 import typer
 
 from hil.cli.documents.command_tree import CliCommand, commands
+from hil.cli.documents.tasks import TASKS
 from hil.cli.framework.command_group import panel_of
 from hil.cli.framework.command_table import OLD, PANELS
 
@@ -39,7 +41,7 @@ _FOR = {
 def command_page(app: typer.Typer) -> str:
     """Write Markdown."""
     root = commands(app)
-    parts = [_HEAD]
+    parts = [_HEAD, *_tasks(), ""]
     for panel in PANELS:
         parts.append(f"## {panel}\n\n{_FOR[panel]}\n\n| command | what it does | example |\n|---|---|---|")
         for command in root.commands:
@@ -52,6 +54,13 @@ def command_page(app: typer.Typer) -> str:
     parts += ["| new | old |", "|---|---|"]
     parts += [f"| `hil {old.now}` | `hil {name}` |" for name, old in OLD.items() if name not in _GROUPS]
     return "\n".join(parts) + "\n"
+
+
+def _tasks() -> Iterator[str]:
+    yield "## By task\n\nWhat you want, and what you type. `hil help WORD` finds a row of it by a word.\n"
+    yield "| what you want | what you type |\n|---|---|"
+    for want, typed in TASKS:
+        yield f"| {want} | `{typed}` |"
 
 
 _GROUPS = {name for name in OLD if any(each.startswith(f"{name} ") for each in OLD) and name != "runs"}

@@ -19,7 +19,8 @@ GUESSES = {
     **dict.fromkeys(("boards", "profiles", "kinds"), "profile list"),
     "motors": "profile motors",
     **dict.fromkeys(("live", "dashboard", "htop"), "top"),
-    **dict.fromkeys(("logs", "journal", "history", "who"), "log commands"),
+    **dict.fromkeys(("logs", "journal", "said"), "log"),
+    **dict.fromkeys(("history", "who"), "log commands"),
     **dict.fromkeys(("man", "manual", "pages", "tutorial", "faq"), "docs"),
     # Motion.
     **dict.fromkeys(("move", "move-abs", "goto", "go", "turn", "rotate", "jog"), "axis m1 move-abs 90"),
