@@ -142,21 +142,25 @@ test-pyserial: $(VENV)/.dev
 # hil in a venv of its own, and the systemd units. DESTDIR is for packages: nothing is started then.
 # Where homes are, ProtectHome= of the units shows nothing: systemd.exec(5).
 PREFIX ?= /usr/local
+FOR_ALL = umask 022; env -u PYTHONPATH -u PYTHONHOME
 install-service:
 	@case "$$($(PYTHON) -c 'import sys; print(sys.base_prefix)')" in /home/*|/root/*) \
 	  echo "$(PYTHON) is below a home, which a service does not see: PYTHON=/usr/bin/python3 make install-service"; exit 1;; esac
+	@$(if $(WHEEL),,$(PYTHON) packaging/build_venv.py --check)
+	@umask 022; mkdir -p $(DESTDIR)$(PREFIX)/lib 2>/dev/null && [ -w $(DESTDIR)$(PREFIX)/lib ] || { \
+	  echo "hil: not installed, $(DESTDIR)$(PREFIX)/lib cannot be written: sudo make install-service, or name a PREFIX"; exit 1; }
 	@echo "[1/3] a venv in $(DESTDIR)$(PREFIX)/lib/hil"
-	@$(PYTHON) -m venv --clear $(DESTDIR)$(PREFIX)/lib/hil
+	@$(FOR_ALL) $(PYTHON) -m venv --clear $(DESTDIR)$(PREFIX)/lib/hil
 	@echo "[2/3] hil$(if $(WHEEL),, and its C: what \`make demo\` has compiled for this Python is taken), and the packages that it needs"
-	@$(DESTDIR)$(PREFIX)/lib/hil/bin/pip install -q --disable-pip-version-check --prefer-binary $(or $(WHEEL),.)
+	@$(FOR_ALL) PIP_USER=0 $(DESTDIR)$(PREFIX)/lib/hil/bin/pip install -q --disable-pip-version-check --prefer-binary $(or $(WHEEL),.)
 	@grep -Il '^#!$(DESTDIR)' $(DESTDIR)$(PREFIX)/lib/hil/bin/* | xargs sed -i '1s|^#!$(DESTDIR)|#!|'
 	@echo "[3/3] the command $(PREFIX)/bin/hil, its man page and completions, the units of systemd"
-	@install -d $(DESTDIR)$(PREFIX)/bin
+	@umask 022; install -d $(DESTDIR)$(PREFIX)/bin
 	@ln -sfn $(PREFIX)/lib/hil/bin/hil $(DESTDIR)$(PREFIX)/bin/hil
-	@for file in $(SHARED); do \
+	@umask 022; for file in $(SHARED); do \
 	  install -d "$(DESTDIR)$(PREFIX)/share/$${file%/*}"; \
 	  ln -sfn $(PREFIX)/lib/hil/share/$$file $(DESTDIR)$(PREFIX)/share/$$file; done
-	@PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh
+	@umask 022; PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh
 
 uninstall-service:
 	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh --uninstall

@@ -1,9 +1,9 @@
-"""Builds hil in a venv, editable, with what it needs: build_venv.py [--packages | --check] VENV [EXTRA...]
+"""Builds hil in a venv, editable, with what it needs: build_venv.py [--packages] VENV [EXTRA...]
 
 Each step has a line, and each second of the longer ones another: at a terminal over the one before, elsewhere
 every ten seconds. Packages are fetched while C is compiled. --packages: hil is in the venv already, and only
-what the extras need comes to it. --check: only tells what is missing here to compile. What pip says is in
-VENV/packages.log and VENV/core.log.
+what the extras need comes to it. What pip says is in VENV/packages.log and VENV/core.log. For other scripts:
+--check tells only what is missing here to compile, --cause LOG why a build of that log has failed.
 """
 
 from __future__ import annotations  # an older Python gets as far as the sentence that it is too old
@@ -259,6 +259,9 @@ def main() -> None:
             " name another: make PYTHON=python3.13"
         )
     words = sys.argv[1:]
+    if words[:1] == ["--cause"]:
+        print(cause(Path(words[1]).read_text(errors="replace")) or "for the reason above")
+        return
     compiles, only_checks = "--packages" not in words, "--check" in words
     if why := missing(compiles=compiles):
         sys.exit(f"hil: not built, {why}")

@@ -210,6 +210,9 @@ def prepare(into: Path) -> tuple[str, int]:
     """Refuse what cannot become a release; returns the commit and its time, in s since 1970."""
     if into.exists() and any(into.iterdir()) and not (into / "RELEASE.md").exists():
         sys.exit(f"hil: no release was made: {into} has other files in it; name an empty or a new folder")
+    into.parent.mkdir(parents=True, exist_ok=True)
+    if not os.access(into.parent, os.W_OK):
+        sys.exit(f"hil: no release was made: {into.parent} cannot be written; name another folder")
     try:
         changed = output("git", "status", "--porcelain")
     except FileNotFoundError:
@@ -254,7 +257,6 @@ def main() -> None:
         made = make(commit, epoch_s, Path(folder))
         # A release that was there stays until there is a whole one.
         shutil.rmtree(into, ignore_errors=True)
-        into.parent.mkdir(parents=True, exist_ok=True)
         shutil.copytree(made, into)
     print(into / "RELEASE.md")
 
@@ -265,7 +267,7 @@ if __name__ == "__main__":
     except KeyboardInterrupt:
         sys.exit("\nhil: no release was made: interrupted; nothing was changed")
     except OSError as error:
-        sys.exit(f"hil: no release was made: {error.filename or 'a file'}: {error.strerror}")
+        sys.exit(f"hil: no release was made: {error.filename or 'a file'}: {error.strerror}; see to that")
     except subprocess.CalledProcessError as error:
         said = (error.stderr or b"").strip()
         what = " ".join(map(str, error.cmd))
