@@ -13,8 +13,8 @@ def licence(package: Distribution) -> str:
     """The name, as the package says it."""
     data = package.metadata
     classifiers = [each for each in data.get_all("Classifier") or () if each.startswith("License ::")]
-    named = data["License-Expression"] or (classifiers[0].rpartition(":: ")[2] if classifiers else None)
-    return " ".join((named or data["License"] or "see its dist-info").split())[:80]
+    named = data.get("License-Expression") or (classifiers[0].rpartition(":: ")[2] if classifiers else None)
+    return " ".join((named or data.get("License") or "see its dist-info").split())[:80]
 
 
 def holders(package: Distribution) -> list[str]:
