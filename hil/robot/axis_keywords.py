@@ -46,7 +46,7 @@ class AxisKeywords(AtBench):
     ) -> None:
         """Wait until the angle of an axis, or another field, is near a value.
 
-        Time passes no further than to there: use `Pass Time` and `Field Should Be` for an axis that stays.
+        No time passes after that: use `Pass Time` and `Field Should Be` for an axis that stays there.
 
         | Do Verb    m1    move_abs    position_deg=90
         | Axis Should Reach    m1    90    within=2 s    tolerance=0.1
@@ -61,9 +61,9 @@ class AxisKeywords(AtBench):
             self._kind.pass_time(LOOK_S)
 
     def wait_until(self, axis: str, condition: str, within: timedelta = _SECOND) -> None:
-        """Wait until fields of an axis, or a board's own, are so, as `hil wait` has it.
+        """Wait until a condition on fields of an axis, or of a board, holds, as `hil wait` does.
 
-        Time passes no further than to there.
+        No time passes after that.
 
         | Wait Until    m1    position_deg > 89 and loop_on == 1    within=2 s
         | Wait Until    r1    heater == 0
