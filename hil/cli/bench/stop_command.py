@@ -29,7 +29,9 @@ def stop(
     ] = False,
     timeout_s: Annotated[
         float,
-        typer.Option("--timeout", metavar="S", min=0.05, max=60, help="With --site: seconds to confirm in."),
+        typer.Option(
+            "--timeout", metavar="SECONDS", min=0.05, max=60, help="With --site: time to confirm in."
+        ),
     ] = 1.0,
     lab: LabOptions = NO_LAB,
     bench: BenchOptions = ANY_BENCH,

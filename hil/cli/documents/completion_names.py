@@ -16,6 +16,8 @@ from hil.net.benches_here import Found, find
 from hil.net.control_client import ControlError, ask
 
 _TIMEOUT_S = 0.5
+_MOST_AXES = 16
+"""Axes whose fields are offered; of a bench with more the user knows the names."""
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,13 @@ def _on_buses(line: TypedLine) -> Names:
                 yield node, f"{'CANopen node' if node in row['drives'] else 'channel'} of {row['bus']}"
 
 
+def _fields(line: TypedLine) -> Names:
+    """Fields of the first axes: each is a question of its own."""
+    axes = [name for row in line.ask("list")["devices"] for name in _members(row)]
+    for name in axes[:_MOST_AXES]:
+        yield from ((f"{name}.{field}", "") for field in line.ask("state", device=name) if field != "at_ns")
+
+
 KINDS: dict[str, Callable[[TypedLine], Names]] = {
     "benches": _benches,
     "devices": lambda line: [(row["device"], row["profile"]) for row in line.ask("list")["devices"]],
@@ -170,6 +179,8 @@ KINDS: dict[str, Callable[[TypedLine], Names]] = {
     "fault-numbers": lambda line: [
         (str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")
     ],
+    "runs": lambda line: [(row["run"], row["state"]) for row in line.ask("runs")],
+    "fields": _fields,
     "boards": _boards,
     "sessions": _sessions,
     "shells": _shells,

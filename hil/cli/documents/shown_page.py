@@ -7,10 +7,14 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 
-from rich.console import Console, ConsoleOptions, RenderResult
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.markdown import Markdown, TableElement
+from rich.measure import Measurement
+from rich.padding import Padding
 from rich.table import Table
+from rich.text import Text
 
 from hil.cli.framework.consoles import ShownConsole
 from hil.host.shown_stream import own
@@ -19,19 +23,35 @@ MOST_COLUMNS = 100
 """Width of lines beyond which text is hard to read."""
 _IMAGE = re.compile(r"!\[([^\]]*)\]\([^)]*\)")
 _BREAK = re.compile(r"<br ?/?>")
+_LEAST_COLUMN = 14
+"""Characters of a column below which its words are broken."""
 _CODE_STYLE = "ansi_dark"
 """Colours of code that every terminal has."""
 
 
 class _WholeTable(TableElement):
-    """Table whose cells are folded, not cut: names in them are to be copied."""
+    """Table whose cells are folded, not cut: names in them are to be copied. One with too many columns for
+    the terminal has its cells below each other, each behind its column's name."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         for part in super().__rich_console__(console, options):
             if isinstance(part, Table):
+                is_narrow = options.max_width < _LEAST_COLUMN * len(part.columns)
+                if is_narrow and Measurement.get(console, options, part).maximum >= options.max_width:
+                    yield from _below_each_other(part)
+                    continue
                 for column in part.columns:
                     column.overflow = "fold"
             yield part
+
+
+def _below_each_other(table: Table) -> Iterator[RenderableType]:
+    for cells in zip(*(column.cells for column in table.columns), strict=True):
+        yield Text()
+        for number, (column, cell) in enumerate(zip(table.columns, cells, strict=True)):
+            name = Text.assemble(str(column.header), ": " if str(column.header) else "", style="dim")
+            yield Padding(Text.assemble(name, cell, overflow="fold"), (0, 0, 0, 2 if number else 0))
+    yield Text()
 
 
 class _Page(Markdown):

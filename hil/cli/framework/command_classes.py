@@ -5,6 +5,7 @@ takes as long as the rest of a small command. Values that need no validation are
 versions leave what is set here alone.
 """
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +51,11 @@ class Quick:
         for each in self.get_params(ctx):
             if record := each.get_help_record(ctx):
                 is_argument = each.param_type_name == "argument"
-                shown = (usage_word(each), record[1].replace("[required]", "").rstrip())
-                rows["Arguments" if is_argument else "Options"].append(shown if is_argument else record)
+                about = with_limits(
+                    record[1].replace("[required]", "" if is_argument else "[required]").rstrip()
+                )
+                name = usage_word(each) if is_argument else record[0]
+                rows["Arguments" if is_argument else "Options"].append((name, about))
         for title, records in rows.items():
             if records:
                 with formatter.section(title):
@@ -175,6 +179,23 @@ def _own_words(command: Any, said: dict[str, list[str]]) -> list[str]:
 
 def _has(command: Any, flag: str) -> bool:
     return any(flag in each.opts for each in command.params)
+
+
+_LIMITS = re.compile(r"(?<=[\[ ])(?:([-\d.e]+)(<=?))?x(?:(<=?|>=?)([-\d.e]+))?\]$")
+
+
+def with_limits(about: str) -> str:
+    """Help of a parameter with its limits in words: `[default: 1.0; 0.05 to 60]`, `[at least 1]`; click has
+    them as `0.05<=x<=60`."""
+
+    def in_words(found: re.Match[str]) -> str:
+        least, above, sign, limit = found.groups()
+        if least and limit:
+            return f"{f'more than {least}, at most' if above == '<' else f'{least} to'} {limit}]"
+        names = {">=": "at least", ">": "more than", "<=": "at most", "<": "less than"}
+        return f"{names[sign]} {limit}]" if sign else found[0]
+
+    return _LIMITS.sub(in_words, about)
 
 
 def summary(about: str | None) -> str:

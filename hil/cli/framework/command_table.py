@@ -222,6 +222,11 @@ VALUES = {
     "sketch build output": ValueRow(FOLDER, "FOLDER"),
     "diff": ValueRow(FILE, "OLD"),
     "interval_ms": ValueRow("", "MS"),
+    **dict.fromkeys(("latency_ms", "pause_ms", "response_ms", "turnaround_ms"), ValueRow("", "MS")),
+    "steps_per_rev": ValueRow("", "STEPS"),
+    "usb_baud": ValueRow("", "BAUD"),
+    **dict.fromkeys(("ready_file", "own_log"), ValueRow(FILE, "FILE")),
+    "mapped": ValueRow("", "NAME=PORT"),
     "rate_Hz": ValueRow("", "HZ"),
     "rotate_mb": ValueRow("", "MB"),
     "output": ValueRow(FILE, "FILE"),
@@ -288,7 +293,10 @@ VALUES = {
     "gcode machine": ValueRow(FILE),
     "shell": ValueRow("shells"),
     "topic": ValueRow("pages"),
-    "top fields": ValueRow("", "AXIS.FIELD"),
+    "top fields": ValueRow("fields", "AXIS.FIELD"),
+    "run show name": ValueRow("runs"),
+    "run cancel name": ValueRow("runs"),
+    "run pace name": ValueRow("runs"),
 }
 """Values by the parameter's name, or by the command's and its. A parameter with a completion of its own has
 no names here."""

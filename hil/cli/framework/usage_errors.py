@@ -89,10 +89,10 @@ def _usage(context: Any) -> str:
 
 def _new_name(path: str) -> str:
     """Command in place of an old name, which is not taught any more."""
-    from hil.cli.framework.command_table import COMMANDS
+    from hil.cli.framework.command_table import OLD
 
-    row = COMMANDS.get(path.removeprefix("hil "))
-    return f"hil {row.now}" if row and row.now else path
+    old = OLD.get(path.removeprefix("hil "))
+    return f"hil {old.now}" if old else path
 
 
 def _of_option(flag: str, context: Any, *, takes_none: bool) -> str:

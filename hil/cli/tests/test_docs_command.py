@@ -1,6 +1,7 @@
 """Pages in the terminal: groups, headings, search, and what a narrow screen shows."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,17 @@ def test_a_page_fits_its_terminal_and_is_whole(columns: int) -> None:
     assert "(runs.md#a)" in shown
     assert "…" not in shown
     assert "a; b" in shown
+
+
+def test_a_table_of_many_columns_has_its_words_whole() -> None:
+    names = ("operation", "parameters", "the role of its user", "outcome", "example of a request")
+    page = (
+        f"# T\n\n| {' | '.join(names)} |\n{'|---' * 5}|\n| commands | `interval_ms` | viewer | a | list |\n"
+    )
+    shown = rendered(page, 60, colours=False)
+    assert "parameters: interval_ms\n" in re.sub(" +\n", "\n", shown)
+    assert all(f"{name}: " in shown for name in names)
+    assert "operation: " not in rendered(page, 120, colours=False)
 
 
 def test_a_page_is_no_command_to_the_terminal() -> None:

@@ -14,7 +14,7 @@ import yaml
 from typer.testing import CliRunner
 
 from hil.cli.documents.command_tree import CliCommand, commands
-from hil.cli.framework.command_classes import OrBelow
+from hil.cli.framework.command_classes import OrBelow, with_limits
 from hil.cli.framework.command_group import app, panel_of
 from hil.cli.framework.command_table import COMMANDS, PANELS
 from hil.cli.framework.usage_words import USAGE_ERROR
@@ -199,3 +199,23 @@ def test_benches_of_init_in_two_folders_have_two_names(tmp_path: Path) -> None:
         file.parent.mkdir()
         assert CliRunner().invoke(app, ["init", str(file)]).exit_code == 0
         assert yaml.safe_load(file.read_text())["bench"] == name
+
+
+@pytest.mark.parametrize(
+    ("about", "shown"),
+    [
+        ("At most.  [default: 1.0; 0.05<=x<=60]", "At most.  [default: 1.0; 0.05 to 60]"),
+        ("Count.  [x>=1]", "Count.  [at least 1]"),
+        ("Rate.  [0<x<=5]", "Rate.  [more than 0, at most 5]"),
+        ("A name, as x.  [default: x]", "A name, as x.  [default: x]"),
+        ("Of it. [default: the usual one]  [50<=x<=4000]", "Of it. [default: the usual one]  [50 to 4000]"),
+    ],
+)
+def test_limits_are_words(about: str, shown: str) -> None:
+    assert with_limits(about) == shown
+
+
+@pytest.mark.parametrize("command", LEAVES, ids=lambda each: each.name)
+def test_help_has_no_signs_for_limits(command: CliCommand) -> None:
+    shown = CliRunner().invoke(app, [*command.path, "--help"]).output
+    assert re.findall(r"[<>]=?x|x[<>]=?|\b[A-Z]+-[A-Z]+\b", shown) == []

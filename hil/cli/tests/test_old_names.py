@@ -108,6 +108,11 @@ def test_an_old_name_does_the_same_with_a_word(bench: ServedBench, old: str, new
     assert said(bench, *old.split()) == (code, out, word + err)
 
 
+def test_a_mistake_does_not_teach_an_old_name(bench: ServedBench) -> None:
+    code, _, err = said(bench, "mother", "gcode", "nothing.ngc")
+    assert (code, "write `hil gcode [OPTION...] FILE`" in err) == (2, True)
+
+
 def test_the_fields_of_axes_are_the_status_of_these(bench: ServedBench) -> None:
     one = bench.hil("status", "m1", "--json")
     old = json.loads(bench.hil("state", "m1", "--json"))
