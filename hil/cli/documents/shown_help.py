@@ -1,5 +1,6 @@
 """``hil help`` and ``hil version``: words that are typed without thinking."""
 
+import shlex
 from typing import Annotated
 
 import typer
@@ -33,6 +34,8 @@ def help_of(
                 return
             names = group.list_commands(here) if hasattr(group, "list_commands") else []
             there = "" if names else f"`{here.command_path}` has none below it"
+            if here is context.parent:
+                there = f"`hil help` lists them, and `hil docs {shlex.quote(word)}` searches the pages"
             raise fail(f"there is no command {word!r}; {meant(word, names, there)}", Exit.MISTAKE)
         here = type(context)(below, info_name=word, parent=here)
     typer.echo(here.get_help())

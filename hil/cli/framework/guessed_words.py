@@ -26,11 +26,11 @@ GUESSES = {
     **dict.fromkeys(("move", "move-abs", "goto", "go", "turn", "rotate", "jog"), "axis m1 move-abs 90"),
     "move-rel": "axis m1 move-rel 90",
     **dict.fromkeys(("enable", "disable", "home", "velocity"), "axis m1"),
-    **dict.fromkeys(("abort", "estop", "brake", "e-stop"), "stop"),
+    **dict.fromkeys(("abort", "estop", "brake", "e-stop", "emergency"), "stop"),
     **dict.fromkeys(("cancel",), "run cancel NAME"),
     "steps": "pulses m1 --steps 3200",
     **dict.fromkeys(("cnc", "g-code", "nc"), "gcode FILE --machine FILE"),
-    **dict.fromkeys(("graph", "draw", "scope"), "plot m1"),
+    **dict.fromkeys(("graph", "draw", "scope", "oscilloscope"), "plot m1"),
     # Boards.
     **dict.fromkeys(("terminal", "console", "connect", "serial", "screen", "picocom"), "monitor m1"),
     **dict.fromkeys(("send", "write", "echo"), "type m1 'TEXT'"),

@@ -26,7 +26,7 @@ TASKS = {
     "which benches are joined to mine": "list --joined",
     "where does m1 stand, and how warm is it": "status m1",
     "what passes on bus0": "capture bus0",
-    "which address has s2": "line scan bus0.master",
+    "which address has s2": "list",
     "send a command to node 85": "line send bus0.master 85 v150 m300",
     "who commanded this bench yesterday": "log commands",
     "run my G-code": "gcode part.ngc --machine mill.yaml",

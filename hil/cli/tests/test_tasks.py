@@ -78,6 +78,7 @@ def test_help_of_a_word_is_its_tasks() -> None:
     assert (shown.exit_code, "hil fault inject shaft_jam m1 --for 2s" in shown.output) == (0, True)
     guessed = CliRunner().invoke(app, ["help", "start"])
     assert (guessed.exit_code, "hil serve bench.yaml" in guessed.output) == (0, True)
+    assert "`hil docs frobnicate` searches" in CliRunner().invoke(app, ["help", "frobnicate"]).output
     for words in (["frobnicate"], ["fault", "jam"]):
         wrong = CliRunner().invoke(app, ["help", *words])
         assert (wrong.exit_code, "there is no command" in wrong.output) == (2, True)
