@@ -64,6 +64,11 @@ class Mechaduino:
         self.axis.set("dir", 0)  # whatever the level at D0 is
         self.table.load()
 
+    @property
+    def lacks(self) -> tuple[str, str] | None:
+        """Thing that it lacks to hold an angle, and the verb that makes it; None: nothing."""
+        return None if self.table.is_written else ("its look-up table is empty", "calibrate")
+
     def boot(self) -> Steps:
         """Run setup(), from the wait for a terminal on."""
         yield delay_ms(3000)

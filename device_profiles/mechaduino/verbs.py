@@ -42,10 +42,10 @@ def _at_the_menu(board: Mechaduino) -> None:
 def _may_move(board: Mechaduino, mode: str) -> None:
     """Refuse a motion while the loop is off, as nobody switched it on, or the look-up table is empty."""
     _at_the_menu(board)
-    if not board.axis.get("loop_on"):
-        raise VerbRefused("not_now", "the control loop is off; enable it first")
     if mode in "xh" and not board.table.is_written:
         raise VerbRefused("not_now", "the look-up table is empty; calibrate it first")
+    if not board.axis.get("loop_on"):
+        raise VerbRefused("not_now", "the control loop is off; enable it first")
 
 
 def _set_point(board: Mechaduino, mode: str, r: float) -> None:

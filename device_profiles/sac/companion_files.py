@@ -141,6 +141,9 @@ def read_row(line: str, where: str, problems: list[str], most_rows: int = ROWS) 
     cells = line.split(",")
     if len(cells) != len(COLUMNS):
         wanted = f"a row has {len(COLUMNS)}: {', '.join(COLUMNS)}"
+        if len(cells) == 1 and len(re.split(r"[;\s]+", line.strip())) > 1:
+            problems.append(f"{where}:1: there are no commas; write commas between the numbers: {wanted}")
+            return None
         problems.append(f"{where}:1: {len(cells)} numbers; {wanted}")
         return None
     before = len(problems)

@@ -19,7 +19,7 @@ def find_program(name: str) -> str:
     """Path of a program of any kind. Raises NoPythonProgram: there is none."""
     path = name if Path(name).is_file() else which(name)
     if path is None:
-        raise NoPythonProgram(f"{name}: there is no such program")
+        raise NoPythonProgram(f"{name}: there is no such program, here or on PATH; write its path")
     return path
 
 

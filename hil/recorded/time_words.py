@@ -47,7 +47,9 @@ def parse_time(text: str, end_ns: SimTimeNs) -> SimTimeNs:
     length_ns = parse_length(text.strip().removeprefix("-"))
     at_ns = end_ns - length_ns if is_back else length_ns
     if not 0 <= at_ns <= end_ns:
-        raise NoSuchTime(f"{text} is not within the run, which is {time_text(end_ns)} long")
+        raise NoSuchTime(
+            f"{text} is not within the run, which is {time_text(end_ns)} long; write a time up to that"
+        )
     return SimTimeNs(at_ns)
 
 

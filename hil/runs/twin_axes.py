@@ -95,6 +95,10 @@ class TwinAxis:
         device = self._device
         if why := device.failed:
             return why, f"`hil reset {device.name}`, or leave it out"
+        if self._follows_paths and (lacks := device.lacks):
+            what, verb = lacks
+            ways = [*(["disable"] if state.is_on else []), verb, "enable"]
+            return what, ", then ".join(f"`hil axis {self._name} {each}`" for each in ways)
         if not state.is_on and "enable" in device.verbs:
             return LOOP_OFF, f"`hil axis {self._name} enable` first"
         if not state.is_on:

@@ -60,6 +60,11 @@ class Sketch:
         return self.is_on and bool(getattr(self.firmware, "is_busy", False))
 
     @property
+    def lacks(self) -> tuple[str, str] | None:
+        """Thing that the firmware lacks to hold an angle, and the verb that makes it; None: nothing."""
+        return getattr(self.firmware, "lacks", None) if self.is_on else None
+
+    @property
     def is_ready(self) -> bool:
         """True if the main program has started and takes commands."""
         if not self.is_on or getattr(self.firmware, "is_busy", False):

@@ -301,6 +301,11 @@ class Twin:
         return self.power.failed is None and not self.is_hung and self._sketch.is_ready
 
     @property
+    def lacks(self) -> tuple[str, str] | None:
+        """Thing that it lacks to hold an angle, as a look-up table, and the verb that makes it."""
+        return self._sketch.lacks
+
+    @property
     def is_committing(self) -> bool:
         return self._memory.is_committing
 

@@ -73,7 +73,7 @@ class Bench:
         memories: Memories | None = None,
     ) -> None:
         __tracebackhide__ = True
-        self._given = config
+        self._given, self._is_closed = config, False
         self._faults = BenchChance(seed, leaves_out)
         given, folder = read_config(config)
         self.config = self._faults.config(given)
@@ -156,6 +156,8 @@ class Bench:
             ValueError: another program runs here.
         """
         __tracebackhide__ = True
+        if isinstance(words, str):
+            raise TypeError(f"program({words!r}): give a list of words, as {words.split()}")
         if self._time.has_program:
             raise ValueError("another program runs on this bench; wait for its end, or close it")
         for port in (map or {}).values():
@@ -181,11 +183,13 @@ class Bench:
     def run(self, ms: float) -> None:
         """Let ``ms`` milliseconds of simulated time pass. Raises ValueError: they are less than 0."""
         __tracebackhide__ = True
+        self._check_open()
         self._time.run_until(SimTimeNs(self.now_ns + round(checked_ms("run", ms) * NS_PER_MS)))
 
     def run_until(self, ms: float) -> None:
         """Run until the simulated time is ``ms`` milliseconds. Raises ValueError: it is later than that."""
         __tracebackhide__ = True
+        self._check_open()
         until_ns = round(checked_ms("run_until", ms) * NS_PER_MS)
         if until_ns < self.now_ns:
             now_ms = f"{self.now_ns / NS_PER_MS:.15g}"
@@ -215,6 +219,8 @@ class Bench:
             KeyError: there is no such UART.
         """
         __tracebackhide__ = True
+        if not isinstance(name, str):
+            raise TypeError(f"{name!r} is no name of a port; write it as text, as in b.port('m1')")
         device, part = address_of(name)
         if device not in self._runtime.devices:
             raise no_such("device", device, self._runtime.devices)
@@ -349,8 +355,15 @@ class Bench:
         """Carry out a dialogue at a device's port, in simulated time; answers its result."""
         return talk_at(self.port(name, uart), dialogue, self._time.now_ns, self._time.run_until)
 
+    def _check_open(self) -> None:
+        __tracebackhide__ = True
+        if self._is_closed:
+            remedy = "use it inside of its `with`, or of the test that made it"
+            raise ValueError(f"the bench {self.config.bench} is closed, and its time has ended; {remedy}")
+
     def close(self) -> None:
         """Free the bench's memory now instead of with its last reference."""
+        self._is_closed = True
         forget_closed(self._serials)
         self._time.close()
         self._runtime.stop()

@@ -16,8 +16,9 @@ from hil.sim.settable import setting_problem
 from hil.sim.twin import Twin
 from hil.sim.uart import DeviceUart
 from hil.telemetry import Recording, check_signals
-from hil.testing.face_inputs import carry_out, give, set_field
+from hil.testing.face_inputs import carry_out, give, instead_of_field, instead_of_pyserial, set_field
 from hil.testing.given import NoSuchName, checked_bytes
+from hil.testing.known_names import FixedNames, KnownNames
 from hil.vocab.address import no_input, no_part, pin_of
 from hil.vocab.near_words import meant
 from hil.vocab.time import SimTimeNs, ms
@@ -32,8 +33,10 @@ TX_ENABLE = "TxEn"
 interfaces have it."""
 
 
-class PortFace:
+class PortFace(KnownNames):
     """Port of a device, seen by a client that reads everything at once."""
+
+    _what = "a port of the kit"
 
     def __init__(self, runtime: BenchRuntime, device: Twin, uart: str) -> None:
         self._runtime = runtime
@@ -44,6 +47,9 @@ class PortFace:
         """Pieces that the device has sent: (simulated time, bytes); with a baud, the time at which the first
         bit is on the line."""
         device.uarts[uart].listeners.append(self.sent)
+
+    def _instead_of(self, name: str) -> str:
+        return instead_of_pyserial(self._device.uarts.label(self._device.name, self._uart), name)
 
     def write(self, data: bytes, client_baud: int | None = None) -> None:
         """Send bytes to the device, now. ``client_baud``: as a client that chose that baud."""
@@ -151,8 +157,10 @@ class FaultFace:
         self.clear()
 
 
-class AxisFace:
+class AxisFace(FixedNames):
     """Axis of a device: its state, and the world around its shaft."""
+
+    _what = "an axis of the kit"
 
     def __init__(self, runtime: BenchRuntime, device: Twin, name: str, record: Record) -> None:
         self._runtime = runtime
@@ -160,6 +168,9 @@ class AxisFace:
         self._axis = device.axes[name]
         self._part = device.axes.short(name)
         self._record = record
+
+    def _instead_of(self, name: str) -> str:
+        return instead_of_field(self._device.axes.label(self._device.name, self._part), self._axis, name)
 
     def snapshot(self) -> Snapshot:
         """State now; its fields are ``hil.core.FIELDS``."""
@@ -176,14 +187,15 @@ class AxisFace:
         names = check_signals(signals or kind.default_signals, kind)
         return self._record(address, names, ms(interval_ms))
 
-    def do(self, verb: str, **parameters: float | str) -> dict[str, Any]:
+    def do(self, verb: str, *unnamed: object, **parameters: float | str) -> dict[str, Any]:
         """Carry out a verb of the board's table (``hil axis NAME`` lists it), now; answers its result, and
-        ``effective_at_ns``. Typing, power and pins have faces of their own.
+        ``effective_at_ns``. Typing, power and pins have faces of their own. Parameters have names.
 
         Raises:
             VerbRefused: it was not carried out; ``code`` and text say why.
         """
-        return carry_out(self._runtime, self._device, self._part, verb, parameters)
+        __tracebackhide__ = True
+        return carry_out(self._runtime, self._device, self._part, verb, parameters, unnamed)
 
     def zero(self) -> None:
         """Let the shaft's angle, ``position_deg``, be 0 from now on where the shaft is, as `hil zero` does.
@@ -310,13 +322,14 @@ class DeviceFace:
         self._outputs = {axis: Outputs(runtime, device, axis) for axis in device.axes or [""]}
         self._pins: dict[str, PinFace] = {}
 
-    def do(self, verb: str, **parameters: float | str) -> dict[str, Any]:
+    def do(self, verb: str, *unnamed: object, **parameters: float | str) -> dict[str, Any]:
         """Carry out a verb of the board, as an axis's face does; for a board without axes, too.
 
         Raises:
             VerbRefused: it was not carried out; ``code`` and text say why.
         """
-        return carry_out(self._runtime, self._device, "", verb, parameters)
+        __tracebackhide__ = True
+        return carry_out(self._runtime, self._device, "", verb, parameters, unnamed)
 
     @property
     def failed(self) -> str | None:

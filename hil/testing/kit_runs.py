@@ -38,6 +38,9 @@ class KitRuns:
     def execute(self, run: Mapping[str, object] | str) -> Execution:
         """Check and plan a run now. Raises ConfigError: it cannot be done, with all problems."""
         axes = self.axes
+        if isinstance(run, str) and run.strip() and "\n" not in run and ":" not in run:
+            what = f"a run's text or a dict is wanted, not the name of a file, {run!r}"
+            raise TypeError(f"{what}; write Path({run!r}).read_text()")
         try:
             document = parse_run(run, "<run>") if isinstance(run, str) else run_from_data(run)
         except RunTextError as error:

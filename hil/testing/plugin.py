@@ -13,6 +13,7 @@ import pytest
 from hil.discovery.installed import BUSES, modules_of
 from hil.testing.junit_properties import note_benches
 from hil.testing.kind_account import LIVE, VIRTUAL, account, kind_of, with_ptys
+from hil.testing.known_names import Uncalled
 from hil.testing.seeds.seed_run import is_again, run_of
 from hil.testing.unsupported import UnsupportedHere
 
@@ -69,7 +70,7 @@ def bench(request: pytest.FixtureRequest, hil_seed: int) -> "Iterator[Callable[.
             raise error.with_traceback(None) from None
         return made[-1]
 
-    yield make
+    yield Uncalled("bench", make)
     while made:
         made.pop().close()
 

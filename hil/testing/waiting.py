@@ -34,6 +34,9 @@ def wait_until(
     __tracebackhide__ = True
     if not within_ms >= 0:
         raise ValueError(f"within_ms: write a number from 0 on, not {within_ms!r}")
+    if not isinstance(condition, str) and not callable(condition):
+        example = 'wait_until(lambda: ...) or wait_until("m1", "position_deg > 89")'
+        raise TypeError(f"{condition!r} is neither a function nor an axis; write {example}")
     holds, told = _of_axis(bench, condition, of_axis) if isinstance(condition, str) else (condition, str)
     end_ns = bench.now_ns + within_ms * 1e6
     while not holds():

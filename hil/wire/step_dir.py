@@ -133,11 +133,12 @@ def parse_train(text: str, name: str) -> Train:
     direction.
 
     Raises:
-        TrainError: with every problem, ``name:line`` in front.
+        TrainError: with every problem, ``name:line:column`` in front.
     """
-    rows = [[cell.strip().strip('"') for cell in line.split(",")] for line in text.splitlines()]
+    lines = text.splitlines()
+    rows = [[cell.strip().strip('"') for cell in line.split(",")] for line in lines]
     if not rows:
-        raise TrainError(f"{name}:1: the file is empty; write a header, such as at_s,step,dir")
+        raise TrainError(f"{name}:1:1: the file is empty; write a header, such as at_s,step,dir")
     header = [_column(cell, i) for i, cell in enumerate(rows[0])]
     levels = {pin: -1 for pin in LEVEL_COLUMNS}
     if header == ["at_s", "steps", "duration_s"]:
@@ -145,8 +146,14 @@ def parse_train(text: str, name: str) -> Train:
     elif header[0] == "at_s" and len(header) > 1 and set(header[1:]) <= set(LEVEL_COLUMNS):
         read = _levels
     else:
+        if len(header) == 1 and (other := next((each for each in (";", "\t") if each in lines[0]), "")):
+            what = "a tab" if other == "\t" else f'"{other}"'
+            remedy = "write commas there, and a point before decimals"
+            raise TrainError(
+                f"{name}:1:{lines[0].index(other) + 1}: columns are separated by {what}; {remedy}"
+            )
         raise TrainError(
-            f"{name}:1: the header is {','.join(header)}; write at_s,steps,duration_s, or at_s and some of "
+            f"{name}:1:1: the header is {lines[0].strip()}; write at_s,steps,duration_s, or at_s and some of "
             + ",".join(LEVEL_COLUMNS)
         )
     problems: list[str] = []
@@ -155,22 +162,34 @@ def parse_train(text: str, name: str) -> Train:
     for line, row in enumerate(rows[1:], start=2):
         if not any(row):
             continue
+        at = 0
         try:
             if len(row) != len(header):
                 raise ValueError(f"{len(row)} columns; write {len(header)}")
-            edges = read(dict(zip(header, map(_number, row), strict=True)), levels)
+            numbers: list[Decimal] = []
+            while len(numbers) < len(row):
+                at = len(numbers)
+                numbers.append(_number(row[at]))
+            at = 0
+            edges = read(dict(zip(header, numbers, strict=True)), levels)
             if edges and edges[0].at_ns < end_ns:
-                raise ValueError(
-                    f"begins before the row above has ended, at {end_ns} ns; sort the rows by time"
-                )
+                end = f"{Decimal(end_ns) / _NS_PER_S:f}"
+                remedy = f"write {end} or more, or sort the rows"
+                raise ValueError(f"begins before the row above has ended, at {end} s; {remedy}")
         except ValueError as error:
-            problems.append(f"{name}:{line}: {error}")
+            problems.append(f"{name}:{line}:{_begin(lines[line - 1], at)}: {error}")
             continue
         train += edges
         end_ns = max([end_ns, *(e.end_ns for e in edges)])
     if problems:
         raise TrainError("\n".join(problems))
     return tuple(train)
+
+
+def _begin(line: str, at: int) -> int:
+    """Column of a cell in its line, from 1 on."""
+    cells = line.split(",")
+    return sum(len(each) + 1 for each in cells[:at]) + len(cells[at]) - len(cells[at].lstrip()) + 1
 
 
 def _column(cell: str, index: int) -> str:
@@ -183,7 +202,7 @@ def _number(cell: str) -> Decimal:
     try:
         number = Decimal(cell)
     except InvalidOperation:
-        raise ValueError(f"{cell!r} is not a number") from None
+        raise ValueError(f"{cell!r} is not a number; write one, as 0.001") from None
     if not number.is_finite() or abs(number) > MAX_FILE_VALUE:
         raise ValueError(f"{cell} is out of range; write at most {MAX_FILE_VALUE:,}")
     return number

@@ -68,7 +68,8 @@ def test_what_the_main_program_does_is_not_disturbed(
         bench.run(50)
     with pytest.raises(VerbRefused) as refused:
         bench.axis("m1").do(verb, **given)
-    assert (refused.value.code, str(refused.value)) == ("not_now", BUSY[busy_with])
+    also = "" if busy_with else "; b.start() lets it start"
+    assert (refused.value.code, str(refused.value)) == ("not_now", f"m1: {BUSY[busy_with]}{also}")
     assert bench.axis("m1").do("gains")["pKp"] == 15.0
 
 

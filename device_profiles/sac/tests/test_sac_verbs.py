@@ -49,7 +49,8 @@ class Board:
         with pytest.raises(VerbRefused) as refused:
             self.do(verb, **parameters)
         assert self.now == before
-        return refused.value.code, str(refused.value)
+        said = str(refused.value).removeprefix("s1: ")
+        return refused.value.code, said.removesuffix("; b.start() lets it start")
 
     def stands(self) -> Snapshot:
         """Let the board come to an end of its motion."""

@@ -174,7 +174,7 @@ def _window(run: "RecordedRun", window: Window) -> "tuple[SimTimeNs, SimTimeNs]"
     from_ns = time_of("--from", window.since or "0s", run)
     to_ns = time_of("--to", window.to, run) if window.to else end_ns
     if from_ns > to_ns:
-        text = f"hil: --from {time_text(from_ns)} is behind --to {time_text(to_ns)}"
+        text = f"hil: --from {time_text(from_ns)} is behind --to {time_text(to_ns)}; exchange them"
         raise fail(text, Exit.MISTAKE)
     return from_ns, to_ns
 

@@ -79,7 +79,7 @@ def find(
         from_ns = time_of("--from", since or "0s", run)
         to_ns = time_of("--to", to, run) if to else run.end_ns
         if from_ns > to_ns:
-            text = f"hil: --from {time_text(from_ns)} is behind --to {time_text(to_ns)}"
+            text = f"hil: --from {time_text(from_ns)} is behind --to {time_text(to_ns)}; exchange them"
             raise fail(text, Exit.MISTAKE)
         kept: list[FoundTime] = []
         interval_ns = control_step(run) if interval is None else interval

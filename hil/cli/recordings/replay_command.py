@@ -134,7 +134,9 @@ def _listed(log: Path, since: str | None, to: str | None) -> CommandAnswer:
         from_ns = SimTimeNs(0) if since is None else time_of("--from", since, run)
         to_ns = run.end_ns if to is None else time_of("--to", to, run)
         if to_ns < from_ns:
-            raise fail(f"hil: --to {time_text(to_ns)} is before --from {time_text(from_ns)}", 2)
+            raise fail(
+                f"hil: --to {time_text(to_ns)} is before --from {time_text(from_ns)}; exchange them", 2
+            )
         with run_bar(log, run, to_ns):
             found = [*events(run, from_ns, to_ns)]
     lines = [event.line() for event in found]

@@ -237,7 +237,7 @@ def test_a_program_at_the_bench(suite: Suite, options: str) -> None:
     assert other.startswith("the program has ended with 1, not with 0; what it said:\nstepNumber")
     assert short.startswith("the program has not ended within 100 ms")
     assert none == "no program was started: `Start Program` comes first"
-    assert unknown == "ask.py: there is no such program"
+    assert unknown == "ask.py: there is no such program, here or on PATH; write its path"
 
 
 def test_each_test_has_a_bench_of_its_own(suite: Suite) -> None:

@@ -115,7 +115,7 @@ def test_every_bad_row_is_listed_with_its_line() -> None:
 
 @pytest.mark.parametrize("text", ["", "a,b\n1,2\n", "at_s\n1\n", "at_s,steps\n1,1\n", "at_s,step,led\n"])
 def test_a_header_that_says_nothing_known_is_refused(text: str) -> None:
-    with pytest.raises(TrainError, match=r"^t.csv:1: .*; ?write|^t.csv:1: .*write"):
+    with pytest.raises(TrainError, match=r"^t.csv:1:1: .*; ?write|^t.csv:1:1: .*write"):
         parse_train(text, "t.csv")
 
 
@@ -169,3 +169,21 @@ def test_a_ramp_has_so_many_rows() -> None:
     assert len(longest) == MAX_ROWS
     with pytest.raises(TrainError, match="write an acceleration that reaches the rate in 99,999"):
         generate(MAX_STEPS, 200_000, 0.001)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("at_s;steps;duration_s\n0;1;0,5\n", 't.csv:1:5: columns are separated by ";"; write commas there'),
+        ("at_s\tstep\n0\t1\n", "t.csv:1:5: columns are separated by a tab; write commas there"),
+        ("time,stp\n0,1\n", "t.csv:1:1: the header is time,stp; write at_s,steps,duration_s"),
+        ("at_s,step\n0.1, high\n", "t.csv:2:6: 'high' is not a number; write one"),
+        (
+            "at_s,steps,duration_s\n0,9,0.5\n0.1,9,0.5\n",
+            "t.csv:3:1: begins before .*, at 0.5 s; write 0.5 or",
+        ),
+    ],
+)
+def test_a_mistake_of_a_file_has_its_place_and_what_to_write(text: str, said: str) -> None:
+    with pytest.raises(TrainError, match=f"^{said}"):
+        parse_train(text, "t.csv")

@@ -104,7 +104,9 @@ def test_names_and_windows_that_are_not_there(log: Path, tmp_path: Path) -> None
         "there is no port or wire 's1.net'; did you mean \"s1.network\"? there are m1, s1, s1.network"
     )
     assert "is not within the run, which is " in refused(log, "-o", file, "--from", "1h")
-    assert refused(log, "-o", file, "--from", "4s", "--to", "3s") == "--from 4s is behind --to 3s"
+    assert (
+        refused(log, "-o", file, "--from", "4s", "--to", "3s") == "--from 4s is behind --to 3s; exchange them"
+    )
     assert refused(log, "-o", file, "--every", "soon") == (
         "--every: 'soon' is no time; write it as 10ms, 50us, 1s, or step"
     )
