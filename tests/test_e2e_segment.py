@@ -173,7 +173,10 @@ def test_faults_of_twins_are_listed_and_a_capture_may_outlive_the_bench(place: P
         return done.stdout + done.stderr
 
     assert hil("fault", "inject", "byte_drop", "s1", "rate=.1") == "fault 1\n"
-    assert hil("fault", "inject", "byte_drop", "s1", "rate=.1", "rate=.2") == "hil: rate is given twice\n"
+    assert (
+        hil("fault", "inject", "byte_drop", "s1", "rate=.1", "rate=.2")
+        == "hil: rate is given twice; leave one out\n"
+    )
     assert hil("fault", "list").startswith("1 byte_drop s1 rate=0.1 towards=client")
     assert "s1: fault 1: byte_drop" in place.cli("status")
     server.stop()  # says it if there is a traceback

@@ -182,7 +182,11 @@ def pulses(
     rate_Hz: Annotated[float, typer.Option("--rate", help="Steps per second, up to 200000.")] = 1000.0,
     acceleration: Annotated[
         float | None,
-        typer.Option("--acceleration", help="Steps/s2 up to the rate and down from it. [default: none]"),
+        typer.Option(
+            "--acceleration",
+            metavar="STEPS/S2",
+            help="Up to the rate and down from it. [default: none]",
+        ),
     ] = None,
     file: Annotated[
         Path | None,

@@ -33,7 +33,7 @@ TASKS = (
     Task("where m1 stands, with all its fields", "hil status m1"),
     Task("the position of m1 as JSON, for a script", "hil status m1 --json"),
     Task("the position of m1 live, with a plot", "hil top m1.position_deg"),
-    Task("what m1 said since the start", "hil log m1"),
+    Task("what m1 said since the start, all of it", "hil log m1 --lines 0"),
     Task("what the daemon complained of", "hil log --level warning"),
     Task("who commanded the bench", "hil log commands --since 2h"),
     Task("take a bench for yourself for an hour, and say why", 'hil lease take --for 1h --why "press tests"'),

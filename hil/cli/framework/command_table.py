@@ -225,7 +225,7 @@ VALUES = {
     **dict.fromkeys(("latency_ms", "pause_ms", "response_ms", "turnaround_ms"), ValueRow("", "MS")),
     "steps_per_rev": ValueRow("", "STEPS"),
     "usb_baud": ValueRow("", "BAUD"),
-    **dict.fromkeys(("ready_file", "own_log"), ValueRow(FILE, "FILE")),
+    **dict.fromkeys(("ready_file", "own_log", "ca", "certificate"), ValueRow(FILE, "FILE")),
     "mapped": ValueRow("", "NAME=PORT"),
     "rate_Hz": ValueRow("", "HZ"),
     "rotate_mb": ValueRow("", "MB"),
