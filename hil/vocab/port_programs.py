@@ -14,10 +14,10 @@ from typing import Literal, NamedTuple
 Verdict = Literal["yes", "some", "help", "no"]
 
 VERDICTS: Mapping[Verdict, str] = {
-    "yes": "All of these programs can use the port as it is.",
-    "some": "Some of them can, or all of them for some of what they do.",
-    "help": "They can when something helps, as `hil with-lines` or `hil arduino install`.",
-    "no": "None of them can. Another kind of port helps.",
+    "yes": "all of these programs can use the port as it is.",
+    "some": "some of these programs can use it, or all of them for a part of what they do.",
+    "help": "they can use it with help, such as `hil with-lines` or `hil arduino install`.",
+    "no": "none of them can. Take another kind of port.",
 }
 
 PROGRAMS: Mapping[str, str] = {
