@@ -44,7 +44,7 @@ def read_dialogue(document: Document) -> tuple[InstrumentTable | None, list[Find
     fields = field_keys(info)
     if not any("variables" in each.path or "takes" in each.path for each in findings):
         findings += _of_fields(info, fields)
-        numbers = next(iter(uarts.values())) or {}
+        numbers = next(iter(uarts.values()), None) if isinstance(uarts, dict) else None
         baud = numbers.get("baud") if isinstance(numbers, dict) else None
         baud = baud if isinstance(baud, int) else None
         findings += table_findings(info, table, reader.rows, document.values, baud)
