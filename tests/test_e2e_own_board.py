@@ -19,7 +19,7 @@ def bench() -> str:
 
 def test_it_is_typed_at_by_its_own_names(place: Place) -> None:
     server = place.serve(bench())
-    assert ", runs its program\n" in server.output
+    assert ", runs its program, which sets the speed\n" in server.output
     assert "silent until" not in server.output
     assert "ready" in place.cli("type", "x1", "")
     # The opening of the port resets the board: what is typed is not its bootloader's.

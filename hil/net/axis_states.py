@@ -3,8 +3,16 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from hil.vocab.axis import CONTROL_MODES
+
 MOTION_STATES = ("standby", "accel", "cruise", "decel", "stop")
 """Names of the native core's states of a motion engine, by their numbers; its import would take long."""
+CODED: dict[str, dict[str, int]] = {
+    "motion_state": {word: code for code, word in enumerate(MOTION_STATES)},
+    "mode": {word: ord(letter) for word, letter in CONTROL_MODES.items()}
+    | {letter: ord(letter) for letter in CONTROL_MODES.values()},
+}
+"""Words that conditions take for the values of fields that are codes, as `hil status` shows them."""
 _TWIN = {"position_deg": float, "velocity_rpm": float}
 
 Shot = Mapping[str, Any]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from hil.net.axis_states import CODED
 from hil.vocab.near_words import meant
 
 _OPPOSITES = {"<=": ">", ">=": "<", "==": "!=", "!=": "==", "<": ">=", ">": "<="}
@@ -96,7 +97,8 @@ class Condition:
         for name in self.fields:
             if name not in known:
                 beside = next((field for field in self.fields if field in known), "")
-                what = f" to compare {beside} with; write a number, or a field:" if beside else ";"
+                words = "".join(f", {word}" for word in CODED.get(beside, ()) if len(word) > 1)
+                what = f" to compare {beside} with; write a number{words}, or a field:" if beside else ";"
                 raise ConditionError(f"{device} has no field {name!r}{what} {meant(name, known)}")
         for test in self.tests:
             raise ConditionError(f"{test.name}: `hil find` looks for words in quotes, in a recording")
@@ -137,7 +139,10 @@ _END = _Word("end", "")
 
 
 class _Reader:
-    """Reader of a condition from its words, from the weakest of signs down to the strongest."""
+    """Reader of a condition from its words, from the weakest of signs down to the strongest.
+
+    Long because each strength has a method.
+    """
 
     def __init__(self, text: str, words: list[_Word], remedy: str) -> None:
         self._text, self._words, self._remedy = text, words, remedy
@@ -186,7 +191,9 @@ class _Reader:
     def _checked(self, part: _Part, begin: int) -> _Part:
         if not part.opposite:
             there = f", not {self._next.text!r}" if self._next.text else ""
-            raise ConditionError(f"write one of {_SIGNS} behind {self._spelled(begin)}{there}")
+            spelled = self._spelled(begin)
+            example = f", as in `{spelled} == 1`" if self._words[begin].text == spelled else ""
+            raise ConditionError(f"write one of {_SIGNS} behind {spelled}{there}{example}")
         return part
 
     def _either(self) -> _Part:
@@ -224,8 +231,19 @@ class _Reader:
             raise ConditionError(f"words in quotes stand behind a name that has a text, as in `{example}`")
         missing = f"behind {sign} a field or a number is missing"
         remedy = f"write it as in `{self._spelled(begin)} 5`"
-        right = self._number(lambda: self._sum(f"{missing}; {remedy}"))
+        right = self._code(begin) or self._number(lambda: self._sum(f"{missing}; {remedy}"))
         return _Part(*(_compared(left.python, each, right.python) for each in (sign, _OPPOSITES[sign])))
+
+    def _code(self, begin: int) -> _Part | None:
+        """Read a word for a value of the field before the sign, as in ``mode == position``."""
+        field, word = self._words[begin], self._next
+        if self._at != begin + 2 or field.kind != "name" or word.kind != "name":
+            return None
+        code = CODED.get(field.text.rpartition(".")[2], {}).get(word.text.lower())
+        if code is None:
+            return None
+        self._at += 1
+        return _Part(repr(float(code)))
 
     def _test(self) -> _Part | None:
         """Read a comparison of a text."""

@@ -24,6 +24,7 @@ from hil.sim.bench import BenchRuntime
 from hil.vocab.address import Address, owner_of
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.desk_protocol import DeviceInfo, Encoded
+from hil.vocab.time import NS_PER_S
 from hil.vocab.verbs import VerbRefused, described
 from hil.vocab.wire import Report
 from hil.wire.json_text import json_pieces
@@ -145,6 +146,7 @@ class Reports:
             "hardware": config.hardware,
             "port": config.port.kind if config.port else None,
             "greeting": self._greeting(name, config.profile),
+            "ready_in_ns": self._ready_in_ns(name, config.profile),
             "address": None,
             "clients": 0,
             "network": None,
@@ -158,6 +160,14 @@ class Reports:
         twin = self.sim.devices.get(name)
         is_known = twin is None or not twin.has_program
         return self.configured.catalogue.profiles[profile].greeting if is_known else ""
+
+    def _ready_in_ns(self, name: str, profile: str) -> int:
+        """Simulated time until a board that has just got its power answers; 0: it does, or is not known."""
+        twin = self.sim.devices.get(name)
+        if twin is None or twin.has_program or twin.failed:
+            return 0
+        ready_after_s = self.configured.catalogue.profiles[profile].ready_after_s
+        return max(twin.started_ns + round(ready_after_s * NS_PER_S) - self.sim.now_ns, 0)
 
     def status(self) -> Iterator[dict[str, Any] | None]:
         """List the same with counters, health and all else that is known: None where others may have their

@@ -291,6 +291,11 @@ class Twin:
         return self._calls.follows_paths
 
     @property
+    def started_ns(self) -> SimTimeNs:
+        """Simulated time at which its firmware began, at its latest power-up."""
+        return self._hardware.started_ns
+
+    @property
     def is_busy(self) -> bool:
         """True if its main program is in a routine of its own, and takes no commands."""
         return self._sketch.is_busy

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hil.net.condition import parse_condition
+from hil.net.condition import ConditionError, parse_condition
 
 if TYPE_CHECKING:
     from hil.testing.bench_face import AnyBench
@@ -65,13 +65,17 @@ def _of_axis(bench: "AnyBench", axis: str, text: str) -> tuple[Callable[[], bool
     __tracebackhide__ = True
     if not text:
         raise ValueError(f'write an axis and a condition, as in "m1", "position_deg > 89", not {axis!r}')
-    wanted, face = parse_condition(text), bench.axis(axis)
+    face = bench.axis(axis)
 
     def state() -> dict[str, Any]:
         now = face.snapshot().as_dict()
         return {name: None if value != value else value for name, value in now.items()}  # nan: not told
 
-    wanted.check(axis, [name for name in state() if name != "at_ns"])
+    try:
+        wanted = parse_condition(text)
+        wanted.check(axis, [name for name in state() if name != "at_ns"])
+    except ConditionError as error:  # raised again here: a test's report then shows the test's own line
+        raise ConditionError(str(error)) from None
 
     def told() -> str:
         now = state()

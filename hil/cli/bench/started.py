@@ -21,6 +21,9 @@ from hil.vocab.address import address_of, owner_of
 from hil.vocab.firmware import NETWORK
 from hil.vocab.port_programs import is_held, port_use
 
+_PROGRAM_S = 3
+"""Time in which a program of a user's says something: a bootloader listens for 1.5 s before it."""
+
 
 def started(serving: Serving, writer: LogWriter, runtime: Path | None = None) -> None:
     """Write the message, after what is in the log already. Without a standard output nobody is told.
@@ -59,12 +62,13 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
             continue
         has_program = serving.live.sim.devices[twin].has_program
         greeting = "" if has_program else profile.greeting
-        ready = "runs its program" if has_program else f"answers {profile.ready_after_s:g} s after power-up"
+        own, wait_s = "runs its program, which sets the speed", _PROGRAM_S if has_program else 1
+        ready = own if has_program else f"answers {profile.ready_after_s:g} s after power-up"
         keys, head = first_keys(greeting), f"\n{name}: {device.profile} at {place}, {ready}"
         lines.append(f"{head}, then is silent until you {keys}" if keys else head)
         if not is_held(kinds[name]):
             monitor = shlex.join([_hil(), *options, "monitor", name])
-            lines += client_lines(monitor, address, device.baud or 115200, greeting)
+            lines += client_lines(monitor, address, device.baud or 115200, greeting, wait_s)
     for name, each in serving.live.sim.devices.items():
         if not each.uarts:
             lines.append(f"\n{name}: {each.profile}, without a serial port; {axis} {name}")
@@ -92,8 +96,8 @@ def _lines(serving: Serving, for_journal: bool, runtime: Path | None) -> list[st
     return lines
 
 
-def client_lines(monitor: str, address: str, baud: int, greeting: str) -> Iterator[str]:
-    """Commands that reach a port."""
+def client_lines(monitor: str, address: str, baud: int, greeting: str, timeout_s: int = 1) -> Iterator[str]:
+    """Commands that reach a port. ``timeout_s``: time in which the board says something."""
     scheme, is_url, place = address.rpartition("://")
     yield f"  {monitor}"
     if scheme == "rfc2217":
@@ -101,7 +105,7 @@ def client_lines(monitor: str, address: str, baud: int, greeting: str) -> Iterat
         yield f"  telnet {host.strip('[]')} {number}"
     if not is_url:
         yield f"  picocom -b {baud} {address}"
-    client = f"serial.serial_for_url('{address}', {baud}, timeout=1)"
+    client = f"serial.serial_for_url('{address}', {baud}, timeout={timeout_s})"
     typed = f"s.write({greeting.encode()!r}); " if greeting else ""
     yield f'  {sys.executable} -c "import serial; s = {client}; {typed}print(s.read(99))"'
 

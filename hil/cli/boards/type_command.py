@@ -15,7 +15,7 @@ from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.progress_bars import bar
-from hil.cli.framework.shown_words import line_end
+from hil.cli.framework.shown_words import line_end, starts_words
 from hil.host.journal import say
 from hil.vocab.shown_text import printable_lines
 from hil.vocab.typed_bytes import typed
@@ -64,6 +64,10 @@ def type_text(
         raise fail(f"hil: another program has {address} open, and would get a part of what comes; close it")
     if enter:
         data += line_end(row.get("greeting", ""))
+    if ready_in_ns := int(row.get("ready_in_ns", 0)):
+        within_s += ready_in_ns / 1e9  # what is typed waits for the board
+        if not wants_json():
+            say(f"hil: {starts_words(device, ready_in_ns)}", sys.stderr)
     talk = _Conversation(bench, address, data, awaited)
     with bar(f"{device} is heard" if until is None else f"{device} until {until!r}"):
         came = talk.came(within_s, device if not row.get("greeting") else "")

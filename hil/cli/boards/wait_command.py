@@ -40,10 +40,12 @@ def wait(
     """Wait until a condition on the fields of an axis holds.
 
     It is looked at each simulated millisecond, or more rarely at a bench above speed 20. Exits with 1 if it
-    did not hold within --within, and shows the last state. Codes, as of mode, are compared as
-    numbers: `hil status m1 --json` has them.
+    did not hold within --within, and shows the last state. Codes have their words, as `hil status m1` shows
+    them: mode == velocity, motion_state == standby.
 
     Example: hil wait m1 'position_deg >= 89' --within 2s
+
+    Example: hil wait s1 'motion_state == standby'
     """
     within_s = seconds_of(within)
     try:

@@ -81,6 +81,9 @@ def capture_run(
     if run.has_bench_ended:
         raise fail(f"hil: the bench has ended, and with it the capture: {told}")
     say(f"hil: {told}", sys.stderr)
+    if isinstance(target, FileTarget) and sys.stderr.isatty():
+        for command in target.openers():
+            say(f"  {command}", sys.stderr)
 
 
 class _Run:

@@ -7,6 +7,7 @@ Each says in ``told`` where it has put what; ``is_live`` of one whose user waits
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -105,6 +106,15 @@ class FileTarget:
 
     def told(self) -> str:
         return f"; {self._file.told()}" if self._file else ""
+
+    def openers(self) -> list[str]:
+        """Commands that open the file, for people; none of the standard output and of several files."""
+        if self.name == "-" or self._rotation[0]:
+            return []
+        file, dissector = shlex.quote(self.name), installed(DISSECTOR)
+        shown = f" -X lua_script:{shlex.quote(str(dissector))}" if dissector else ""
+        shark = f"tshark -r {file}{shown}"
+        return [f"hil decode {file}", *([] if log_kind(self.name) else [shark])]
 
 
 class WiresharkTarget:

@@ -63,6 +63,11 @@ def first_keys(greeting: str) -> str:
     return " and ".join(parts)
 
 
+def starts_words(device: str, ready_in_ns: int) -> str:
+    """Say that a board has just got its power, and when it answers."""
+    return f"{device} starts, and answers in {ready_in_ns / 1e9:.1f} s"
+
+
 def line_end(greeting: str) -> bytes:
     """End of line that a board takes, by what makes it answer; a line feed where that says none."""
     return greeting[len(greeting.rstrip("\r\n")) :].encode() or b"\n"

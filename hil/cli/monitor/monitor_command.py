@@ -11,7 +11,7 @@ import typer
 from hil.cli.boards.board_access import open_address
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail, found
 from hil.cli.framework.exit_codes import Exit
-from hil.cli.framework.shown_words import first_keys, line_end
+from hil.cli.framework.shown_words import first_keys, line_end, starts_words
 
 if TYPE_CHECKING:
     from hil.cli.monitor.monitor_session import ReceivedLog
@@ -112,7 +112,7 @@ def monitor(
         say(f"hil: {shared_words(seen.address)}", sys.stderr)
     try:
         with suppress(KeyboardInterrupt):
-            session.run(seen, first_words(device, greeting, seen))
+            session.run(seen, first_words(device, greeting, seen, int(row.get("ready_in_ns", 0))))
     except (PortUnreachable, ControlError) as error:
         raise fail(str(error)) from None
     finally:
@@ -138,12 +138,14 @@ def _seen(
     return row, SeenPort(address, row["clients"], here.socket)
 
 
-def first_words(device: str, greeting: str, seen: "SeenPort | None") -> list[str]:
-    """Say what somebody who types is told first."""
+def first_words(device: str, greeting: str, seen: "SeenPort | None", ready_in_ns: int = 0) -> list[str]:
+    """Say what somebody who types is told first. ``ready_in_ns``: time until the board answers."""
     from hil.cli.monitor.monitor_session import shared_words
 
     hints = ["Ctrl-] ends the monitor.", "Ctrl-T ? lists its other keys."]
-    if keys := first_keys(greeting):
+    if ready_in_ns:
+        hints.append(f"{starts_words(device, ready_in_ns)}.")
+    elif keys := first_keys(greeting):
         hints.append(f"{device} does not repeat what it said at power-up: {keys} to see it answer.")
     if seen and seen.clients:
         hints.append(f"hil: {shared_words(seen.address)}")

@@ -10,7 +10,7 @@ from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.progress_bars import bar
-from hil.cli.recordings.opened import named, refusals
+from hil.cli.recordings.opened import OfBench, named, refusals
 
 if TYPE_CHECKING:
     from hil.host.doctor import Diagnosis
@@ -29,6 +29,7 @@ def bundle(
         typer.Option("--output", "-o", help="The bundle. [default: the log's name with .hilz, here]"),
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+    bench: OfBench = None,
 ) -> CommandAnswer:
     """Put a recording into one file, with the boards it needs, versions and the doctor's report.
 

@@ -10,7 +10,7 @@ from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.progress_bars import bar
 from hil.cli.framework.shown_words import shown_number
-from hil.cli.recordings.opened import Trust, named, refusals, trusts
+from hil.cli.recordings.opened import OfBench, Trust, named, refusals, trusts
 
 if TYPE_CHECKING:
     from hil.recorded.log_differences import LogDifferences
@@ -35,6 +35,7 @@ def diff(
         ),
     ] = None,
     trust: Trust = False,
+    bench: OfBench = None,
 ) -> CommandAnswer:
     """Compare a recording with another one, with a configuration, or with the boards as they are today.
 

@@ -11,7 +11,7 @@ from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.progress_bars import ShownProgress, bar
-from hil.cli.recordings.opened import Trust, control_step, opened, time_of
+from hil.cli.recordings.opened import OfBench, Trust, control_step, opened, time_of
 from hil.host.journal import say
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hil.telemetry.sampler import Interval
     from hil.vocab.time import SimTimeNs
 
-_TIME = "as 12.5s, 1:02:03.5, 900ms, or -10s before the end"
+_TIME = "as 12.5s, 1:02:03.5, 900ms, -10s before the end, or fault-1s before the latest fault"
 _DEFAULT_INTERVAL_NS = 10_000_000
 _MOST_USB_BAUD = 10_000_000
 
@@ -91,6 +91,7 @@ def export(
     ] = 0,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Write it however much it is.")] = False,
     trust: Trust = False,
+    bench: OfBench = None,
 ) -> CommandAnswer:
     """Write what was in a recorded run: fields, pins, lines, bytes, packets, faults, verbs.
 

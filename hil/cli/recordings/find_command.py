@@ -10,7 +10,7 @@ from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.shown_words import counted, shown_number
-from hil.cli.recordings.opened import Trust, control_step, opened, run_bar, time_of
+from hil.cli.recordings.opened import OfBench, Trust, control_step, opened, run_bar, time_of
 from hil.host.journal import say
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _LONGEST = 60
 """Maximum characters of a text that are shown."""
-_TIME = "as 12.5s, 1:02:03.5, 900ms, or -10s before the end"
+_TIME = "as 12.5s, 1:02:03.5, 900ms, -10s before the end, or fault-1s before the latest fault"
 
 
 def find(
@@ -52,6 +52,7 @@ def find(
     last: Annotated[bool, typer.Option("--last", help="The last time alone.")] = False,
     count: Annotated[bool, typer.Option("--count", help="The number of times alone.")] = False,
     trust: Trust = False,
+    bench: OfBench = None,
 ) -> CommandAnswer:
     """List the times at which a condition begins to hold in a recorded run.
 

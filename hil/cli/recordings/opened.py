@@ -24,13 +24,45 @@ def named(log: Path, state_dir: Path | None = None) -> Path:
     """Path of a recording that is given by its path or by its name. Raises Exit with 2: there is none."""
     import os
 
+    from hil.host.journal import say
     from hil.host.paths import state_bases
     from hil.recorded.recording_names import NoSuchRecording, found_recording
 
+    text = f"{_bench[0]}/{log}" if _bench[0] and not log.exists() and len(log.parts) == 1 else str(log)
     try:
-        return found_recording(str(log), state_bases(state_dir, os.environ))
+        found = found_recording(text, state_bases(state_dir, os.environ))
     except NoSuchRecording as error:
         raise fail(f"hil: {error}", 2) from None
+    if found != log and sys.stderr.isatty() and not wants_json():
+        say(f"hil: {log} is {shown_name(found)}", sys.stderr)
+    return found
+
+
+def shown_name(path: Path) -> str:
+    """Name of a recording as `hil recordings` lists it, or its path elsewhere."""
+    from hil.compose.recordings_folder import RECORDINGS, run_name
+    from hil.recorded.recording_names import bench_of
+
+    return f"{bench_of(path)}/{run_name(path)}" if path.parent.name == RECORDINGS else str(path)
+
+
+def _note_bench(bench: str | None) -> str | None:
+    _bench[:] = [bench]
+    return bench
+
+
+OfBench = Annotated[
+    str | None,
+    typer.Option(
+        "--bench",
+        "-b",
+        help="The bench that the recording is of, where it is given by its name, as last.",
+        metavar="BENCH",
+        callback=_note_bench,
+    ),
+]
+"""Option of commands that open recordings; ``named`` knows what it was."""
+_bench: list[str | None] = [None]
 
 
 def _note_trust(trust: bool) -> bool:
@@ -92,9 +124,21 @@ def time_of(option: str, text: str, run: "RecordedRun") -> "SimTimeNs":
     from hil.recorded.time_words import NoSuchTime, parse_time
 
     try:
-        return parse_time(text, run.end_ns)
+        return parse_time(text, run.end_ns, _faults_ns(run))
     except NoSuchTime as error:
         raise fail(f"hil: {option}: {error}", 2) from None
+
+
+def _faults_ns(run: "RecordedRun") -> dict[int, int]:
+    """Times at which faults of a run began, by their numbers; one in its configuration at 0, or later."""
+    from hil.sim.inputs import Inject
+
+    begun_ns = {number: int(at_ns) for number, at_ns in run.runtime.faults.begin_ns.items()}
+    for at_ns, _, given in run.log.inputs:
+        if isinstance(given, Inject):
+            later_s = float(dict(given.parameters).get("start_s", 0.0))
+            begun_ns[given.number] = at_ns + round(later_s * 1e9)
+    return begun_ns
 
 
 def run_bar(log: Path, run: "RecordedRun", to_ns: int) -> "AbstractContextManager[ShownProgress]":

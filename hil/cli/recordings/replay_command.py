@@ -9,7 +9,7 @@ import typer
 from hil.cli.framework.ask import fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.recordings.fork_command import ForkOptions, serve_fork
-from hil.cli.recordings.opened import Trust
+from hil.cli.recordings.opened import OfBench, Trust
 from hil.cli.recordings.what_if_view import WhatIfOptions, changes_of, what_if
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hil.sim.bench import BenchRuntime
 
 UNCHANGED, NO_FORK = WhatIfOptions(), ForkOptions()
-_TIME = "as 12.5s, 1:02:03.5, 900ms, or -10s before the end"
+_TIME = "as 12.5s, 1:02:03.5, 900ms, -10s before the end, or fault-1s before the latest fault"
 
 
 def replay(
@@ -49,6 +49,7 @@ def replay(
     options: WhatIfOptions = UNCHANGED,
     fork: ForkOptions = NO_FORK,
     trust: Trust = False,
+    bench: OfBench = None,
 ) -> CommandAnswer:
     """Run a log again and compare every byte, or look into it.
 
@@ -114,14 +115,15 @@ def _compared(log: Path) -> CommandAnswer:
 
 
 def _shown(log: Path, until: str) -> CommandAnswer:
-    from hil.cli.recordings.opened import opened, run_bar, time_of
+    from hil.cli.recordings.opened import named, opened, run_bar, shown_name, time_of
     from hil.recorded.bench_then import bench_then
 
+    log = named(log)
     with opened(log) as run:
         at_ns = time_of("--until", until, run)
         with run_bar(log, run, at_ns):
             then = bench_then(run, at_ns)
-        return CommandAnswer(then.values() | {"end_ns": run.end_ns}, _then_text(log, run, then))
+        return CommandAnswer(then.values() | {"end_ns": run.end_ns}, _then_text(shown_name(log), run, then))
 
 
 def _listed(log: Path, since: str | None, to: str | None) -> CommandAnswer:
@@ -159,11 +161,11 @@ def _told_events(log: Path, until: str | None) -> CommandAnswer:
         + (f" ({each.who})" if each.who else "")
         for each in found
     ]
-    nothing = "no events: recordings of earlier versions, and of tests, have none"
+    nothing = "nobody asked for anything, and nothing went wrong; recordings of tests have no events"
     return CommandAnswer([each.as_dict() for each in found], "\n".join(map(printable, lines)) or nothing)
 
 
-def _then_text(log: Path, run: "RecordedRun", then: "BenchThen") -> str:
+def _then_text(log: str, run: "RecordedRun", then: "BenchThen") -> str:
     from hil.cli.bench.views import field_lines
     from hil.recorded.run_events import bytes_words, fault_words
     from hil.recorded.time_words import time_text

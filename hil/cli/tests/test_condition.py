@@ -74,7 +74,7 @@ def test_its_fields_stand_once() -> None:
         ("position_deg > 89 loop_on == 1", "'loop_on' is too much"),
         ("(loop_on == 1", "a ) is missing"),
         ("(loop_on == 1 loop_on", "a ) is missing where 'loop_on' stands"),
-        ("not loop_on", "write one of <= >= == != < > behind loop_on"),
+        ("not loop_on", "write one of <= >= == != < > behind loop_on, as in `loop_on == 1`"),
         ("loop_on and position_deg > 1", "behind loop_on, not 'and'"),
         ("__import__('os')", "there is no function '__import__'; there are abs, max, min"),
         ("ab(loop_on) > 1", """there is no function 'ab'; did you mean "abs"? there are"""),
@@ -111,11 +111,26 @@ def test_an_example_is_of_who_asks() -> None:
         parse_condition("abs(m1.e) >", "m1.position_deg > 89")
 
 
+def test_codes_have_the_words_that_the_status_shows() -> None:
+    for text, field, code in (
+        ("motion_state == standby", "motion_state", 0),
+        ("s1.motion_state == Cruise", "s1.motion_state", 2),
+        ("mode == velocity", "mode", ord("v")),
+        ("mode == v", "mode", ord("v")),
+    ):
+        condition = parse_condition(text)
+        assert condition.fields == (field,)
+        assert condition.holds({field: code})
+        assert not condition.holds({field: code + 1})
+    assert parse_condition("motion_state == v").fields == ("motion_state", "v")
+
+
 def test_a_field_is_not_compared_with_a_word() -> None:
     with pytest.raises(ConditionError) as error:
         parse_condition("mode == foo").check("m1", ["mode", "e"])
     assert str(error.value) == (
-        "m1 has no field 'foo' to compare mode with; write a number, or a field: there are mode, e"
+        "m1 has no field 'foo' to compare mode with; write a number, position, velocity, torque, hybrid,"
+        " or a field: there are mode, e"
     )
 
 

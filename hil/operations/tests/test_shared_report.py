@@ -131,6 +131,7 @@ def bench_of(devices: dict[str, Any]) -> Reports:
             "devices": {},
             "wires": {},
             "cards": {},
+            "segments": {},
             "now_ns": 0,
             "real_time": SimpleNamespace(lag=[], is_held=False),
         },

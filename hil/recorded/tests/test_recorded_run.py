@@ -122,6 +122,27 @@ def test_times_are_read_as_they_are_written(at_ns: int) -> None:
     assert parse_time(time_text(at_ns), SimTimeNs(at_ns)) == at_ns
 
 
+def test_times_are_counted_from_faults() -> None:
+    end_ns, faults = SimTimeNs(100 * NS_PER_S), {1: 10 * NS_PER_S, 3: 40 * NS_PER_S, 2: 30 * NS_PER_S}
+    for text, seconds in (
+        ("fault", 40),
+        ("fault-1s", 39),
+        ("Fault1-500ms", 9.5),
+        ("fault 2 + 1:00", 90),
+    ):
+        assert parse_time(text, end_ns, faults) == seconds * NS_PER_S
+    for text, said in (
+        ("fault4-1s", "the run had no fault 4; its faults are 1, 3, 2"),
+        ("fault1-11s", "not within the run"),
+        ("fault-x", "'x' is no time"),
+        ("faulty", "'faulty' is no time"),
+    ):
+        with pytest.raises(NoSuchTime, match=said):
+            parse_time(text, end_ns, faults)
+    with pytest.raises(NoSuchTime, match=r"the run had no fault; write a time, as 12\.5s"):
+        parse_time("fault-1s", end_ns)
+
+
 def test_words_for_times() -> None:
     end_ns = SimTimeNs(7200 * NS_PER_S)
     for text, seconds in (

@@ -31,6 +31,10 @@ def test_the_ends_of_the_monitor_and_the_first_keys_are_told() -> None:
     assert hints[-1] == "s1 does not repeat what it said at power-up: press Enter to see it answer."
 
 
+def test_a_board_that_starts_says_when_it_answers() -> None:
+    assert first_words("m1", "p", None, 3_210_000_000)[-1] == "m1 starts, and answers in 3.2 s."
+
+
 def test_enter_sends_what_the_board_takes() -> None:
     assert [line_end(greeting) for greeting in ("p", "\r", "?\n", "*IDN?\r\n", "")] == [
         *(b"\n", b"\r", b"\n", b"\r\n", b"\n")
