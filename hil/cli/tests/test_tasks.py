@@ -12,7 +12,7 @@ import typer
 from typer.testing import CliRunner
 
 from hil.cli.documents.command_page import command_page
-from hil.cli.documents.tasks import TASKS, Task, tasks_about
+from hil.cli.documents.tasks import TASKS, TaskRow, tasks_about
 from hil.cli.framework.command_group import app
 from hil.cli.tests.test_grammar import parsed
 from hil.testing import ServedBench, live
@@ -55,7 +55,7 @@ HERE = [task for task in TASKS if not any(task.line.startswith(f"hil {begin}") f
 
 
 @pytest.mark.parametrize("task", TASKS, ids=[task.line for task in TASKS])
-def test_a_line_is_taken(task: Task) -> None:
+def test_a_line_is_taken(task: TaskRow) -> None:
     words = shlex.split(task.line)
     assert words[0] == "hil"
     parsed(words[1:])
