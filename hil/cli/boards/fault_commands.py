@@ -37,7 +37,7 @@ def kinds(
 
     Example: hil fault kinds encoder_slip
 
-    Example: hil fault kinds s2
+    Example: hil fault kinds s1
     """
     if kind is not None and kind in FAULT_KINDS:
         return _one_kind(FAULT_KINDS[kind], _places_here(bench))
