@@ -181,7 +181,8 @@ def test_pins_and_power(bench: Bench) -> None:
     at_ns = int(json.loads(place.cli("reset", "m-1", "--json"))["effective_at_ns"])
     server.ready("m-1", at_ns)
     said = place.cli("axis", "m-1", "move-rel", "5", code=1)
-    assert said == "hil: m-1: the control loop is off; enable it first\n"
+    assert said.startswith("hil: m-1: the control loop is off; enable it first: `hil ")
+    assert said.endswith("axis m-1 enable`\n")
 
 
 def test_a_stream_that_stops_is_in_the_status(bench: Bench) -> None:

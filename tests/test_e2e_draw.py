@@ -114,7 +114,8 @@ def test_what_cannot_be_drawn_says_why(place: Place, tmp_path: Path) -> None:
     lines = (line.removeprefix("hil: ") for line in text.splitlines())
     assert [line.split(": ")[0] for line in lines] == [f"{train}:3", f"{train}:4"]
     said = place.hil("step", "m1", "90", code=1)  # and no drawing
-    assert said == "hil: m1: the look-up table is empty; calibrate it first\n"
+    assert said.startswith("hil: m1: the look-up table is empty; calibrate it first: `hil ")
+    assert said.endswith("axis m1 calibrate`\n")
 
 
 @pytest.mark.parametrize("words", [["plot", "m1"], ["step", "m1", "9"], ["pulses", "m1", "--stop"]])

@@ -35,7 +35,7 @@ def eds(
 
     Example: hil can eds m1
     """
-    answer = ask("eds", device=device)
+    answer = ask("eds", device=device.removesuffix(".canopen"))
     return answer, answer["text"].rstrip("\n")
 
 

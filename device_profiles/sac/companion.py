@@ -63,7 +63,7 @@ class BoardTerminal:
         except DialogueError:
             if not heard and not self._unread:
                 raise DialogueError(
-                    "nothing answers: is it on, is this its terminal, is the baud right?"
+                    "nothing answers; look whether it is on, this is its terminal, and --baud is right"
                 ) from None
             shown = (heard + self._unread)[-60:]
             raise DialogueError(f"the answer is not from a SAC at its prompt: {shown!r}") from None

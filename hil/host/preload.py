@@ -41,7 +41,11 @@ def find_program(name: str, env: Mapping[str, str]) -> Path:
     found = shutil.which(name, path=env.get("PATH", os.defpath))
     if found is None:
         why = "you may not start it" if os.path.exists(name) else "No such file"
-        raise PreloadRefused(f"{name}: {why}" if "/" in name else f"no program {name!r} in $PATH")
+        raise PreloadRefused(
+            f"{name}: {why}"
+            if "/" in name
+            else f"there is no program {name!r} in $PATH; install it, or write its whole path"
+        )
     if why := _refuse(Path(found)):
         raise PreloadRefused(f"{found} gets no modem lines: {why}")
     return Path(found)

@@ -11,6 +11,7 @@ from typing import Any
 from hil.master.line_place import LineUnreachable
 from hil.net.echo_guard import EchoGuard
 from hil.net.port_client import close_serial
+from hil.net.serial_words import not_opened
 from hil.vocab.line_format import EIGHT_N_1, LineFormat
 from hil.wire.echo import Echo
 
@@ -59,7 +60,7 @@ class LinePort:
         try:
             port = await asyncio.to_thread(_opened, address, baud, line_format)
         except ERRORS as error:
-            raise LineUnreachable(f"{address}: {reason(error)}", is_mistake=False) from None
+            raise LineUnreachable(f"{address}: {not_opened(address, error)}", is_mistake=False) from None
         return cls(port, address, received, lost, echo)
 
     def write(self, data: bytes) -> None:

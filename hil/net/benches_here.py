@@ -1,6 +1,7 @@
 """Benches that run here, and the choice of one. Imports little, as ``control_client.py``."""
 
 import os
+import shlex
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -80,7 +81,10 @@ class Found:
             if said in (folder.name, str(folder), SERVICE + folder.name):
                 killed = f"bench {folder.name!r} was killed (folder {folder})"
                 return f"{killed}: start it again, which cleans up; running: {names}"
-        return f"bench {said!r} is not running here; running: {names}"
+        from hil.vocab.near_words import did_you_mean, nearest
+
+        near = did_you_mean(nearest(Path(said).stem, [each.name for each in self.benches]))
+        return " ".join(filter(None, [f"bench {said!r} is not running here;", near, f"running: {names}"]))
 
     def none_runs(self, asked: str | None = None) -> str:
         """Say that no bench runs here, and where one could be instead. ``asked``: the one that was asked for,
@@ -97,9 +101,14 @@ class Found:
                 return f"{said}; some were killed that had {folders}: {remedy} the folders"
             return f"{said}; one was killed that had {killed[0]}: {remedy}"
         if self.named:
-            return said if self.named.is_dir() else f"{said}: there is no folder {self.named}"
+            serves = f"`hil --runtime-dir {shlex.quote(str(self.named))} serve FILE` starts one"
+            if self.named.is_dir():
+                return f"{said}, below {self.named}; {serves}"
+            return f"{said}: there is no folder {self.named}; {serves}"
         others = [f"{each.parent} of {owner_name(each)} ({_way_to(each)})" for each in others_sockets()]
-        return f"{said}; elsewhere there is {', '.join(others[:_MOST_OTHERS])}" if others else said
+        if others:
+            return f"{said}; elsewhere there is {', '.join(others[:_MOST_OTHERS])}"
+        return f"{said}; `hil serve FILE` starts one"
 
     def meant(self, said: str | None) -> list[Here]:
         """Benches that ``--bench`` can mean: a name, ``service:NAME`` or a folder; None: all."""

@@ -26,18 +26,21 @@ _published: dict[Path, list[Path]] = {}
 it closes another of the same name, or gives up and closes the new one."""
 
 
-def publish(title: str, name: Path, terminal: Path) -> None:
+def publish(title: str, name: Path, terminal: Path, *, is_chosen: bool = False) -> None:
     """Point ``name`` at a terminal in one step, in place of a symlink that an earlier run has left.
 
     A freed number is soon another program's, so a symlink to a living terminal is no sign of an owner.
+    ``is_chosen``: the name is outside the folder of this bench, and may be that of another bench's port.
 
     Raises:
-        PortError: the name is something else, or its directory cannot be written.
+        PortError: the name is something else, another bench's, or its directory cannot be written.
     """
     directory = name.parent
     try:
         _make(directory)
         _refuse_others(title, name)
+        if is_chosen and name not in _published and name.is_symlink():
+            _refuse_another_benches(title, name)
         _point(name, terminal)
     except PortError:
         _remove_made(directory)
@@ -108,6 +111,13 @@ def _point(name: Path, terminal: Path) -> None:
     except OSError:
         temporary.unlink()
         raise
+
+
+def _refuse_another_benches(title: str, name: Path) -> None:
+    from hil.net.name_holder import bench_with
+
+    if bench := bench_with(str(name)):
+        raise PortError(f"{title}: {name} is a port of the running bench {bench}; choose another path:")
 
 
 def _refuse_others(title: str, name: Path) -> None:

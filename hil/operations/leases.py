@@ -117,7 +117,10 @@ class Leases:
             whose = "you have it already: `hil lease renew`; " if lease.user == user else ""
             raise VerbRefused("leased", whose + self._said(lease))
         if not why.strip() or not why.isprintable():
-            raise VerbRefused("bad_parameter", "why: write in a line what the bench is for, for the others")
+            raise VerbRefused(
+                "bad_parameter",
+                "why: this is no line of text; write in a line what the bench is for, for the others",
+            )
         for door in doors:
             if door not in DOORS:
                 raise VerbRefused("bad_parameter", f"doors: there is no {door[:80]!r}; {meant(door, DOORS)}")

@@ -7,6 +7,7 @@ from hil.config.station_names import CANOPEN, node_name
 from hil.live.places import Places
 from hil.sim.bench import BenchRuntime
 from hil.sim.card import NumberedCard
+from hil.sim.input_check import ADD_CAN
 from hil.vocab.address import owner_of
 from hil.vocab.bridge_protocol import Bridge
 from hil.vocab.device import Device
@@ -61,8 +62,8 @@ def data_sheet(sim: BenchRuntime, axis: str) -> dict[str, str]:
     """Answer the EDS of an axis's node. Raises VerbRefused: it has none."""
     name, cards = node_name(axis, CANOPEN), _numbered(sim)
     if name not in cards:
-        known = ", ".join(cards) or "none"
-        raise VerbRefused("no_place", f"{axis} has no CANopen node; there are {known}")
+        there = f"there are {', '.join(cards)}" if cards else f"this bench has none; {ADD_CAN}"
+        raise VerbRefused("no_place", f"{axis} has no CANopen node; {there}")
     return {"node": name, "text": cards[name].eds()}
 
 

@@ -100,7 +100,8 @@ class TwinAxis:
             ways = [*(["disable"] if state.is_on else []), verb, "enable"]
             return what, ", then ".join(f"`hil axis {self._name} {each}`" for each in ways)
         if not state.is_on and "enable" in device.verbs:
-            return LOOP_OFF, f"`hil axis {self._name} enable` first"
+            new = f"; `hil axis {self._name} calibrate` before that if it is new"
+            return LOOP_OFF, f"`hil axis {self._name} enable` first{new * ('calibrate' in device.verbs)}"
         if not state.is_on:
             return MOTOR_OFF, "let its board power and enable it first"
         if state.is_moving or state.is_under_way:

@@ -28,6 +28,8 @@ class FaultPlace:
     switch: CoreSwitch | None = None
     is_board: bool = False
     """True for the device as a whole, which its first UART and axis are, too."""
+    is_port: bool = False
+    """True where the name is a UART's: its board's shaft has another."""
 
     def has(self, target: str) -> bool:
         """True if a fault that needs this kind of target can be here."""
@@ -42,6 +44,11 @@ class FaultPlace:
             SWITCH: self.switch is not None,
             SUPPLIED: self.axis is not None and self.axis.nominal_supply_V > 0,
         }.get(target, False)
+
+    def fits(self, target: str) -> bool:
+        """True if a new fault of this kind of target can be here: of a shaft not at a port of its board,
+        where logs of before may have one."""
+        return self.has(target) and not (self.is_port and target in (*OF_AXES, SUPPLIED))
 
     def is_wires(self, target: str) -> bool:
         """True if a fault that needs this kind of target is the wire's here."""
@@ -141,7 +148,7 @@ class BenchParts:
             return FaultPlace(self._groups[name], device, axis=axis) if axis else None
         if len(device.axes) == 1:  # a target of a board with one axis has that axis's shaft
             axis = device.axes[""]
-        place = FaultPlace(self._groups[name], device, uart, axis, is_board=True)
+        place = FaultPlace(self._groups[name], device, uart, axis, is_board=True, is_port=bool(part))
         link = uart.station if uart else None
         return replace(place, wire=link.segment, station=link.name) if link else place
 

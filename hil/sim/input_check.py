@@ -33,6 +33,8 @@ SCRIPT_LIMIT = 1 << 61
 LONGEST_PATH_NS = 1 << 61
 _SHOWN = 40
 _SHOWN_LINE = 1000
+ADD_CAN = "add `can:` to its configuration, `hil docs can`"
+"""Remedy where a bench has no CAN bus."""
 OF_AXES = (
     *(inputs.Pin, inputs.SetField, inputs.ScriptEncoder, inputs.PulseTrain),
     *(inputs.Do, inputs.Follow),
@@ -108,8 +110,8 @@ def channel_problem(bench: BenchRuntime, bus: str, node: str) -> str | None:
     """Reason why a bus cannot have a channel's node of this name, or None."""
     wires = {name: wire for name, wire in bench.wires.items() if isinstance(wire, HasChannels)}
     if bus not in wires:
-        known = ", ".join(wires) or "none"
-        return f"there is no CAN bus {bus[:_SHOWN]!r}; there are {known}"
+        there = f"there are {', '.join(wires)}" if wires else f"this bench has none; {ADD_CAN}"
+        return f"there is no CAN bus {bus[:_SHOWN]!r}; {there}"
     if not re.fullmatch(NAME_PATTERN, node):
         return f"{node[:_SHOWN]!r} is no name; write small letters, digits, _ and -, at most 32"
     return wires[bus].channel_problem(str(Address(bus, node)), bench.taps.values())

@@ -102,6 +102,11 @@ def unit_in(name: str) -> str:
     return ending if ending in _UNITS and "_" in name else _UNITS_OF_NAMES.get(name, "")
 
 
+def is_unit(text: str) -> bool:
+    """True if a text is a unit, or another spelling of one."""
+    return bool(text) and (text in _UNITS or text in _ALSO)
+
+
 def quoted(given: object) -> str:
     """Text of a given value for a message, not too long: in quotes if it is a text, a flag as in JSON."""
     said = _NAMED.get(repr(given), str(given))

@@ -203,7 +203,7 @@ def read(data: CaptureBytes, left_out: LeftOut | None = None) -> Iterator[Record
     if not data:
         raise CaptureError("the file is empty")
     if data[:4] != SECTION_MARK[: len(data)]:
-        raise CaptureError("this is no pcapng file")
+        raise CaptureError("this is no pcapng file; `hil capture -w FILE` writes one")
     left_out = left_out or LeftOut()
     at, order, lines = 0, "<", list[_FileInterface]()
     while at < len(data):

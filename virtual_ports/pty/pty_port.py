@@ -35,6 +35,7 @@ class PtyPort:
         self._group = options.group or context.group
         self._title = f"pty port of {context.device}"
         self._name = context.runtime_dir / (options.path or context.device)
+        self._is_chosen = not self._name.is_relative_to(context.runtime_dir)
         self._traffic = Traffic()
         # So one that dies before anybody was there is replaced as well, once.
         self._connects_before = -1
@@ -67,7 +68,7 @@ class PtyPort:
         try:
             self._set_access(pair)
             clients = Clients(pair, self._loop, self._came, self._left)
-            stable_name.publish(self._title, self._name, pair.pts)
+            stable_name.publish(self._title, self._name, pair.pts, is_chosen=self._is_chosen)
         except BaseException as error:
             if clients is not None:
                 clients.close()

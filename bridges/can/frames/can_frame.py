@@ -100,5 +100,5 @@ def parse_data(digits: str) -> bytes:
     if digits.startswith("#"):
         raise ValueError("a frame of CAN FD; this reads classic CAN")
     if "#" in digits or len(digits) % 2 or len(digits) > 2 * DATA_MAX:
-        raise ValueError(f"{digits[:40]!r} is no data, two digits for each of 0 to {DATA_MAX} bytes")
+        raise ValueError(f"{digits[:40]!r} is no data; write two digits for each of 0 to {DATA_MAX} bytes")
     return bytes.fromhex(digits)

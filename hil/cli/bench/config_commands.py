@@ -251,6 +251,8 @@ def init(
     from hil.config import schema as json_schema
     from hil.host.new_file import write_file
 
+    if file.is_dir():
+        raise fail(f"{file}: this is a folder; write a file in it, as {file / 'bench.yaml'}", 2)
     schema_file = file.with_name(f"{file.stem}.schema.json")
     if there := next((each for each in (file, schema_file) if each.exists()), None):
         raise fail(f"hil: {there} is there already; choose another name, or remove it", 2)

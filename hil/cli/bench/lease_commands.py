@@ -141,7 +141,7 @@ def _end(length: str | None, until: str | None) -> dict[str, Any]:
 def _length_s(text: str) -> float:
     pieces = list(_PIECE.finditer(text.strip().lower()))
     if not pieces or "".join(piece[0] for piece in pieces) != text.strip().lower():
-        raise fail(f"hil: --for {text}: write a number and s, min, h or d, as in 90min", 2)
+        raise fail(f"--for: {text!r} is no length of time; write a number and s, min, h or d, as in 90min", 2)
     return sum(float(piece[1]) * _SECONDS[piece[2]] for piece in pieces)
 
 

@@ -42,9 +42,9 @@ def virtual(
     """
     for each in mapped:
         if not all(each.rpartition("=")[::2]):
-            raise fail(f"hil: --map {each}: write a path and a port, as /dev/ttyUSB0=m1", Exit.MISTAKE)
+            raise fail(f"--map: {each!r} is no path and port; write them as in /dev/ttyUSB0=m1", Exit.MISTAKE)
     if not bench.exists():
-        raise fail(f"hil: {bench}: there is no such file", Exit.MISTAKE)
+        raise fail(f"{bench}: there is no such file; `hil init {bench}` writes one", Exit.MISTAKE)
     try:
         path = program[0] if module else find_python_program(program[0])
     except NoPythonProgram as error:

@@ -12,8 +12,9 @@ from hil.cli.boards.motion_bar import motion_bar
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.paused_note import told_if_paused
 from hil.vocab.near_words import meant
-from hil.vocab.typed_numbers import typed_number
+from hil.vocab.typed_numbers import is_unit, number_problem, typed_number, unit_in
 from hil.vocab.verbs import COMMON
 
 TIMEOUT_S = 30
@@ -57,7 +58,7 @@ def axis(
     answer = bench.ask("do", timeout_s=TIMEOUT_S, device=device, name=name, parameters=given)
     if wait:
         begun = {name: answer[name] for name in _OF_MOTION if name in answer}
-        with motion_bar(bench, device, name, answer):
+        with told_if_paused(bench.meant().socket), motion_bar(bench, device, name, answer):
             ended = bench.ask("wait", timeout_s=MOTION_S, device=device, **begun)
         answer |= {"done": not ended["interrupted"], **ended}
     said = sentence(VerbDone(device, name, given, answer, row["about"]))
@@ -95,7 +96,11 @@ def _given(verb: str, names: list[str], texts: list[str], values: list[str]) -> 
     """Map parameters' names to values; values without a name are in order."""
     given: dict[str, Any] = {}
     left = iter(names)
-    for value in values:
+    for before, value in zip(["", *values], values, strict=False):
+        if is_unit(value) and not isinstance(typed_number(before.rpartition("=")[2]), str):
+            of = next(reversed(given))
+            unit = f"{before.rpartition('=')[2]} {value}"
+            raise fail(f"{of}: {'; '.join(number_problem(unit, unit_in(of)))}", Exit.MISTAKE)
         name, equals, text = value.partition("=")
         if not equals or name not in names:
             wrong, name, text = name if equals else "", next(left, ""), value

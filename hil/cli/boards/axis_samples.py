@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import typer
 
 from hil.cli.framework.ask import BenchOptions, fail
+from hil.cli.framework.paused_note import told_if_paused
 
 _ROWS_LOOK_S = 0.1
 
@@ -36,6 +37,7 @@ def watching(
                 time.sleep(_ROWS_LOOK_S)
 
     try:
-        yield tuple(opened["signals"]), pieces()
+        with told_if_paused(bench.meant().socket):
+            yield tuple(opened["signals"]), pieces()
     finally:
         bench.ask("unwatch", watch=opened["watch"])

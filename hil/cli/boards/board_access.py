@@ -10,6 +10,7 @@ from hil.cli.boards.axis_sentences import VerbDone, sentence
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.named_bench import with_meaning
 from hil.cli.framework.shown_words import shown_number
 from hil.vocab.near_words import meant
 from hil.vocab.port_programs import is_held
@@ -23,7 +24,8 @@ def open_address(bench: BenchOptions, device: str) -> tuple[dict[str, Any], str]
     """Row of a device, or of another port of one, in `list`, and the address that clients open."""
     rows = port_rows(bench.ask("list")["devices"])
     if device not in rows:
-        raise fail(f"hil: no device {device!r}; {meant(device, list(rows))}", 2)
+        why = f"no device {device!r}; {meant(device, list(rows))}"
+        raise fail(with_meaning(bench.meant().socket, device, why), 2)
     if rows[device]["address"] is None:
         reach = f"; its axis is reached by `hil axis {device}`" if rows[device]["axes"] else ", nor an axis"
         raise fail(f"hil: {device}, a {rows[device]['profile']}, has no serial port{reach}")

@@ -18,6 +18,7 @@ from hil.cli.framework.progress_bars import bar
 from hil.host.journal import say
 from hil.host.shown_stream import own
 from hil.vocab.problem import not_text
+from hil.vocab.typed_numbers import plain_number
 
 if TYPE_CHECKING:
     from hil.telemetry.step_response import StepResponse
@@ -43,6 +44,8 @@ Signals = Annotated[
         help="Fields of the axis, with commas between; a wrong one lists them. [default: the main ones]",
     ),
 ]
+_FARTHEST_DEG = 1e6
+"""Largest step: that of a Mechaduino's verbs."""
 Interval = Annotated[float, typer.Option("--interval", help="Simulated milliseconds between samples.")]
 
 
@@ -103,7 +106,8 @@ def plot(
 def step(
     device: DeviceName,
     degrees: Annotated[
-        float, typer.Argument(help="The step, from where the shaft is held.", show_default=False)
+        float,
+        typer.Argument(help="The step, from where the shaft is held.", show_default=False),
     ],
     seconds: Annotated[
         float, typer.Option("--seconds", help="Simulated time after the step.", min=0.01)
@@ -121,6 +125,8 @@ def step(
     """
     from hil.telemetry import other_motion, step_response
 
+    if not abs(degrees) <= _FARTHEST_DEG:
+        raise fail(f"DEGREES: {plain_number(degrees)} is too large; write -1000000 to 1000000 deg", 2)
     check_output(output)
     names = ("r", "yw", "u", "loop_on", "mode")
     if not {*names} <= bench.ask("state", device=device).keys():
@@ -207,7 +213,9 @@ def pulses(
     """
     check_output(output)
     if (steps is not None) + (file is not None) + stop != 1:
-        raise fail("hil: give one of --steps, --file and --stop", 2)
+        given = (steps is not None) + (file is not None) + stop
+        what = f"{given} of --steps, --file and --stop are given" if given else "no train is given"
+        raise fail(f"{what}; give one of --steps, --file and --stop, as in --steps 3200", 2)
     train = _train(file, steps, rate_Hz, acceleration)
     rows = [(e.at_ns, e.pin, e.level, e.steps, e.duration_ns) for e in train]
     draws = draw or output is not None

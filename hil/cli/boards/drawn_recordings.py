@@ -1,5 +1,6 @@
 """Drawings of recordings: in the terminal, as a picture, or the numbers as a table."""
 
+import os
 import shutil
 import sys
 from dataclasses import replace
@@ -31,9 +32,12 @@ def check_output(output: Path | None) -> None:
         return
     suffix = output.suffix.lower()
     if suffix not in (*picture.FORMATS, ".csv"):
-        raise fail(f"hil: {output}: write a name that ends in {', '.join(picture.FORMATS)} or .csv", 2)
+        what = f"{suffix!r} is the ending of no picture" if suffix else "it has no ending"
+        raise fail(f"{output}: {what}; write a name that ends in {', '.join(picture.FORMATS)} or .csv", 2)
     if not output.parent.is_dir():
-        raise fail(f"hil: {output}: there is no folder {output.parent}", 2)
+        raise fail(f"{output}: there is no folder {output.parent}", 2)
+    if not os.access(output.parent, os.W_OK):
+        raise fail(f"{output}: the folder {output.parent} cannot be written to", 2)
     if suffix in picture.FORMATS:
         try:
             picture.check_can_draw()

@@ -14,6 +14,7 @@ from hil.vocab.address import owner_of
 from hil.vocab.fault_words import GROUPS, example, group_of, shown_by
 from hil.vocab.faults import FAULT_KINDS, TARGETS, TIMING, FaultKind
 from hil.vocab.near_words import did_you_mean, nearest_or_begun
+from hil.vocab.typed_numbers import quoted
 
 NONE = "no fault is active"
 _NO_HEAD = ("", "")
@@ -112,7 +113,10 @@ def _fitting(target: str, bench: BenchOptions) -> Iterator[FaultKind]:
     """Kinds that fit a place of a bench. Raises typer.Exit: it has no such place."""
     if (places := _places_here(bench)) is None and (near := nearest_or_begun(target, FAULT_KINDS)):
         raise fail(f"hil: there is no kind of fault {target!r}; {did_you_mean(*near)}", 2)
-    known = {row["place"]: row["kinds"] for row in places or bench.ask("fault_places")}
+    if places is None:
+        of_place = "those that fit a place of a bench: `hil -b BENCH fault kinds PLACE`"
+        raise fail(f"there is no kind of fault {target!r}; `hil fault kinds` lists them, {of_place}", 2)
+    known = {row["place"]: row["kinds"] for row in places}
     if target not in known and (of_profile := _places_of_profile(target, known, bench)):
         fit = {kind for place in of_profile for kind in known[place]}
         return (kind for name, kind in FAULT_KINDS.items() if name in fit)
@@ -152,6 +156,8 @@ def inject(
 
     Example: hil fault inject shaft_jam m1 --for 2s
     """
+    if fault not in FAULT_KINDS and target in FAULT_KINDS:
+        raise fail(f"there is no fault {fault!r}; {did_you_mean(f'hil fault inject {target} {fault}')}", 2)
     words = [*(parameters or []), *([] if for_ is None else [f"for={for_}"])]
     given: dict[str, Any] = {}
     for name, value in map(_parameter, words):
@@ -165,7 +171,7 @@ def inject(
 def _parameter(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals:
-        raise fail(f'"{text}" is no parameter; write it as in rate=0.01', 2)
+        raise fail(f'"{text}" is no parameter; write its name before it, as in rate=0.01', 2)
     if name == "for":  # as the faults of `hil replay` have it
         return "for_s", seconds_of(value, "--for")
     return name, number_or_text(value)
@@ -173,7 +179,7 @@ def _parameter(text: str) -> tuple[str, Any]:
 
 def clear(
     number: Annotated[
-        int | None,
+        str | None,
         typer.Argument(help="A number of `hil fault list`; left out: all faults.", show_default=False),
     ] = None,
     bench: BenchOptions = ANY_BENCH,
@@ -182,8 +188,11 @@ def clear(
 
     Example: hil fault clear 1
     """
+    if number is not None and not number.isdecimal():
+        lists = "write its number, as `hil fault list` shows it; `hil fault clear` alone clears all"
+        raise fail(f"{quoted(number)} is no number of a fault; {lists}", 2)
     active = bench.ask("faults")
-    numbers = [number] if number is not None else [row["number"] for row in active]
+    numbers = [int(number)] if number is not None else [row["number"] for row in active]
     for each in numbers:
         bench.ask("clear", number=each)
     return CommandAnswer({"cleared": numbers}, "\n".join(f"fault {each} cleared" for each in numbers) or NONE)

@@ -14,6 +14,7 @@ from hil.cli.boards.time_given import Within, seconds_of
 from hil.cli.framework.ask import ANY_BENCH, BenchOptions, DeviceName, fail
 from hil.cli.framework.command_answers import CommandAnswer, wants_json
 from hil.cli.framework.exit_codes import Exit
+from hil.cli.framework.paused_note import told_if_paused
 from hil.cli.framework.progress_bars import bar
 from hil.cli.framework.shown_words import line_end, starts_words
 from hil.host.journal import say
@@ -69,7 +70,10 @@ def type_text(
         if not wants_json():
             say(f"hil: {starts_words(device, ready_in_ns)}", sys.stderr)
     talk = _Conversation(bench, address, data, awaited)
-    with bar(f"{device} is heard" if until is None else f"{device} until {until!r}"):
+    with (
+        told_if_paused(bench.meant().socket),
+        bar(f"{device} is heard" if until is None else f"{device} until {until!r}"),
+    ):
         came = talk.came(within_s, device if not row.get("greeting") else "")
     said = came.decode("latin-1")
     has_come = awaited is None or awaited in came

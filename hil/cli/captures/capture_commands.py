@@ -1,5 +1,6 @@
 """``hil capture``, ``hil decode`` and ``hil line play``: traffic on lines, buses and at ports."""
 
+import errno
 import sys
 from contextlib import nullcontext, suppress
 from pathlib import Path
@@ -21,6 +22,8 @@ _IDLE_S = 0.2
 """Pause after which what is held is shown, where only silence ends a packet; of a bench in real time."""
 _SLOWEST = 0.02
 """Least speed of a bench for whose sake the pause is longer."""
+_WRONG_PLACE = (errno.ENOENT, errno.EISDIR, errno.ENOTDIR, errno.EACCES, errno.EPERM)
+"""Errors of Linux for a file that cannot be where it was asked for."""
 
 
 def capture(
@@ -107,7 +110,8 @@ def _capture(sources: list[str], target: Any, count: int | None, bench: BenchOpt
         try:
             capture_run(client, target, count, idle_s, round(WINDOW_NS * max(1, speed)))
         except OSError as error:
-            raise fail(f"hil: {target.name}: {error.strerror or error}") from None
+            code = 2 if error.errno in _WRONG_PLACE else 1
+            raise fail(f"{target.name}: {error.strerror or error}", code) from None
         except CaptureError as error:
             raise fail(f"hil: {target.name}: {error}") from None
 

@@ -23,7 +23,8 @@ Bench = Annotated[
     typer.Option(
         "--bench",
         "-b",
-        help="The bench, by its name, its folder or service:NAME; needed when several are running.",
+        help="The bench, by its name, its folder or service:NAME; needed when several are running, unless one"
+        " alone has the device that is named.",
     ),
 ]
 DeviceName = Annotated[
@@ -40,7 +41,7 @@ def fail(message: str, code: int = 1, sources: Mapping[str, str] | None = None) 
     from hil.cli.framework.progress_bars import end_bars
 
     end_bars()
-    message = pasteable(with_remedy(message))
+    message = pasteable(with_remedy(message.removeprefix("hil: ")))
     if wants_json():
         typer.echo(error_line(message, code))
     else:
@@ -86,7 +87,12 @@ def benches_meant(bench: str | None, here: "Found") -> list["Here"]:
     if not here.benches:
         raise fail(f"hil: {here.none_runs(bench)}")
     if not (meant := here.meant(bench)):
-        raise fail(f"hil: {here.not_running(str(bench))}")
+        import os
+
+        said = here.not_running(str(bench))
+        if bench == os.environ.get("HIL_BENCH") and not {"-b", "--bench"} & set(sys.argv):
+            said += "; the variable HIL_BENCH names it: `unset HIL_BENCH`"
+        raise fail(said)
     return meant
 
 
@@ -108,9 +114,13 @@ class BenchOptions(NamedTuple):
         if len(meant) == 1:
             ask_with(here.options(meant[0].folder, self.runtime_dir, os.environ))
             return meant[0]
+        from hil.cli.framework.named_bench import bench_of_names
+
+        named, why = bench_of_names(meant, is_named=self.bench is not None)
+        if named:
+            ask_with(here.options(named.folder, self.runtime_dir, os.environ))
+            return named
         lines = [f"  --bench {here.called(each)}: {each.line()}" for each in meant]
-        names = ", ".join(each.name for each in meant)
-        why = f"hil: several benches are running ({names}): choose one with --bench"
         raise fail("\n".join([why, *lines]), 2)
 
     def port_of(self, address: str) -> str:
@@ -124,6 +134,7 @@ class BenchOptions(NamedTuple):
     def ask(self, verb: str, **arguments: Any) -> Any:
         """Send one request."""
         from hil.cli.framework.exit_codes import exit_of
+        from hil.cli.framework.usage_words import with_command
         from hil.net.control_client import ControlError, ask
 
         path = self.meant().socket
@@ -133,6 +144,11 @@ class BenchOptions(NamedTuple):
             why, of = str(error), arguments.get("device")
             if of and not error.is_mistake and not _names(why, str(of)):
                 why = f"{of}: {why}"  # a board says what it cannot do now, and not which it is
+            why = with_command(why, str(of or ""))
+            if error.code == "no_device":
+                from hil.cli.framework.named_bench import with_meaning
+
+                why = with_meaning(path, str(of or ""), why)
             raise fail(why, exit_of(error)) from None
 
 

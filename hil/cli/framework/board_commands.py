@@ -249,7 +249,9 @@ class SerialTalk:
                 self._port.exclusive = True
             self._port.open()
         except (OSError, ValueError) as error:
-            raise DialogueError(f"{self._url}: {_reason(error)}") from None
+            from hil.net.serial_words import not_opened
+
+            raise DialogueError(f"{self._url}: {not_opened(self._url, error)}") from None
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -13,6 +13,8 @@ import json
 import re
 import shlex
 import sys
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -113,11 +115,24 @@ _HINT = re.compile(r"`hil ([a-z][^`]*)`")
 _words: list[str] = []
 _root: list[Any] = []
 """The command `hil`, once its line is read."""
+_NAMING = ("device", "axes", "target", "sources", "line", "lines", "bus", "tap", "fields")
+"""Parameters whose values name parts of a bench."""
+names: list[str] = []
+"""Names on the command line that parts of a bench have."""
+chosen: list[Path] = []
+"""Folder of the bench that was chosen by these names."""
 
 
 def begin(root: Any) -> None:
     """Begin a command line of ``root``, which asks no bench yet."""
-    _root[:], _words[:] = [root], []
+    _root[:], _words[:], names[:], chosen[:] = [root], [], [], []
+
+
+def note_names(given: Mapping[str, Any]) -> None:
+    """Note which parts of a bench a command names, by the values of its parameters."""
+    values = [given[each] for each in _NAMING if given.get(each)]
+    each_alone = [[value] if isinstance(value, str) else value for value in values]
+    names[:] = [word for part in each_alone if isinstance(part, list | tuple) for word in part]
 
 
 def ask_with(words: list[str]) -> None:

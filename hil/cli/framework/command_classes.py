@@ -11,6 +11,7 @@ from typing import Any
 
 from typer.core import TyperCommand, TyperGroup
 
+from hil.cli.framework.command_answers import note_names
 from hil.cli.framework.usage_words import USAGE_ERROR, placeholder, usage_word
 from hil.vocab.near_words import nearest_or_begun
 
@@ -23,10 +24,13 @@ class Quick:
 
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
         try:
-            return super().parse_args(ctx, args)  # type: ignore[misc]
+            return super().parse_args(ctx, [*args])  # type: ignore[misc]
         except USAGE_ERROR as error:
             from hil.cli.framework.usage_errors import wrong_use
 
+            params: list[Any] = self.params  # type: ignore[attr-defined]
+            if not any(each.param_type_name == "argument" for each in params):
+                error.left = _left(params, args)
             raise wrong_use(error, ctx, getattr(error, "possibilities", None) or []) from None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -34,9 +38,13 @@ class Quick:
         try:
             name, command, rest = super().resolve_command(ctx, args)  # type: ignore[misc]
         except USAGE_ERROR as error:
+            from hil.cli.framework.guessed_words import alike, is_slip
             from hil.cli.framework.usage_errors import wrong_use
 
-            near = nearest_or_begun(args[0], self.list_commands(ctx))  # type: ignore[attr-defined]
+            known = self.list_commands(ctx)  # type: ignore[attr-defined]
+            near = [each for each in nearest_or_begun(args[0], known) if is_slip(args[0], each)]
+            if ctx.parent:
+                near = near or alike(args[0], known)
             raise wrong_use(error, ctx, near) from None
         return (name, *command.chosen(rest)) if isinstance(command, OrBelow) else (name, command, rest)
 
@@ -64,6 +72,13 @@ class Quick:
             self.format_commands(ctx, formatter)
 
 
+def _left(parameters: list[Any], args: list[str]) -> list[str]:
+    """Words of a command line that are no option, and no value of one."""
+    valued = {word for each in parameters for word in each.opts if not getattr(each, "is_flag", False)}
+    pairs = zip(["", *args], args, strict=False)
+    return [word for before, word in pairs if not word.startswith("-") and before not in valued]
+
+
 _WITHOUT = {"--bench": "asks no running bench; leave out --bench", "--json": "has no --json; leave it out"}
 """Words for a command that such an option is not for. --runtime-dir is for all benches: it does no harm."""
 
@@ -76,7 +91,9 @@ class OneCommand(Quick, TyperCommand):
         for flag, why in _WITHOUT.items():
             if flag in said and not _has(self, flag):
                 raise USAGE_ERROR(f"`{ctx.command_path}` {why}", ctx)
-        return super().parse_args(ctx, [*_own_words(self, said), *args])
+        rest = super().parse_args(ctx, [*_own_words(self, said), *args])
+        note_names(ctx.params)
+        return rest
 
 
 class BeforeProgram(OneCommand):

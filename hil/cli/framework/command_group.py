@@ -45,10 +45,23 @@ class AllCommands(Quick, TyperGroup):
         try:
             return super().resolve_command(ctx, args)
         except USAGE_ERROR as error:
-            from hil.cli.framework.guessed_words import guessed
+            from hil.cli.framework.guessed_words import guessed_line
+            from hil.cli.framework.named_bench import is_bench
 
-            if line := guessed(args[0]):
+            if is_bench(args[0]):
+                error.message = f"{args[0]!r} is a bench, no command; did you mean `hil -b {args[0]} status`?"
+            elif line := guessed_line(args, self.list_commands(ctx)):
                 error.message = f"there is no command {args[0]!r}; did you mean `hil {line}`?"
+            raise
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except USAGE_ERROR as error:
+            from hil.cli.framework.usage_errors import wrong_use
+
+            if str(error.message) == "Missing command.":
+                raise wrong_use(error, ctx, []) from None
             raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

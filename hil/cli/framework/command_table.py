@@ -161,7 +161,12 @@ _ROWS = (
     CommandRow("line watch", WIRE, "lines.node_commands:watch"),
     CommandRow("line queue", WIRE, "lines.queue_command:queue"),
     CommandRow("line play", WIRE, "captures.capture_commands:play"),
-    CommandRow("fault", FAULTS, about="Inject, list and clear faults."),
+    CommandRow(
+        "fault",
+        FAULTS,
+        about="Inject, list and clear faults.",
+        hint="a fault of a kind begins by `hil fault inject KIND TARGET`",
+    ),
     CommandRow("fault kinds", FAULTS, "boards.fault_commands:kinds"),
     CommandRow("fault inject", FAULTS, "boards.fault_commands:inject"),
     CommandRow("fault clear", FAULTS, "boards.fault_commands:clear"),

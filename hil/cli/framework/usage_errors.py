@@ -6,9 +6,9 @@ Imported when there is one: commands start without it.
 import re
 from typing import Any
 
-from hil.cli.framework.usage_words import USAGE_ERROR, usage_word
+from hil.cli.framework.usage_words import USAGE_ERROR, placeholder
 from hil.vocab.near_words import did_you_mean
-from hil.vocab.typed_numbers import number_problem, quoted, typed_number, unit_in
+from hil.vocab.typed_numbers import is_unit, number_problem, quoted, typed_number, unit_in
 
 _UNEXPECTED = re.compile(r"Got unexpected extra arguments?(?:\(s\))? \((.*)\)")
 _LEAST = (
@@ -21,6 +21,8 @@ _LEAST = (
 """Words for what pydantic, by way of typer, says of a value."""
 _UNITS = {"degrees": "deg", "seconds": "s", "rate_Hz": "Hz", "interval_ms": "ms"}
 """Units of parameters whose names do not end in theirs."""
+_KEYS = ("speed", "seed", "rate_hz", "cpu", "devices", "bridges", "bench", "labels")
+"""Keys of a configuration that people look for among the options of `hil serve`."""
 
 
 class WrongUse(USAGE_ERROR):  # type: ignore[misc]
@@ -51,22 +53,65 @@ def _said(error: Any, context: Any, near: list[str]) -> str:
     if kind == "NoArgsIsHelpError":
         return f"`{path}` is one of several commands; write one of those below\n\n{message}"
     if kind == "NoSuchOption":
-        return _with_near(
-            f"there is no option {error.option_name} of `{path}`", near, f"`{path} --help` lists them"
-        )
+        return _no_option(error.option_name, context, near)
     if kind == "MissingParameter":
-        return f"{_name(error.param)} is missing{_about(error.param)}; write `{_usage(context)}`"
+        if error.param.param_type_name == "option":
+            return _option_missing(error, context)
+        joined = next((str(each) for each in context.params.values() if "=" in str(each or "")), "")
+        apart = f"write {joined.replace('=', ' ', 1)!r} apart, " if joined.count("=") == 1 else ""
+        return f"{_name(error.param)} is missing{_about(error.param)}; {apart}write `{_usage(context)}`"
     if kind == "BadOptionUsage":
         return _of_option(error.option_name, context, takes_none="does not take" in message)
     if kind == "BadParameter":
         return _of_value(error, message)
     if found := _UNEXPECTED.fullmatch(message.rstrip(".")):
-        return f"{found[1]} is too much for `{path}`; write `{_usage(context)}`"
+        if is_unit(found[1]):
+            return f"{found[1]} is too much for `{path}`; write the number alone, without its unit"
+        return (
+            f"{found[1]} is too much for `{path}`; {_bench_meant(found[1], context)}write `{_usage(context)}`"
+        )
+    if message == "Missing command.":
+        given = context.params.get("bench")
+        taken = f", and --bench took {given!r} as its value" if given else ""
+        return f"COMMAND is missing{taken}; write `{path} [OPTION...] COMMAND`, `{path} --help` lists them"
     if message.startswith("No such command"):
         word = message.removeprefix("No such command ").rstrip(".")
         of = f" of `{path}`" if context.parent else ""
         return _with_near(f"there is no command {word}{of}", near, f"`{path} --help` lists them")
     return message
+
+
+def _option_missing(error: Any, context: Any) -> str:
+    """Option that a command needs, and words that it does not take beside it."""
+    flag, path = error.param.opts[0], _new_name(context.command_path)
+    left = getattr(error, "left", [])
+    too_much = f"{' '.join(left)} is too much for `{path}`, and " if left else ""
+    value = error.param.metavar or placeholder(error.param.name)
+    return f"{too_much}{flag} is missing{_about(error.param)}; write `{path} {flag} {value}`"
+
+
+def _no_option(flag: str, context: Any, near: list[str]) -> str:
+    """Option that a command has not: some say what is meant without it."""
+    path = context.command_path
+    what, lists = f"there is no option {flag} of `{path}`", f"`{path} --help` lists them"
+    optional = [each for each in context.command.params if each.param_type_name == "argument"]
+    if flag in ("--all", "-a") and not near and all(not each.required for each in optional):
+        return f"{what}; `{path}` alone is for all"
+    if (key := flag.strip("-").replace("-", "_")) in _KEYS and path == "hil serve":
+        return f"{what}: {key} is a key of the configuration; write `{key}: VALUE` into the file"
+    if (name := flag.lstrip("-")) and path == "hil fault inject":
+        return f"{what}; parameters of a fault stand without dashes, as {name}=VALUE"
+    return _with_near(what, near, lists)
+
+
+def _bench_meant(word: str, context: Any) -> str:
+    """Words for an argument too many that names a bench which runs."""
+    from hil.cli.framework.command_answers import asks_a_bench
+    from hil.cli.framework.named_bench import is_bench
+
+    if asks_a_bench(context.command) and is_bench(word):
+        return f"for the bench of this name write `{context.command_path} -b {word}`, else "
+    return ""
 
 
 def _with_near(what: str, near: list[str], remedy: str) -> str:
@@ -75,7 +120,9 @@ def _with_near(what: str, near: list[str], remedy: str) -> str:
 
 def _name(parameter: Any) -> str:
     is_argument = parameter.param_type_name == "argument"
-    return usage_word(parameter).strip("[].") if is_argument else str(parameter.opts[0])
+    if not is_argument:
+        return str(parameter.opts[0])
+    return (parameter.metavar or placeholder(parameter.name)).removesuffix("...")
 
 
 def _about(parameter: Any) -> str:

@@ -76,7 +76,7 @@ def monitor(
 
     Of a port that several programs have open it says what that means. Standard output has what the board
     says, the standard error all else. Where standard input is no terminal, its bytes go to the board as they
-    are, and 1 s of silence behind its end ends the monitor.
+    are, and 1 s of silence behind its end ends the monitor; 5 s do, where the board says more all the time.
 
     Exits with 1 if the log could not be written to its end.
 

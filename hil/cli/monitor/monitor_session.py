@@ -1,9 +1,11 @@
 """Session of ``hil monitor``: bytes between the terminal and a port, which may go and come again."""
 
+import math
 import os
 import select
 import sys
 import termios
+import time
 import tty
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
@@ -31,6 +33,8 @@ _PAUSE_S = 0.1
 """Pause after which a row that is not full is shown."""
 QUIET_S = 1.0
 """Time without an answer after which the end of the standard input ends the session."""
+MOST_S = 5.0
+"""Time after which that end ends it, whatever a board says without being asked."""
 _GONE = "the port has gone: its bench has ended, or has the device no more"
 ONE_OF = "each byte that the device says goes to one of you"
 BOTH = "both get all that the device says, and it gets what both type"
@@ -90,12 +94,15 @@ class MonitorSession:
     log: ReceivedLog | None = None
     watch: PortWatch | None = None
     quiet_s: float = QUIET_S
+    most_s: float = MOST_S
     keyboard: int = 0
     out: int = 1
     """File descriptors: standard input and output."""
 
     def __post_init__(self) -> None:
         self._has_input = True
+        self._ended_s = math.inf
+        """Time at which the standard input was at its end, and all of it was with the board."""
         self._clients = 0
         self._awaited_why = ""
         """Reason why the port is away, as it was said; empty: it is not."""
@@ -197,6 +204,12 @@ class MonitorSession:
         os.set_blocking(port, False)  # the board may hold up what is typed until its answers have been read
         while True:
             is_read = self._has_input and (self.is_typed or not waiting)
+            if not (self._has_input or waiting or self.waits):
+                self._ended_s = min(self._ended_s, time.monotonic())
+                if time.monotonic() >= self._ended_s + self.most_s:
+                    what = f"the standard input is at its end, and {self.name} says more"
+                    self._tell(f"{what}; --wait listens on, until Ctrl-C")
+                    return _End.LEFT
             inputs = [port, *([self.keyboard] if is_read else []), *([timed.fd] if timed else [])]
             inputs += [self.watch.fd] if self.watch else []
             ready, writable, _ = select.select(
@@ -234,7 +247,7 @@ class MonitorSession:
         """Time after which silence means something; None: never."""
         if self.view.is_holding():
             return _PAUSE_S
-        return None if self._has_input or is_waiting or self.waits else self.quiet_s
+        return None if self._has_input or is_waiting or self.waits else min(self.quiet_s, self.most_s)
 
     def _came(self, data: bytes, at_ns: int = 0) -> None:
         if not data:

@@ -70,13 +70,15 @@ def parity(
     tolerance_ms = seconds_of(tolerance, "--tolerance") * 1000
     chosen = chosen_sessions(sessions or [], profile, own_folders)
     if not chosen:
-        raise fail("hil: name a session or a board; `hil parity --list` lists them", Exit.MISTAKE)
+        raise fail(
+            "SESSION is missing; name a session or a board; `hil parity --list` lists them", Exit.MISTAKE
+        )
     left_out = [each.name for each in chosen if each.session.moves and not moves]
     chosen = [each for each in chosen if each.name not in left_out]
     if not chosen:
         raise fail(f"hil: {_turning(left_out)}: --moves types them too", Exit.MISTAKE)
     if at is None:
-        raise fail("hil: --at says where the board is, as in --at /dev/ttyUSB0", Exit.MISTAKE)
+        raise fail("--at is missing; --at says where the board is, as in --at /dev/ttyUSB0", Exit.MISTAKE)
     board = BoardAtPort(chosen, own_folders, at, baud)
     played = board.play(tolerance_ms, record)
     below = list[str]()

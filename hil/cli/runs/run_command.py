@@ -11,6 +11,7 @@ from hil.cli.framework.ask import ANY_BENCH, BenchOptions, fail
 from hil.cli.framework.command_answers import AsJson
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.interrupts import noted
+from hil.cli.framework.paused_note import told_if_paused
 from hil.cli.framework.shown_words import counted
 from hil.cli.runs.run_reports import EXIT_OF, is_under_way, run_report, shown
 from hil.vocab.problem import not_text
@@ -66,7 +67,7 @@ def run(
         if progress["submissions"] > 1:
             is_old = "is under way already" if is_under_way(progress) else "was carried out before"
             typer.echo(f"{name}: it {is_old}; this is how it does", err=True)
-        with shown(is_quiet=as_json or detach) as show:
+        with told_if_paused(bench.meant().socket), shown(is_quiet=as_json or detach) as show:
             while not detach and is_under_way(progress):
                 show(progress)
                 if interrupts:

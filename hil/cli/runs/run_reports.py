@@ -9,6 +9,7 @@ import typer
 
 from hil.cli.framework.exit_codes import Exit
 from hil.cli.framework.shown_words import fixed
+from hil.cli.framework.usage_words import with_command
 
 _END_WORDS = {
     None: "at",
@@ -35,7 +36,7 @@ def run_line(progress: dict[str, Any]) -> str:
         line += f", at {pace:.0%} of its pace" if pace else ", paused"
     if progress.get("left_s") is not None:
         line += f", {progress['left_s']:.0f} s left"
-    return line + (f": {progress['why']}" if progress["why"] else "")
+    return line + (f": {with_command(progress['why'])}" if progress["why"] else "")
 
 
 def run_report(progress: dict[str, Any]) -> str:

@@ -51,7 +51,8 @@ def plot(
             printed.add(at_ns, data)
     if not printed.rows:
         lines = f"{printed.others} lines of other text" if printed.others else "no whole line"
-        raise fail(f"hil: {device} has printed no numbers in this time, but {lines}")
+        why = f"{device} has printed no numbers in this time ({lines})"
+        raise fail(f"{why}; `hil monitor {device}` shows what it prints, --seconds listens longer")
     names, rows = tuple(map(printable, printed.names)), printed.table()
     recording = Recording(names, rows, units=dict.fromkeys(names, ""))
     left_out = f"left out: {printed.others} lines of other text" if printed.others else ""

@@ -110,7 +110,7 @@ def test_an_old_name_does_the_same_with_a_word(bench: ServedBench, old: str, new
 
 def test_a_mistake_does_not_teach_an_old_name(bench: ServedBench) -> None:
     code, _, err = said(bench, "mother", "gcode", "nothing.ngc")
-    assert (code, "write `hil gcode [OPTION...] FILE`" in err) == (2, True)
+    assert (code, "write `hil gcode --machine FILE`" in err) == (2, True)
 
 
 def test_the_fields_of_axes_are_the_status_of_these(bench: ServedBench) -> None:

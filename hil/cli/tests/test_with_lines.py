@@ -126,7 +126,10 @@ def test_a_pty_has_an_rs485_mode_and_a_latency() -> None:
     ("words", "said"),
     [
         ([], "PROGRAM is missing"),
-        (["no-such-program", "--json"], "hil: no program 'no-such-program' in $PATH\n"),
+        (
+            ["no-such-program", "--json"],
+            "hil: there is no program 'no-such-program' in $PATH; install it, or write its whole path\n",
+        ),
         (["./bad"], "hil: bad: Exec format error\n"),
         (["./empty", "x"], "hil: ./empty: you may not start it\n"),
     ],

@@ -105,7 +105,11 @@ def test_programs_are_found_as_a_shell_does(tmp_path: Path, monkeypatch: pytest.
     assert str(find_program("program", env)) == path == str(find_program(path, {}))
     monkeypatch.chdir(tmp_path)
     assert find_program("./program", {}).resolve() == Path(path)
-    for name, why in (("sh", "no program 'sh' in"), ("./sh", "./sh: No such file"), ("./", "may not start")):
+    for name, why in (
+        ("sh", "there is no program 'sh' in"),
+        ("./sh", "./sh: No such file"),
+        ("./", "may not start"),
+    ):
         with pytest.raises(PreloadRefused, match=why):
             find_program(name, env)
     program(tmp_path, b"#!/bin/sh\n", 0o644)

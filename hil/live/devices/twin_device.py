@@ -130,14 +130,28 @@ class TwinDevice:
     def processor(self) -> TwinProcessor:
         if not self._device.processors:
             raise VerbRefused(
-                "cannot", f"{self.name} has no processor that runs a program of yours; a uno has one"
+                "cannot", f"{self.name} has no processor that runs a program of yours; {self._with_one()}"
             )
         return TwinProcessor(self._sim, self._device)
+
+    def _with_one(self) -> str:
+        """Say which boards of this bench have such a processor."""
+        others = ", ".join(name for name, each in self._sim.devices.items() if each.processors)
+        return (
+            f"a uno has one: {others}"
+            if others
+            else "a uno has one: add `profile: uno`, `hil docs own-sketch`"
+        )
 
     def drive(self, part: str, train: Sequence[Edges]) -> Done:
         inputs = self._axis(part).pins
         if "step" not in inputs:
-            raise VerbRefused("cannot", f"{self._at(part)} has no step input")
+            devices = self._sim.devices.items()
+            having = [
+                name for name, each in devices if any("step" in axis.pins for axis in each.axes.values())
+            ]
+            there = f"there are {', '.join(having)}" if having else "a Mechaduino has one"
+            raise VerbRefused("cannot", f"{self._at(part)} has no step input; {there}")
         if wrong := next((row.pin for row in train if row.pin not in inputs), None):
             raise VerbRefused("cannot", f"{self._at(part)} has no input {wrong}; it has {', '.join(inputs)}")
         return self._give(part, PulseTrain(tuple(train)), {"length_ns": train_length_ns(train)})

@@ -164,8 +164,8 @@ def test_a_break_names_both(lab: Lab, caplog: pytest.LogCaptureFixture) -> None:
         ({"for_s": None}, "give either for_s or until_wall_ns"),
         ({"until_wall_ns": Wall.now_ns + NS}, "give either"),
         ({"doors": ["port"]}, "doors: there is no 'port'; did you mean"),
-        ({"why": "  "}, "why: write in a line"),
-        ({"why": "a\nWARNING b"}, "why: write in a line"),
+        ({"why": "  "}, "why: this is no line of text; write in a line"),
+        ({"why": "a\nWARNING b"}, "why: this is no line of text; write in a line"),
     ],
 )
 def test_what_is_no_lease_is_refused(lab: Lab, given: dict[str, Any], why: str) -> None:

@@ -35,7 +35,7 @@ def fault_places(parts: BenchParts) -> Iterator[PlaceKinds]:
 
 def _kinds(target: str, place: FaultPlace) -> Iterator[str]:
     for kind in FAULT_KINDS.values():
-        if place.has(kind.target):
+        if place.fits(kind.target):
             of_wire = place.wire if place.is_wires(kind.target) else None
             if not (of_wire and of_wire.fault_problem(Fault(kind.name, target), ())):
                 yield kind.name

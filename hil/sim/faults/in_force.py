@@ -10,7 +10,7 @@ from hil.sim.faults.physics import AxisFaults, renew_switch
 from hil.sim.inputs import Clear, Inject
 from hil.sim.load_limit import load_problem
 from hil.vocab.address import owner_of
-from hil.vocab.faults import FAULT_KINDS, LACKS, OWN_FIELD, TARGETS, Fault, FaultRefused
+from hil.vocab.faults import FAULT_KINDS, LACKS, OWN_FIELD, Fault, FaultRefused
 from hil.vocab.near_words import meant
 from hil.vocab.time import NS_PER_S, SimTimeNs
 from hil.wire.byte_faults import ByteFault, ByteFaults, byte_faults
@@ -62,12 +62,13 @@ class Faults:
         """
         place = self.place(fault.target)
         wanted = FAULT_KINDS[fault.kind].target
-        if not place.has(wanted):
+        if not (place.fits(wanted) if with_others else place.has(wanted)):
             places = {name: self._parts.place(name) for name in self._parts.targets()}
-            choice = ", ".join(name for name, p in places.items() if p and p.has(wanted))
-            there = f"there are {choice}" if choice else "this bench has none"
-            wrong = f"{fault.target} {LACKS[wanted]}"
-            raise FaultRefused(f"{wrong}, and {fault.kind} is on {TARGETS[wanted]}; {there}")
+            choice = ", ".join(name for name, p in places.items() if p and p.fits(wanted))
+            none = f"this bench has none; `hil fault kinds {fault.kind}` says where it can be"
+            there = f"there are {choice}" if choice else none
+            lacks = "is a port" if place.has(wanted) else LACKS[wanted]
+            raise FaultRefused(f"{fault.kind}: {fault.target} {lacks}; {there}")
         of_wire = place.wire if place.is_wires(wanted) else None
         if of_wire and (problem := of_wire.fault_problem(fault, self.active.values())):
             raise FaultRefused(problem)

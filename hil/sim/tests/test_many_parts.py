@@ -209,7 +209,7 @@ def test_a_fault_is_on_the_axis_that_it_names(rig: Rig) -> None:
         ("node_hang", "arm.elbow"),
         ("encoder_freeze", "arm.grip"),
     ):
-        with pytest.raises(FaultRefused, match=f"{target} (is|has) no .*, and"):
+        with pytest.raises(FaultRefused, match=f"{kind}: {target} (is|has) no .*; "):
             inject(kind, target)
     with pytest.raises(FaultRefused, match="pinger has no"):
         inject("shaft_jam", "pinger")
@@ -267,7 +267,7 @@ def test_a_board_without_uarts_runs(rig: Rig) -> None:
     rig.run(5)
     assert (drive.power.ups, rig.runtime.devices["brick"].failed, rig.heard) == (2, None, [])
     for kind, target in (("host_close", "drive"), ("host_close", "brick"), ("shaft_jam", "brick")):
-        with pytest.raises(FaultRefused, match=f"{target} (is|has) no .*, and"):
+        with pytest.raises(FaultRefused, match=f"{kind}: {target} (is|has) no .*; "):
             rig.runtime.inject(fault_refusal(kind, target, {}))
     for name in ("drive", "brick"):
         rig.runtime.remove(name)

@@ -101,7 +101,7 @@ def read_results(path: Path) -> ShardResults:
         why = error.strerror if isinstance(error, OSError) else "it is no text"
         raise ResultsRefused(f"{path}: {why}") from None
     if not rows or rows[0].get("format") != FORMAT:
-        raise ResultsRefused(f"{path}: this is no file of pytest --hil-results")
+        raise ResultsRefused(f"{path}: this is no file of results; give one of `pytest --hil-results FILE`")
     try:
         results = [_result(row) for row in rows[1:] if "end" not in row]
         of = ShardResults(path, Shard(rows[0]["shard"], rows[0]["of"]), results)

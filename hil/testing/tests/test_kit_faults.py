@@ -300,14 +300,14 @@ def test_a_hung_board_goes_on_where_it_was(rig):
     ("kind", "target", "parameters", "why"),
     [
         ("node_hang", "s9", {}, "there is no 's9'; there are s1, s2, m1, m2, s1.network"),
-        ("encoder_freeze", "s1", {}, "s1 has no encoder, and encoder_freeze is on a twin with an encoder"),
+        ("encoder_freeze", "s1", {}, "encoder_freeze: s1 has no encoder; "),
         (
             "packet_nak",
             "m1",
             {},
-            "m1 is on no segment, and packet_nak",
+            "packet_nak: m1 is on no segment",
         ),
-        ("wire_noise", "s1", {"rate": 0.1}, "s1 is no segment and no CAN bus, and wire_noise"),
+        ("wire_noise", "s1", {"rate": 0.1}, "wire_noise: s1 is no segment and no CAN bus"),
         ("byte_flip", "s1", {}, "rate: this one is missing"),
         ("byte_flip", "s1", {"rate": "much"}, 'rate: "much" is no number; write 0 to 1'),
         ("byte_flip", "s1", {"rate": 1, "rte": 1}, "rte: there is no such parameter; did you mean \"rate\""),

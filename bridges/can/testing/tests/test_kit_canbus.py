@@ -107,24 +107,24 @@ def test_faults_of_all_kinds_begin_and_end_on_their_targets() -> None:
         (
             "wire_noise",
             NODE,
-            "m1.canopen is no segment and no CAN bus, and wire_noise is on a segment or a CAN bus; there",
+            "wire_noise: m1.canopen is no segment and no CAN bus; there",
         ),
         (
             "bus_off",
             "can0",
-            "can0 is on no CAN bus, and bus_off is on a CANopen node, or a tap of a CAN bus; there are",
+            "bus_off: can0 is on no CAN bus; there are",
         ),
         (
             "wire_swapped",
             TAP,
-            "can0.a is on no segment, and wire_swapped",
+            "wire_swapped: can0.a is on no segment",
         ),
         (
             "modbus_late",
             NODE,
-            "m1.canopen has no Modbus node, and modbus_late is on an axis's",
+            "modbus_late: m1.canopen has no Modbus node; ",
         ),
-        ("shaft_jam", NODE, "m1.canopen has no motor, and shaft_jam is on a twin with a motor; there are m1"),
+        ("shaft_jam", NODE, "shaft_jam: m1.canopen has no motor; there are m1"),
         (
             "bus_off",
             "m2.canopen",

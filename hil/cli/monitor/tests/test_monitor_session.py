@@ -187,6 +187,29 @@ def test_another_program_at_the_port_is_told(board: Board, capfd: pytest.Capture
     assert terminal.ends()
 
 
+def test_the_end_of_the_input_ends_it_at_a_board_that_never_falls_silent(
+    board: Board, capfd: pytest.CaptureFixture[str]
+) -> None:
+    keyboard, typed = os.pipe()
+    read, out = os.pipe()
+    os.write(typed, b"p")
+    os.close(typed)
+    ends = {"keyboard": keyboard, "out": out}
+    keys, view = KeyReader(b"\n", {}), PlainView()
+    session = MonitorSession("m1", keys, view, is_typed=False, waits=False, most_s=0.3, **ends)
+    thread = threading.Thread(target=session.run, args=(board.look(),), daemon=True)
+    thread.start()
+    assert got(board.fd, 1) == b"p"
+
+    def has_ended() -> bool:
+        os.write(board.fd, b"on\r\n")
+        return not thread.is_alive()
+
+    until(has_ended, "its end")
+    assert got(read, 4) == b"on\r\n"
+    assert "m1 says more; --wait listens on" in capfd.readouterr().err
+
+
 def test_a_log_has_all_that_came(board: Board, tmp_path: Path) -> None:
     log = ReceivedLog(tmp_path / "log")
     terminal = Terminal(board, log=log, view=HexView())

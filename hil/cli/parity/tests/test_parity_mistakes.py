@@ -58,7 +58,7 @@ def said(*words: str) -> tuple[int, str]:
         ("sac --at /dev/nothing", "/dev/nothing: No such file or directory; "),
         ("sac --at .", ". is no serial port; "),
         ("sac --at /dev/null", "/dev/null is no serial port; "),
-        ("sac --at socket://localhost:1", "Connection refused"),
+        ("sac --at socket://localhost:1", "nobody listens there"),
         ("sac --at telepathy://here", "protocol 'telepathy' not known"),
         ("sac --at /dev/null --baud 3", "write at least 50"),
         (
