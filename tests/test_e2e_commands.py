@@ -291,8 +291,10 @@ def test_unknown_device_and_no_daemon(place: Place) -> None:
 def test_two_daemons_need_bench(place: Place) -> None:
     first = place.serve(config("t"))
     second = place.serve(config("u", devices={"m5": {}}), bench="u")
-    for command in (["status"], ["monitor", "m1"], ["reset", "m1"]):
-        assert "several benches are running (t, u): choose one with --bench" in place.cli(*command, code=2)
+    assert "several benches are running (t, u): choose one with --bench" in place.cli("status", code=2)
+    why = "several benches are running (t, u), and none has m9: choose one with --bench"
+    assert why in place.cli("reset", "m9", code=2)
+    assert "m5: on bench u" in place.cli("reset", "m5")
     assert "bench u" in place.cli("status", "--bench", "u")
     place.cli("reset", "m5", "-b", "u")
     assert [b["bench"] for b in json.loads(place.cli("list", "--json"))] == ["t", "u"]

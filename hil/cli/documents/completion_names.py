@@ -179,7 +179,7 @@ KINDS: dict[str, Callable[[TypedLine], Names]] = {
     "fault-numbers": lambda line: [
         (str(row["number"]), f"{row['kind']} {row['target']}") for row in line.ask("faults")
     ],
-    "runs": lambda line: [(row["run"], row["state"]) for row in line.ask("runs")],
+    "runs": lambda line: [(row["run"], row["state"]) for row in line.ask("runs", name="")],
     "fields": _fields,
     "boards": _boards,
     "sessions": _sessions,
