@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from e2e_support import Client, Devices, Place, Server, config, folder, refused, reload, until
+from e2e_support import Client, Devices, Place, Server, config, folder, listed, refused, reload, until
 
 from hil.recorded.recorded_fields import parse_fields
 from hil.recorded.recorded_run import open_recorded
@@ -96,7 +96,7 @@ def test_another_port(place: Place) -> None:
 
 def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
     server = place.serve(config(devices={"m1": {}, "m2": {}}))
-    before = server.ask("list"), folder(place)
+    before = listed(server), folder(place)
     path = place.folder / "t.yaml"
     path.write_text(
         "bench: t\nspede: 3\ndevices:\n  m1: {profile: waltz}\n  m9: {profile: mechaduino, baud: 1}\n"
@@ -107,7 +107,7 @@ def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
         f"{path}:4:17",
         f"{path}:5:35",
     ]
-    assert (server.ask("list"), folder(place)) == before
+    assert (listed(server), folder(place)) == before
     server.process.send_signal(signal.SIGHUP) if not has_terminal() else None
     path.write_bytes(b"\xff\xfe")
     assert "not UTF-8" in place.cli("reload", "--runtime-dir", str(place.runtime), code=2)
@@ -126,7 +126,7 @@ def test_with_problems_nothing_changes_and_all_are_told(place: Place) -> None:
             path.rmdir()
         else:
             path.unlink(missing_ok=True)
-    assert (server.ask("list"), folder(place)) == before
+    assert (listed(server), folder(place)) == before
     assert f"{path}:5:35" in server.stop()
 
 
@@ -297,11 +297,11 @@ def test_faults_of_the_configuration_come_and_go_with_their_device(place: Place)
     ]
     load = {"fault": "shaft_load", "target": "m1", "torque_Nm": 99}
     place.write(config(devices={"m1": {}, "m2": {}, "m3": {}}, faults=[load]), "t.yaml")
-    before = server.ask("list"), server.ask("faults")
+    before = listed(server), server.ask("faults")
     said = str(server.ask("reload")["problems"])
     assert "faults.0.torque_Nm" in said
     assert "10 times what this motor holds" in said
-    assert (server.ask("list"), server.ask("faults")) == before
+    assert (listed(server), server.ask("faults")) == before
     server.stop()
 
 

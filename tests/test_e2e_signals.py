@@ -28,7 +28,6 @@ IGNORING = (
 LONG = {
     "capture": ("capture", "s1", "-w", "{folder}/out.pcapng"),
     "capture-pipe": ("capture", "s1", "-w", "-"),
-    "status": ("status", "--watch"),
     "plot": ("plot", "m1", "--seconds", "3600", "-o", "{folder}/out.csv"),
     "step": ("step", "m1", "90", "--seconds", "3600"),
     "drive": ("pulses", "m1", "--steps", "3600", "--rate", "1", "--plot"),

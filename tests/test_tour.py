@@ -4,6 +4,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 import yaml
@@ -15,7 +16,7 @@ from hil.testing import Bench
 README, TOUR = "README.md", "docs/tour.md"
 HERE = {
     (README, "Test your program"): 1,
-    (TOUR, "Type at the Mechaduino"): 5,
+    (TOUR, "Type at the Mechaduino"): 6,
     (TOUR, "Type at the SAC"): 2,
     (TOUR, "Two SACs on one wire"): 2,
     (TOUR, "See it move"): 1,
@@ -40,8 +41,12 @@ BOOT_MS = {"mechaduino": 4000, "sac": 1150}
 MakeBench = Callable[..., Bench]
 
 
-def at_boot(bench: MakeBench, profile: str) -> Bench:
-    made = bench({"bench": "t", "devices": {"d1": {"profile": profile}}})
+CALIBRATED = {"flash": {"table": "identity"}}
+"""Option of the Mechaduino of ``examples/demo.yaml``."""
+
+
+def at_boot(bench: MakeBench, profile: str, **options: Any) -> Bench:
+    made = bench({"bench": "t", "devices": {"d1": {"profile": profile, **options}}})
     made.run(ms=BOOT_MS[profile])
     made.port("d1").read()
     return made
@@ -89,16 +94,21 @@ def test_the_menu(bench: MakeBench) -> None:
     assert fits(block(TOUR, "Type at the Mechaduino", 0), typed(at_boot(bench, "mechaduino"), b"m", 100))
 
 
-def test_calibration_and_a_set_point_and_the_step(bench: MakeBench) -> None:
-    made = at_boot(bench, "mechaduino")
-    _, calibration, moved, angle, step = (block(TOUR, "Type at the Mechaduino", n) for n in range(5))
-    assert fits(calibration, typed(made, b"c", 27_000))
+def test_an_angle_a_set_point_and_the_step(bench: MakeBench) -> None:
+    made = at_boot(bench, "mechaduino", **CALIBRATED)
+    _, first, moved, angle, step, _ = (block(TOUR, "Type at the Mechaduino", n) for n in range(6))
+    assert fits(first, typed(made, b"p", 200))
     said = (
         typed(made, b"x", 100) + typed(made, b"y", 100) + typed(made, b"r", 100) + typed(made, b"90\n", 1000)
     )
     assert fits(moved, said)
     assert fits(angle, typed(made, b"p", 200))
     assert fits(f"...\n{step}", typed(made, b"yj", 2500))
+
+
+def test_a_calibration(bench: MakeBench) -> None:
+    made = at_boot(bench, "mechaduino")
+    assert fits(block(TOUR, "Type at the Mechaduino", 5), typed(made, b"c", 27_000))
 
 
 def figures(line: str) -> list[float]:

@@ -49,9 +49,9 @@ class AllCommands(Quick, TyperGroup):
             from hil.cli.framework.named_bench import is_bench
 
             if is_bench(args[0]):
-                error.message = f"{args[0]!r} is a bench, no command; did you mean `hil -b {args[0]} status`?"
+                error.message = f"{args[0]!r} is a bench, no command; write `hil -b {args[0]} status`"
             elif line := guessed_line(args, self.list_commands(ctx)):
-                error.message = f"there is no command {args[0]!r}; did you mean `hil {line}`?"
+                error.message = f"there is no command {args[0]!r}; write `hil {line}`"
             raise
 
     def invoke(self, ctx: Any) -> Any:
