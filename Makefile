@@ -161,6 +161,7 @@ install-service:
 	  install -d "$(DESTDIR)$(PREFIX)/share/$${file%/*}"; \
 	  ln -sfn $(PREFIX)/lib/hil/share/$$file $(DESTDIR)$(PREFIX)/share/$$file; done
 	@umask 022; PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh
+	@$(if $(DESTDIR),:,echo "Next: mkdir -p /etc/hil; $(PREFIX)/bin/hil init /etc/hil/bench.yaml; systemctl enable --now hil. More: $(PREFIX)/bin/hil docs service")
 
 uninstall-service:
 	PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) $(DESTDIR)$(PREFIX)/lib/hil/share/hil/systemd/install.sh --uninstall
