@@ -258,7 +258,7 @@ def test_boards_without_serial_interfaces_are_asked_and_listed(tmp_path: Path) -
                 "inject",
                 "d1",
                 {"fault": "host_close", "parameters": {}},
-                ("bad_parameter", "d1 is no port of"),
+                ("bad_parameter", "host_close: d1 is no port of"),
             ),
             ("state", "b1", {}, ("cannot", "b1, a brick, has no axis")),
         ):

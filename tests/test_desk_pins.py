@@ -34,7 +34,7 @@ def test_pins_and_drivers_are_at_the_desk(tmp_path: Path) -> None:
         rows_of_a_source = [[0, "D3", 1, 0, 0]]
         code, why = await refusal(ask("drive", "d1", train=rows_of_a_source))
         assert (code, "no input D3; it has dir, step" in why) == ("cannot", True)
-        assert (await refusal(ask("drive", "u1", train=[])))[1] == "u1 has no step input"
+        assert (await refusal(ask("drive", "u1", train=[])))[1] == "u1 has no step input; there are d1"
         await ask("drive", "d1", train=[[0, "MS1", 0, 0, 0], [1000, "step", 1, 0, 0]])
 
     desk_in(tmp_path, CONFIG)(use)

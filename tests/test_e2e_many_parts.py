@@ -155,7 +155,7 @@ def test_boards_without_serial_interfaces_at_every_door(place: Place) -> None:
         (("axis", "d1", "type", "x"), "d1 has no 'type'; there are position, stop, reset, pin"),
         (("pin", "b1", "D0", "1"), "b1, a brick, has no axis"),
         (("capture", "d1", "-w", "-"), "d1 has no serial port; ports and segments are p1"),
-        (("fault", "inject", "byte_drop", "d1", "rate=1"), "byte_drop is on a port of a twin"),
+        (("fault", "inject", "byte_drop", "d1", "rate=1"), "byte_drop: d1 has no serial port; there are p1"),
     ):
         where = ("--runtime-dir", str(place.runtime)) * (command[0] in ("capture", "fault"))
         code = 2 if command[-2] == "type" or command[0] in ("capture", "fault") else 1

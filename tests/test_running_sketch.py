@@ -152,7 +152,7 @@ def test_printed_numbers_are_drawn(bench: tuple[Place, Server], tmp_path: Path) 
     assert len(rows) > 20
     assert all(at == before + 2 and at_ns >= before_ns for (before_ns, before), (at_ns, at) in pairwise(rows))
     assert "┤" in asked(place, "plot", "u1", "--seconds", "0.5")
-    assert "m1 has printed no numbers in this time, but no whole line" in asked(
+    assert "m1 has printed no numbers in this time (no whole line)" in asked(
         place, "plot", "m1", "--seconds", "0.05", code=1
     )
 

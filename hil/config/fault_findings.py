@@ -109,8 +109,7 @@ def _of_twin(name: str, profile: ProfileInfo, full: Collection[str]) -> dict[str
     ports, axes = {faults.PORT, faults.TWIN_PORT}, DeviceParts(profile.axes)
     shafts = {each: _of_axis(axes.label(name, each), profile, each, full) for each in axes}
     places = {f"{name}.{each}": kinds for each, kinds in shafts.items()}
-    only: set[str] = set(*shafts.values()) if len(shafts) == 1 else set()
-    places |= {f"{name}.{uart}": {faults.DEVICE} | ports | only for uart in profile.uarts}
+    places |= {f"{name}.{uart}": {faults.DEVICE} | ports for uart in profile.uarts}
     places[name] = {faults.DEVICE} | (ports if profile.uarts else set()) | shafts.get(axes.first, set())
     return {name: places.pop(name)} | places
 

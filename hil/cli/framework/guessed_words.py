@@ -21,7 +21,7 @@ GUESSES = {
     **dict.fromkeys(("nodes", "axes", "addresses"), "list"),
     **dict.fromkeys(("info", "health", "fields", "position", "get", "read", "print"), "status"),
     **dict.fromkeys(("inspect", "describe", "is-active", "whereis"), "status"),
-    **dict.fromkeys(("boards", "profiles", "kinds", "mechaduino", "uno"), "profile list"),
+    **dict.fromkeys(("boards", "profiles", "kinds"), "profile list"),
     "motors": "profile motors",
     **dict.fromkeys(("live", "dashboard", "htop", "watch", "follow"), "top"),
     **dict.fromkeys(("logs", "journal", "journalctl", "dmesg", "said"), "log"),

@@ -13,7 +13,7 @@ devices:
   s2: {{profile: sac}}
 faults:
   - {{fault: shaft_load, target: s1, torque_Nm: 0.5, start_s: 5}}
-  - {{fault: shaft_load, target: s1.main, torque_Nm: {torque_Nm}}}
+  - {{fault: shaft_load, target: s1, torque_Nm: {torque_Nm}}}
   - {{fault: shaft_load, target: s1, torque_Nm: -1}}
 """
 LIMIT = "write -1.085 to 1.085, 10 times what this motor holds (0.1085 Nm): a larger torque only spins it"
@@ -28,7 +28,7 @@ def said(own_Nm: float, torque_Nm: float) -> list[str]:
 
 def test_a_fault_that_the_motor_cannot_have() -> None:
     (problem,) = said(0.0, 99.0)
-    assert problem.startswith("b.yaml:7:53: faults.1.torque_Nm: 99.0 is not allowed here (with 0.5 Nm")
+    assert problem.startswith("b.yaml:7:48: faults.1.torque_Nm: 99.0 is not allowed here (with 0.5 Nm")
     assert f"it is 99.5; in all {LIMIT}" in problem
 
 
@@ -70,3 +70,14 @@ def test_a_load_is_checked_without_a_profile_too(profile: str) -> None:
     assert "devices.m1.load.colour: unknown key" in said
     assert "devices.m1.profile: " in said
     assert len(caught.value.problems) == 3
+
+
+def test_a_load_is_on_no_port_of_a_board() -> None:
+    text = "bench: t\ndevices:\n  s1: {profile: sac}\nfaults:\n  - {fault: shaft_jam, target: s1.main}\n"
+    with pytest.raises(ConfigError) as caught:
+        parse(text, "b.yaml", find_catalogue())
+    (problem,) = map(str, caught.value.problems)
+    assert (
+        problem
+        == 'b.yaml:5:32: faults.0.target: shaft_jam cannot be on "s1.main" (write a twin with a motor: s1, s1.axis)'
+    )

@@ -80,7 +80,7 @@ def test_chance_is_of_the_seed_alone() -> None:
 
 @pytest.mark.parametrize("target", ["m1", MASTER, "bus0"])
 def test_a_fault_of_nodes_is_on_nodes(line: Line, target: str) -> None:
-    with pytest.raises(FaultRefused, match=r"an axis's Modbus node; there are m1\.modbus, m2\.modbus"):
+    with pytest.raises(FaultRefused, match=r"has no Modbus node; there are m1\.modbus, m2\.modbus"):
         line.bench.fault("modbus_late", target)
     with pytest.raises(FaultRefused):
         line.bench.fault("packet_no_ack", NODE)

@@ -37,7 +37,9 @@ def test_it_is_a_place_with_its_kinds():
     kinds = {kind.name for kind in FAULT_KINDS.values() if kind.target == SWITCH}
     (place,) = (each for each in fault_places(b.runtime.parts) if each.sort == "switch")
     assert (place.place, place.of, set(place.kinds)) == ("s1.home", "s1", kinds)
-    with pytest.raises(FaultRefused, match=r"switch_stuck is on a switch along an axis; there are s1\.home"):
+    with pytest.raises(
+        FaultRefused, match=r"switch_stuck: s1 is no switch along an axis; there are s1\.home"
+    ):
         b.fault("switch_stuck", "s1")
     with pytest.raises(FaultRefused, match=r"shaft_jam"):
         b.fault("shaft_jam", "s1.home")

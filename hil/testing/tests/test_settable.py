@@ -44,7 +44,7 @@ SUM = "with {} Nm that push the same way it is {}; in all write -1.55 to 1.55, 1
 def test_loads_on_one_shaft_add_up_to_the_bound_at_most() -> None:
     bench = Bench(CONFIG)
     bench.axis("s1").load_torque_Nm = 0.55
-    bench.fault("shaft_load", "s1.main", torque_Nm=0.9, start_s=1.0)
+    bench.fault("shaft_load", "s1", torque_Nm=0.9, start_s=1.0)
     with bench.fault("shaft_load", "s1", torque_Nm=-1.55), pytest.raises(FaultRefused) as refused:
         bench.fault("shaft_load", "s1", torque_Nm=1.55)
     assert SUM.format("1.45", "3") in str(refused.value)

@@ -14,7 +14,7 @@ FORMS = {
     "fault_words": {"example", "group_of", "shown_by"},  # how a kind of fault is told
     "typed_numbers": {  # what a text says of a number, for every door that takes one
         *("typed_number", "number_problem", "_unit_problem", "_is_with_unit"),
-        *("unit_in", "unit_said", "quoted", "plain_number"),
+        *("unit_in", "unit_said", "is_unit", "quoted", "plain_number"),
     },
     "near_words": {
         "nearest",

@@ -156,7 +156,7 @@ def test_ends_of_programs(tmp_path: Path, text: str, code: int, said: str) -> No
 @pytest.mark.parametrize(
     ("options", "program", "said"),
     [
-        (("--map", "/dev/ttyUSB0"), "program.py", "write a path and a port, as /dev/ttyUSB0=m1"),
+        (("--map", "/dev/ttyUSB0"), "program.py", "is no path and port; write them as in /dev/ttyUSB0=m1"),
         (("--map", "x=m7"), "program.py", "there is no port 'm7'; there are m1"),
         (("--date", "soon"), "program.py", "--date soon: write it as 2026-01-31T12:00:00, or now"),
         ((), "nothing.py", "nothing.py: there is no such program"),

@@ -102,7 +102,7 @@ def test_other_files_are_refused(project, tmp_path):
         merge([files(project)[0], other / "o.jsonl"])
     with pytest.raises(ResultsRefused, match="is of another run than"):
         merge([files(project)[0], project / "whole.jsonl"])
-    for content, why in ((b"bench: t\n", "no file of pytest"), (b"", "no file of"), (b"\xff\n", "no text")):
+    for content, why in ((b"bench: t\n", "no file of results"), (b"", "no file of"), (b"\xff\n", "no text")):
         (tmp_path / "x").write_bytes(content)
         with pytest.raises(ResultsRefused, match=why):
             merge([tmp_path / "x"])
